@@ -1,0 +1,90 @@
+//! The one error type. Every message names the argument, the contact or row, and the value.
+
+use thiserror::Error;
+
+/// What can go wrong, each with its witness.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A grasp cannot be built from these contacts, or has no finite set where one is needed.
+    #[error("{}", located(argument, "contact", *contact, reason))]
+    InvalidGrasp {
+        /// Name of the offending argument, as callers spell it.
+        argument: &'static str,
+        /// Zero-based contact, if one is to blame.
+        contact: Option<usize>,
+        /// What is wrong, with the value.
+        reason: String,
+    },
+    /// An argument of a query (a wrench, a tolerance, a step) is unusable.
+    #[error("{}", located(argument, "row", *row, reason))]
+    InvalidInput {
+        /// Name of the offending argument, as callers spell it.
+        argument: &'static str,
+        /// Zero-based row, if one is to blame.
+        row: Option<usize>,
+        /// What is wrong, with the value.
+        reason: String,
+    },
+    /// No forces inside the friction cones balance the external wrench, however strong they are.
+    ///
+    /// The witness is a direction `e` with `w_ih . e <= 0` for every primitive wrench and
+    /// `-w_ext . e > 0`.
+    #[error(
+        "no contact forces within the friction cones balance the external wrench; separating direction {direction:?}"
+    )]
+    InfeasibleWrench {
+        /// The separating direction, of unit length.
+        direction: Vec<f64>,
+    },
+    /// An explicit enumeration would not fit the limit the caller allows.
+    #[error(
+        "the Minkowski sum has {points} points and would take {bytes} bytes, past the limit of {limit} points; \
+         raise the limit, or use a method that does not enumerate"
+    )]
+    TooLarge {
+        /// How many points the enumeration would hold.
+        points: u128,
+        /// How much memory the points and their index matrices would take.
+        bytes: u128,
+        /// The limit in force, in points.
+        limit: u128,
+    },
+    /// The solver's workspace is in use by another thread.
+    #[error("this solver is in use by another thread; give each thread a clone of its own")]
+    Busy,
+    /// A bounded iteration ended without an answer that meets the tolerance.
+    #[error("{solver} stopped after {iterations} iterations with a gap of {gap:.3e}")]
+    NotConverged {
+        /// Which iteration.
+        solver: &'static str,
+        /// Iterations used.
+        iterations: usize,
+        /// What was left, relative.
+        gap: f64,
+    },
+}
+
+/// Shorthand for results of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    pub(crate) fn grasp(argument: &'static str, reason: impl Into<String>) -> Self {
+        Self::InvalidGrasp { argument, contact: None, reason: reason.into() }
+    }
+
+    pub(crate) fn contact(argument: &'static str, contact: usize, reason: impl Into<String>) -> Self {
+        Self::InvalidGrasp { argument, contact: Some(contact), reason: reason.into() }
+    }
+
+    pub(crate) fn input(argument: &'static str, reason: impl Into<String>) -> Self {
+        Self::InvalidInput { argument, row: None, reason: reason.into() }
+    }
+}
+
+fn located(argument: &str, what: &str, index: Option<usize>, reason: &str) -> String {
+    match index {
+        Some(index) => format!("{argument}, {what} {index}: {reason}"),
+        None => format!("{argument}: {reason}"),
+    }
+}

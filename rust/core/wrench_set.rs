@@ -1,0 +1,228 @@
+//! The support oracle of the wrench sets (Eqs. 14, 16 and 17, and their true-cone limits).
+//!
+//! Every algorithm asks one question of a wrench set: *which point of you lies furthest along `z`, how far,
+//! and from which force of each contact?* The answer costs O(m l d) and never O((l+1)^m). With `h_i` the
+//! largest `w_ih . z` of contact i,
+//!
+//! - the union has `p(z) = max_i h_i`;
+//! - the Minkowski sum has `p(z) = sum_i max(0, h_i)` where some `h_i > 0`, and `max_i h_i` elsewhere,
+//!   because the paper's `W_-` excludes the origin;
+//! - a true cone has `h_i = f^U (n.v + sqrt(mu^2 ((o.v)^2 + (t.v)^2) + gamma^2 (n.b)^2))`, where `v` and
+//!   `n.b` are the components of `G_i^T z`.
+
+use crate::contact::ContactForce;
+use crate::grasp::{ContactMap, Grasp, Wrench};
+
+/// Which wrench set, and so which measure of the overall contact force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Criterion {
+    /// The sum of normalised normal forces is limited (Eq. 6): the union of the contacts' wrenches.
+    Sum,
+    /// Each normalised normal force is limited (Eq. 7): the Minkowski sum.
+    Max,
+}
+
+/// The furthest point of a set along a direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Support<const D: usize> {
+    /// `p(z)`: how far.
+    pub value: f64,
+    /// A point of the set with `wrench . z = value`.
+    pub wrench: Wrench<D>,
+}
+
+/// How many wrenches are multiplied at a time: whole SIMD registers, and no horizontal sums.
+const LANES: usize = 4;
+
+/// The wrenches of one contact, ready for products with a direction.
+#[derive(Debug, Clone)]
+enum ContactWrenches<const D: usize> {
+    /// Extreme forces in blocks of `LANES`, component by component; the last block repeats its first wrench.
+    Finite { blocks: Vec<[[f64; LANES]; D]>, start: usize },
+    /// `f^U G_i` with the friction coefficients `mu` and `gamma`.
+    Cone { map: ContactMap<D>, limit: f64, mu: f64, gamma: f64 },
+}
+
+/// The convex hull of the union, or of the Minkowski sum, of what the contacts can exert.
+///
+/// ```
+/// use graspforce::{Contact, Criterion, Grasp, WrenchSet};
+/// use nalgebra::Vector3;
+///
+/// let fingers = [(-1.0, 1.0), (1.0, -1.0)]
+///     .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5));
+/// let grasp = Grasp::<3>::new(&fingers)?;
+/// let up = Vector3::y();
+/// assert_eq!(WrenchSet::new(&grasp, Criterion::Sum).support(&up).value, 0.5);
+/// assert_eq!(WrenchSet::new(&grasp, Criterion::Max).support(&up).value, 1.0);
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct WrenchSet<const D: usize> {
+    criterion: Criterion,
+    contacts: Vec<ContactWrenches<D>>,
+    forces: Vec<ContactForce>,
+    wrenches: Vec<Wrench<D>>,
+}
+
+/// The best of one contact: how far it reaches along the direction, and by which force.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactSupport<const D: usize> {
+    /// `h_i`, negative where every force of the contact points away.
+    pub value: f64,
+    /// The wrench that reaches it.
+    pub wrench: Wrench<D>,
+    /// The force, in the contact frame, that exerts it.
+    pub force: ContactForce,
+}
+
+impl<const D: usize> WrenchSet<D> {
+    /// The wrench set of a grasp.
+    pub fn new(grasp: &Grasp<D>, criterion: Criterion) -> Self {
+        let contacts = (0..grasp.num_contacts()).map(|i| contact_wrenches(grasp, i)).collect();
+        let forces = grasp.finite_forces().to_vec();
+        Self { criterion, contacts, forces, wrenches: grasp.finite_wrenches().to_vec() }
+    }
+
+    /// Which set this is.
+    pub fn criterion(&self) -> Criterion {
+        self.criterion
+    }
+
+    /// Number of contacts `m`.
+    pub fn num_contacts(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// The support function `p(z)` and a point that attains it.
+    pub fn support(&self, z: &Wrench<D>) -> Support<D> {
+        let mut best = Support { value: f64::NEG_INFINITY, wrench: Wrench::zeros() };
+        let mut sum = Support { value: 0.0, wrench: Wrench::zeros() };
+        for contact in &self.contacts {
+            let (value, edge) = contact.value(z);
+            if value > 0.0 && self.criterion == Criterion::Max {
+                sum.value += value;
+                sum.wrench += self.wrench(contact, z, edge);
+            } else if sum.value == 0.0 && value > best.value {
+                best = Support { value, wrench: self.wrench(contact, z, edge) };
+            }
+        }
+        if sum.value > 0.0 { sum } else { best }
+    }
+
+    /// The value `p(z)` alone.
+    pub fn value(&self, z: &Wrench<D>) -> f64 {
+        let values = self.contacts.iter().map(|contact| contact.value(z).0);
+        match self.criterion {
+            Criterion::Sum => values.fold(f64::NEG_INFINITY, f64::max),
+            Criterion::Max => {
+                let (sum, best) = values
+                    .fold((0.0, f64::NEG_INFINITY), |(sum, best), h| (sum + h.max(0.0), f64::max(best, h)));
+                if sum > 0.0 { sum } else { best }
+            }
+        }
+    }
+
+    /// How far contact `i` alone reaches along `z`, and by which force.
+    pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactSupport<D> {
+        let contact = &self.contacts[i];
+        let (value, edge) = contact.value(z);
+        ContactSupport { value, wrench: self.wrench(contact, z, edge), force: self.force(contact, z, edge) }
+    }
+
+    fn wrench(&self, contact: &ContactWrenches<D>, z: &Wrench<D>, edge: usize) -> Wrench<D> {
+        match contact {
+            ContactWrenches::Finite { .. } => self.wrenches[edge],
+            ContactWrenches::Cone { map, .. } => map * self.force(contact, z, edge),
+        }
+    }
+
+    fn force(&self, contact: &ContactWrenches<D>, z: &Wrench<D>, edge: usize) -> ContactForce {
+        match contact {
+            ContactWrenches::Finite { .. } => self.forces[edge],
+            ContactWrenches::Cone { map, limit, mu, gamma } => {
+                cone_support(&map.tr_mul(z), *mu, *gamma) * *limit
+            }
+        }
+    }
+}
+
+impl<const D: usize> ContactWrenches<D> {
+    /// `h_i` and the index of the extreme force that attains it (meaningless for a true cone).
+    #[inline]
+    fn value(&self, z: &Wrench<D>) -> (f64, usize) {
+        match self {
+            Self::Finite { blocks, start } => {
+                let (value, edge) = best_of_blocks(blocks, z);
+                (value, start + edge)
+            }
+            Self::Cone { map, limit, mu, gamma } => {
+                let h = map.tr_mul(z);
+                (limit * (h[0] + cone_slope(&h, *mu, *gamma)), 0)
+            }
+        }
+    }
+}
+
+#[inline]
+fn best_of_blocks<const D: usize>(blocks: &[[[f64; LANES]; D]], z: &Wrench<D>) -> (f64, usize) {
+    let mut best = [f64::NEG_INFINITY; LANES];
+    let mut at = [0_u64; LANES];
+    for (index, block) in (0_u64..).zip(blocks) {
+        let mut values = [0.0; LANES];
+        for (row, component) in block.iter().zip(z.iter()) {
+            for lane in 0..LANES {
+                values[lane] += row[lane] * component;
+            }
+        }
+        for lane in 0..LANES {
+            let better = values[lane] > best[lane];
+            best[lane] = if better { values[lane] } else { best[lane] };
+            at[lane] = if better { index } else { at[lane] };
+        }
+    }
+    // Among equals the lowest index wins, so that the answer does not depend on the lanes.
+    let mut winner = (best[0], at[0] as usize * LANES);
+    for lane in 1..LANES {
+        let edge = at[lane] as usize * LANES + lane;
+        if best[lane] > winner.0 || (best[lane] == winner.0 && edge < winner.1) {
+            winner = (best[lane], edge);
+        }
+    }
+    winner
+}
+
+fn contact_wrenches<const D: usize>(grasp: &Grasp<D>, i: usize) -> ContactWrenches<D> {
+    let contact = &grasp.contacts()[i];
+    let Some(range) = grasp.edges(i) else {
+        return ContactWrenches::Cone {
+            map: grasp.maps()[i],
+            limit: contact.max_normal_force,
+            mu: contact.friction,
+            gamma: contact.torsion,
+        };
+    };
+    let start = range.start;
+    let wrenches = &grasp.finite_wrenches()[range];
+    let blocks = wrenches.chunks(LANES).map(|chunk| {
+        std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
+    });
+    ContactWrenches::Finite { blocks: blocks.collect(), start }
+}
+
+/// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.
+#[inline]
+fn cone_slope(h: &ContactForce, mu: f64, gamma: f64) -> f64 {
+    (mu * mu * (h[1] * h[1] + h[2] * h[2]) + gamma * gamma * h[3] * h[3]).sqrt()
+}
+
+/// The force of unit normal component in the cone that reaches furthest along `h`.
+#[inline]
+fn cone_support(h: &ContactForce, mu: f64, gamma: f64) -> ContactForce {
+    let slope = cone_slope(h, mu, gamma);
+    if slope == 0.0 {
+        return ContactForce::new(1.0, 0.0, 0.0, 0.0);
+    }
+    let (tangential, torsional) = (mu * mu / slope, gamma * gamma / slope);
+    ContactForce::new(1.0, tangential * h[1], tangential * h[2], torsional * h[3])
+}
