@@ -237,7 +237,13 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
         let reason = format!("row {row} is not finite: {:?}", force.as_slice());
         return Err(Error::contact("extreme_forces", index, reason));
     }
-    Ok(forces.to_vec())
+    // Zero belongs to every contact's forces already; among the extreme ones it would make the set touch the
+    // origin.
+    let forces: Vec<_> = forces.iter().filter(|f| f.amax() > 0.0).copied().collect();
+    if forces.is_empty() {
+        return Err(Error::contact("extreme_forces", index, "all forces are zero"));
+    }
+    Ok(forces)
 }
 
 /// The unit vector along `v`, safe against overflow and underflow of the squares.

@@ -217,7 +217,8 @@ fn with_torque<const D: usize>(force: &Vector3<f64>, torque: &Vector3<f64>) -> W
     Wrench::from_iterator(force.iter().chain(torque.iter()).copied())
 }
 
-fn contact_map<const D: usize>(lever: &Vector3<f64>, frame: &Matrix3<f64>) -> ContactMap<D> {
+/// The map `G_i` of a contact at `lever` from the torque origin.
+pub(crate) fn contact_map<const D: usize>(lever: &Vector3<f64>, frame: &Matrix3<f64>) -> ContactMap<D> {
     let mut map = ContactMap::<D>::zeros();
     for (column, axis) in frame.column_iter().enumerate() {
         if D == 3 && column == 1 {

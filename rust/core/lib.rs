@@ -7,12 +7,22 @@
 //! multifingered grasping", Mechanism and Machine Theory 41 (2006) 1243-1257.
 #![forbid(unsafe_code)]
 
+mod closure;
 mod contact;
 mod error;
 mod grasp;
+mod linear;
+mod metric;
+mod nearest_point;
+mod polytope;
+mod quality;
+mod ridge_table;
 mod wrench_set;
 
+pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
 pub use error::{Error, Result};
 pub use grasp::{ContactMap, Grasp, GraspOptions, Wrench, wrench_of_force};
+pub use metric::Metric;
+pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use wrench_set::{ContactSupport, Criterion, Support, WrenchSet};

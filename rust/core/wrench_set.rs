@@ -79,9 +79,41 @@ pub struct ContactSupport<const D: usize> {
 impl<const D: usize> WrenchSet<D> {
     /// The wrench set of a grasp.
     pub fn new(grasp: &Grasp<D>, criterion: Criterion) -> Self {
-        let contacts = (0..grasp.num_contacts()).map(|i| contact_wrenches(grasp, i)).collect();
-        let forces = grasp.finite_forces().to_vec();
-        Self { criterion, contacts, forces, wrenches: grasp.finite_wrenches().to_vec() }
+        let limits = grasp.contacts().iter().map(|contact| contact.max_normal_force);
+        let maps = grasp.maps().iter().copied().zip(limits);
+        Self::assemble(grasp, criterion, grasp.finite_wrenches().to_vec(), maps)
+    }
+
+    /// The set that other maps `G_i` would give, every wrench (of a true cone: its normal one) of unit length.
+    pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
+        let forces = grasp.finite_forces();
+        let mut wrenches = grasp.finite_wrenches().to_vec();
+        for (i, map) in maps.iter().enumerate() {
+            for edge in grasp.edges(i).into_iter().flatten() {
+                // A force of zero is a wrench of zero; it has no direction to keep.
+                wrenches[edge] = (map * forces[edge]).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
+            }
+        }
+        let maps = maps.iter().map(|map| (*map, map.column(0).norm().recip()));
+        Self::assemble(grasp, criterion, wrenches, maps)
+    }
+
+    fn assemble(
+        grasp: &Grasp<D>,
+        criterion: Criterion,
+        wrenches: Vec<Wrench<D>>,
+        maps: impl Iterator<Item = (ContactMap<D>, f64)>,
+    ) -> Self {
+        let contacts = maps.enumerate().map(|(i, (map, limit))| match grasp.edges(i) {
+            Some(range) => {
+                ContactWrenches::Finite { blocks: blocks(&wrenches[range.clone()]), start: range.start }
+            }
+            None => {
+                let contact = &grasp.contacts()[i];
+                ContactWrenches::Cone { map, limit, mu: contact.friction, gamma: contact.torsion }
+            }
+        });
+        Self { criterion, contacts: contacts.collect(), forces: grasp.finite_forces().to_vec(), wrenches }
     }
 
     /// Which set this is.
@@ -192,22 +224,13 @@ fn best_of_blocks<const D: usize>(blocks: &[[[f64; LANES]; D]], z: &Wrench<D>) -
     winner
 }
 
-fn contact_wrenches<const D: usize>(grasp: &Grasp<D>, i: usize) -> ContactWrenches<D> {
-    let contact = &grasp.contacts()[i];
-    let Some(range) = grasp.edges(i) else {
-        return ContactWrenches::Cone {
-            map: grasp.maps()[i],
-            limit: contact.max_normal_force,
-            mu: contact.friction,
-            gamma: contact.torsion,
-        };
-    };
-    let start = range.start;
-    let wrenches = &grasp.finite_wrenches()[range];
-    let blocks = wrenches.chunks(LANES).map(|chunk| {
-        std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
-    });
-    ContactWrenches::Finite { blocks: blocks.collect(), start }
+fn blocks<const D: usize>(wrenches: &[Wrench<D>]) -> Vec<[[f64; LANES]; D]> {
+    let chunks = wrenches.chunks(LANES);
+    chunks
+        .map(|chunk| {
+            std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
+        })
+        .collect()
 }
 
 /// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.

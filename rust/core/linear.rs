@@ -1,0 +1,62 @@
+//! Small dense solves on the stack.
+//!
+//! nalgebra's decompositions of `SMatrix<f64, D, D>` need type-level bounds on `D` that would spread through
+//! every public signature; these few lines keep `const D` the only parameter.
+
+use crate::grasp::Wrench;
+
+/// The vector `y` with `y . v_k = 1` for all `D` vertices, by elimination with full pivoting; `None` where
+/// the vertices do not span.
+pub(crate) fn plane_through<const D: usize>(vertices: &[Wrench<D>; D]) -> Option<Wrench<D>> {
+    let mut rows: [[f64; D]; D] = std::array::from_fn(|k| std::array::from_fn(|c| vertices[k][c]));
+    let mut right = [1.0; D];
+    let mut columns: [usize; D] = std::array::from_fn(|c| c);
+    // Rows of very different length (a tiny simplex beside large wrenches) pivot fairly once scaled.
+    for (row, right) in rows.iter_mut().zip(&mut right) {
+        let scale = row.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+        if scale == 0.0 {
+            return None;
+        }
+        row.iter_mut().for_each(|x| *x /= scale);
+        *right /= scale;
+    }
+    for step in 0..D {
+        let (r, c) = largest(&rows, step);
+        if rows[r][c].abs() < 1e-14 {
+            return None;
+        }
+        rows.swap(step, r);
+        right.swap(step, r);
+        for row in &mut rows {
+            row.swap(step, c);
+        }
+        columns.swap(step, c);
+        let pivot = rows[step];
+        let pivot_right = right[step];
+        for (row, right) in rows.iter_mut().zip(&mut right).skip(step + 1) {
+            let factor = row[step] / pivot[step];
+            for c in step + 1..D {
+                row[c] -= factor * pivot[c];
+            }
+            *right -= factor * pivot_right;
+        }
+    }
+    let mut y = Wrench::zeros();
+    for step in (0..D).rev() {
+        let known: f64 = (step + 1..D).map(|c| rows[step][c] * y[columns[c]]).sum();
+        y[columns[step]] = (right[step] - known) / rows[step][step];
+    }
+    Some(y)
+}
+
+fn largest<const D: usize>(rows: &[[f64; D]; D], step: usize) -> (usize, usize) {
+    let mut at = (step, step);
+    for r in step..D {
+        for c in step..D {
+            if rows[r][c].abs() > rows[at.0][at.1].abs() {
+                at = (r, c);
+            }
+        }
+    }
+    at
+}

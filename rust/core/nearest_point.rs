@@ -1,0 +1,172 @@
+//! The point of a convex set nearest to the origin, by Wolfe's algorithm with the support oracle.
+//!
+//! It answers where the polytope cannot start: the origin lies outside the set, and `rho > 0` is the distance.
+//! The support plane at the current point bounds the distance from below, its norm from above.
+
+use crate::grasp::Wrench;
+use crate::wrench_set::Support;
+
+/// A corral has at most `D + 1` points, and `D <= 6`.
+const CORRAL: usize = 8;
+
+const MAX_ITERATIONS: usize = 10_000;
+
+/// The point nearest to the origin, with the bracket of its norm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct NearestPoint<const D: usize> {
+    pub(crate) point: Wrench<D>,
+    /// No point of the set is nearer than this; not positive where the origin may belong to the set.
+    pub(crate) lower: f64,
+    /// The norm of `point`.
+    pub(crate) upper: f64,
+    pub(crate) supports: usize,
+}
+
+/// Finds the nearest point to a relative tolerance, or stops at norm `negligible`.
+///
+/// `oracle(z)` answers for unit `z`.
+pub(crate) fn nearest_point<const D: usize>(
+    rtol: f64,
+    negligible: f64,
+    mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
+) -> NearestPoint<D> {
+    let first = oracle(&Wrench::repeat((D as f64).sqrt().recip())).wrench;
+    let mut corral = Corral { points: [first; CORRAL], weights: [0.0; CORRAL], len: 1 };
+    corral.weights[0] = 1.0;
+    let mut best = NearestPoint { point: first, lower: f64::NEG_INFINITY, upper: first.norm(), supports: 1 };
+    for _ in 0..MAX_ITERATIONS {
+        let point = corral.point();
+        let norm = point.norm();
+        if norm < best.upper {
+            (best.point, best.upper) = (point, norm);
+        }
+        if norm <= negligible {
+            break;
+        }
+        let support = oracle(&(point / -norm));
+        best.supports += 1;
+        best.lower = best.lower.max(-support.value);
+        // A point that returns can bring nothing new: what remains is rounding.
+        if best.upper - best.lower <= rtol * best.upper || corral.holds(&support.wrench) {
+            break;
+        }
+        corral.admit(support.wrench);
+    }
+    best
+}
+
+/// Affinely independent points whose convex hull holds the current point in its relative interior.
+struct Corral<const D: usize> {
+    points: [Wrench<D>; CORRAL],
+    weights: [f64; CORRAL],
+    len: usize,
+}
+
+impl<const D: usize> Corral<D> {
+    fn point(&self) -> Wrench<D> {
+        (0..self.len).fold(Wrench::zeros(), |sum, k| sum + self.points[k] * self.weights[k])
+    }
+
+    fn holds(&self, point: &Wrench<D>) -> bool {
+        self.points[..self.len].contains(point)
+    }
+
+    /// Adds a point and moves to the nearest point of the hull, dropping what is no longer needed.
+    fn admit(&mut self, point: Wrench<D>) {
+        if self.len == D + 1 {
+            self.drop_lightest();
+        }
+        self.points[self.len] = point;
+        self.weights[self.len] = 0.0;
+        self.len += 1;
+        for _ in 0..=D + 1 {
+            let target = self.affine_minimiser();
+            let outside = (0..self.len).filter(|&k| target[k] <= 1e-14);
+            let step = outside
+                .map(|k| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE))
+                .fold(1.0, f64::min);
+            for (weight, target) in self.weights.iter_mut().zip(target) {
+                *weight += step * (target - *weight);
+            }
+            if step >= 1.0 || self.len == 1 {
+                return;
+            }
+            self.drop_lightest();
+        }
+    }
+
+    fn drop_lightest(&mut self) {
+        let weights = self.weights[..self.len].iter().enumerate();
+        let Some((lightest, _)) = weights.min_by(|a, b| a.1.total_cmp(b.1)) else { return };
+        self.len -= 1;
+        self.points.swap(lightest, self.len);
+        self.weights.swap(lightest, self.len);
+        let total: f64 = self.weights[..self.len].iter().sum();
+        self.weights[..self.len].iter_mut().for_each(|w| *w /= total);
+    }
+
+    /// Weights of the point nearest to the origin in the affine hull: least squares over the edges from the
+    /// first point, by Gram-Schmidt applied twice.
+    fn affine_minimiser(&self) -> [f64; CORRAL] {
+        let edges = self.len - 1;
+        let mut q = [Wrench::<D>::zeros(); CORRAL];
+        let mut r = [[0.0; CORRAL]; CORRAL];
+        for k in 0..edges {
+            let edge = self.points[k + 1] - self.points[0];
+            q[k] = edge;
+            for _ in 0..2 {
+                for j in 0..k {
+                    let along = q[j].dot(&q[k]);
+                    r[j][k] += along;
+                    let removed = q[j] * along;
+                    q[k] -= removed;
+                }
+            }
+            let left = q[k].norm();
+            // An edge in the span of the others decides nothing; its weight is zero.
+            if left > 1e-13 * edge.norm() {
+                r[k][k] = left;
+                q[k] /= left;
+            } else {
+                q[k] = Wrench::zeros();
+            }
+        }
+        let mut target = [0.0; CORRAL];
+        for k in (0..edges).rev() {
+            if r[k][k] > 0.0 {
+                let known: f64 = (k + 1..edges).map(|j| r[k][j] * target[j + 1]).sum();
+                target[k + 1] = (-q[k].dot(&self.points[0]) - known) / r[k][k];
+            }
+        }
+        target[0] = 1.0 - target[1..self.len].iter().sum::<f64>();
+        target
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hull<const D: usize>(points: &[Wrench<D>]) -> impl FnMut(&Wrench<D>) -> Support<D> {
+        move |z| {
+            let best = points.iter().max_by(|a, b| a.dot(z).total_cmp(&b.dot(z))).expect("points");
+            Support { value: best.dot(z), wrench: *best }
+        }
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_simplex_is_exact() {
+        // The plane x + y + z = 1 lies at 1 / sqrt(3).
+        let points = [Wrench::<3>::x(), Wrench::<3>::y(), Wrench::<3>::z(), Wrench::<3>::repeat(2.0)];
+        let found = nearest_point(1e-12, 0.0, hull(&points));
+        assert!((found.upper - 3.0_f64.sqrt().recip()).abs() < 1e-14, "{found:?}");
+        assert!(found.upper - found.lower < 1e-12, "{found:?}");
+    }
+
+    #[test]
+    fn a_set_around_the_origin_has_no_positive_lower_bound() {
+        let points = [Wrench::<3>::x(), -Wrench::<3>::x(), Wrench::<3>::y()];
+        let found = nearest_point(1e-12, 1e-12, hull(&points));
+        assert!(found.upper < 1e-12, "{found:?}");
+    }
+}

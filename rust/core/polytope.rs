@@ -1,0 +1,453 @@
+//! The expanding polytope: the largest ball about the origin inside a convex set known by its support
+//! function (Eqs. 16 to 19 and Theorem 1).
+//!
+//! A polytope grows from a small artificial simplex towards the set, always where it is thinnest: the facet
+//! nearest to the origin bounds the radius from below, the support function along its normal bounds it from
+//! above, and the support point becomes a new vertex. Only the neighbourhood of the minimum is ever resolved.
+//!
+//! **Why the lower bound holds whatever rounding does.** The update is *old - visible + cone(horizon, p)*, a
+//! cycle modulo 2. As long as no removed piece holds the origin, the facets cover all directions, and every
+//! ray from the origin leaves through a facet. Any vector `y` certifies `|x| >= min_k (y . v_k) / |y|` for
+//! all points `x` of the facet with vertices `v_k`. The final bound is taken over all facets this way.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::grasp::Wrench;
+use crate::linear::plane_through;
+use crate::ridge_table::{RidgeTable, Side};
+use crate::wrench_set::Support;
+
+/// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
+const BEYOND: f64 = 1e-12;
+
+/// Vertex indices are packed into 16 bits each.
+const MAX_POINTS: usize = 65_000;
+
+/// Work limit: a second at most. Only sets with a continuum of nearest boundary points come near it.
+pub(crate) const MAX_FACETS: usize = 400_000;
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limits {
+    /// Relative width of the bracket that counts as converged.
+    pub(crate) rtol: f64,
+    /// Number of facets after which the bracket is returned as it is.
+    pub(crate) max_facets: usize,
+    /// The caller does not care for the radius once it is known to lie below this ...
+    pub(crate) stop_below: f64,
+    /// ... or above this.
+    pub(crate) stop_above: f64,
+}
+
+impl Limits {
+    /// Stops only at the tolerance, or when the bound on the work is reached.
+    pub(crate) fn new(rtol: f64) -> Self {
+        Self { rtol, max_facets: MAX_FACETS, stop_below: f64::NEG_INFINITY, stop_above: f64::INFINITY }
+    }
+}
+
+/// What the polytope knows of the radius when it stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Radius<const D: usize> {
+    /// The ball of this radius lies in the set.
+    pub(crate) lower: f64,
+    /// No larger ball does.
+    pub(crate) upper: f64,
+    /// The unit direction whose support value is `upper`.
+    pub(crate) direction: Wrench<D>,
+    /// Whether the bracket is as narrow as asked for.
+    pub(crate) converged: bool,
+    /// Calls of the oracle.
+    pub(crate) supports: usize,
+    /// Facets made in all.
+    pub(crate) facets: usize,
+}
+
+/// How an expansion ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Expansion<const D: usize> {
+    /// The set contains the artificial simplex, and this is its radius.
+    Radius(Radius<D>),
+    /// The set does not contain the artificial simplex: its support along this unit direction is only `upper`.
+    Pierced { upper: f64, direction: Wrench<D> },
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Facet<const D: usize> {
+    /// `plane . v = 1` for all vertices.
+    plane: Wrench<D>,
+    /// Of the point being added: `plane . p`.
+    reach: f64,
+    /// In ascending order, so that the newest point is always the last.
+    vertices: [u16; D],
+    /// Slot k: the facet on the other side of the ridge opposite to vertex k.
+    neighbours: [u32; D],
+    /// The round in which `reach` was computed; 0 marks a facet that is no more.
+    round: u32,
+    /// Tells apart the facets that use a slot one after another.
+    serial: u32,
+    visible: bool,
+}
+
+/// A facet waiting to be examined, nearest first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Candidate {
+    distance: f64,
+    facet: u32,
+    serial: u32,
+}
+
+impl Eq for Candidate {}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // Reversed: `BinaryHeap` pops the greatest. Serials make the order, and so the result, deterministic.
+        other.distance.total_cmp(&self.distance).then(other.serial.cmp(&self.serial))
+    }
+}
+
+/// The memory of an expansion, to be reused: after a few grasps it no longer allocates.
+#[derive(Debug, Clone)]
+pub(crate) struct Polytope<const D: usize> {
+    points: Vec<Wrench<D>>,
+    facets: Vec<Facet<D>>,
+    free: Vec<u32>,
+    heap: BinaryHeap<Candidate>,
+    visible: Vec<u32>,
+    horizon: RidgeTable,
+    round: u32,
+    serial: u32,
+}
+
+impl<const D: usize> Polytope<D> {
+    pub(crate) fn new() -> Self {
+        Self {
+            points: Vec::new(),
+            facets: Vec::new(),
+            free: Vec::new(),
+            heap: BinaryHeap::new(),
+            visible: Vec::new(),
+            horizon: RidgeTable::new(),
+            round: 0,
+            serial: 0,
+        }
+    }
+
+    /// The radius of the set behind `oracle`, starting from a simplex whose vertices have length `size`.
+    ///
+    /// `oracle(z)` answers for unit `z`.
+    pub(crate) fn expand(
+        &mut self,
+        size: f64,
+        limits: &Limits,
+        mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
+    ) -> Expansion<D> {
+        self.start(size);
+        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let mut best = (f64::INFINITY, Wrench::zeros());
+        let mut supports = 0;
+        let lower = loop {
+            // With none left, all facets lie beyond the best upper bound.
+            let Some(nearest) = self.pop_nearest() else { break best.0 };
+            let lower = nearest.distance;
+            if best.0 <= lower * (1.0 + rtol) || lower > limits.stop_above {
+                break lower;
+            }
+            let z = self.facets[nearest.facet as usize].plane.normalize();
+            let support = oracle(&z);
+            supports += 1;
+            if support.value < best.0 {
+                best = (support.value, z);
+            }
+            let full = self.serial as usize >= limits.max_facets || self.points.len() >= MAX_POINTS;
+            if best.0 <= lower * (1.0 + rtol) || full || best.0 < limits.stop_below {
+                break lower;
+            }
+            if !self.add(nearest.facet, support.wrench, best.0) {
+                break lower;
+            }
+        };
+        // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
+        let grown = lower > size;
+        if !grown && best.0 <= lower * (1.0 + rtol) {
+            return Expansion::Pierced { upper: best.0, direction: best.1 };
+        }
+        let lower = if grown { self.certified_radius().min(best.0) } else { 0.0 };
+        Expansion::Radius(Radius {
+            lower,
+            upper: best.0,
+            direction: best.1,
+            converged: best.0 - lower <= 1.001 * rtol * best.0,
+            supports,
+            facets: self.serial as usize,
+        })
+    }
+
+    fn start(&mut self, size: f64) {
+        self.points.clear();
+        self.facets.clear();
+        self.free.clear();
+        self.heap.clear();
+        self.round = 1;
+        self.serial = 0;
+        self.points.extend(regular_simplex::<D>().iter().map(|vertex| vertex * size));
+        for opposite in 0..=D {
+            let others = |slot: usize| slot + usize::from(slot >= opposite);
+            let facet = Facet {
+                plane: self.points[opposite] * (-(D as f64) / (size * size)),
+                reach: 0.0,
+                vertices: std::array::from_fn(|slot| others(slot) as u16),
+                neighbours: std::array::from_fn(|slot| others(slot) as u32),
+                round: 1,
+                serial: 0,
+                visible: false,
+            };
+            self.insert(facet, f64::INFINITY);
+        }
+    }
+
+    fn insert(&mut self, mut facet: Facet<D>, interesting: f64) -> u32 {
+        self.serial += 1;
+        facet.serial = self.serial;
+        let index = if let Some(index) = self.free.pop() {
+            self.facets[index as usize] = facet;
+            index
+        } else {
+            self.facets.push(facet);
+            self.facets.len() as u32 - 1
+        };
+        let distance = facet.plane.norm().recip();
+        // What is further out than the radius can never be the nearest facet before the bracket closes.
+        if distance < interesting {
+            self.heap.push(Candidate { distance, facet: index, serial: facet.serial });
+        }
+        index
+    }
+
+    /// The live facet nearest to the origin, its plane freshly checked.
+    fn pop_nearest(&mut self) -> Option<Candidate> {
+        while let Some(mut candidate) = self.heap.pop() {
+            let facet = &mut self.facets[candidate.facet as usize];
+            if facet.round == 0 || facet.serial != candidate.serial {
+                continue;
+            }
+            let vertices = facet.vertices.map(|v| self.points[v as usize]);
+            if offset(&facet.plane, &vertices) > 1e-13 {
+                if let Some(plane) = plane_through(&vertices) {
+                    facet.plane = plane;
+                }
+                let distance = certified_distance(&facet.plane, &vertices);
+                if distance > candidate.distance
+                    && self.heap.peek().is_some_and(|next| next.distance < distance)
+                {
+                    candidate.distance = distance;
+                    self.heap.push(candidate);
+                    continue;
+                }
+                candidate.distance = distance;
+            }
+            return Some(candidate);
+        }
+        None
+    }
+
+    /// Replaces what `p` sees, starting with the facet `first`, by the cone of the horizon and `p`.
+    fn add(&mut self, first: u32, p: Wrench<D>, interesting: f64) -> bool {
+        self.round += 1;
+        self.horizon.clear();
+        self.visible.clear();
+        let apex = self.points.len() as u16;
+        self.points.push(p);
+        let round = self.round;
+        let facet = &mut self.facets[first as usize];
+        (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
+        self.visible.push(first);
+        let mut next = 0;
+        while let Some(&inner) = self.visible.get(next) {
+            next += 1;
+            for slot in 0..D {
+                let outer = self.facets[inner as usize].neighbours[slot];
+                let neighbour = &mut self.facets[outer as usize];
+                if neighbour.round != round {
+                    neighbour.round = round;
+                    neighbour.reach = neighbour.plane.dot(&p);
+                    neighbour.visible = neighbour.reach > 1.0 + BEYOND;
+                    if neighbour.visible {
+                        self.visible.push(outer);
+                    }
+                }
+                if !self.facets[outer as usize].visible {
+                    self.join(inner, slot, outer, apex, interesting);
+                }
+            }
+        }
+        for index in 0..self.visible.len() {
+            let gone = self.visible[index];
+            self.facets[gone as usize].round = 0;
+            self.free.push(gone);
+        }
+        self.horizon.is_paired()
+    }
+
+    /// Makes the facet of a horizon ridge and the apex, and links it with its neighbours.
+    fn join(&mut self, inner: u32, slot: usize, outer: u32, apex: u16, interesting: f64) {
+        let inside = &self.facets[inner as usize];
+        let outside = &self.facets[outer as usize];
+        let mut vertices = [apex; D];
+        let kept = inside.vertices.iter().enumerate().filter(|(k, _)| *k != slot);
+        for (vertex, (_, kept)) in vertices.iter_mut().zip(kept) {
+            *vertex = *kept;
+        }
+        let plane = self.tilted_plane(inside, outside, &vertices);
+        let back = shared_slot(outside, inner, &vertices);
+        let mut neighbours = [outer; D];
+        neighbours[..D - 1].fill(u32::MAX);
+        let facet =
+            Facet { plane, reach: 1.0, vertices, neighbours, round: self.round, serial: 0, visible: false };
+        let made = self.insert(facet, interesting);
+        self.facets[outer as usize].neighbours[back] = made;
+        for slot in 0..D - 1 {
+            let side = Side { facet: made, slot: slot as u32 };
+            if let Some(partner) = self.horizon.toggle(sub_ridge(&vertices, slot), side) {
+                self.facets[made as usize].neighbours[slot] = partner.facet;
+                self.facets[partner.facet as usize].neighbours[partner.slot as usize] = made;
+            }
+        }
+    }
+
+    /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
+    /// that meet in the ridge: a convex combination, so errors in old vertices never grow.
+    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> Wrench<D> {
+        let t = ((1.0 - outside.reach) / (inside.reach - outside.reach)).clamp(0.0, 1.0);
+        let plane = outside.plane + (inside.plane - outside.plane) * t;
+        // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
+        let before = outside.plane.norm_squared().max(t * t * inside.plane.norm_squared());
+        if plane.norm_squared() < 1e-6 * before {
+            let vertices = vertices.map(|v| self.points[v as usize]);
+            return plane_through(&vertices).unwrap_or(plane);
+        }
+        plane
+    }
+
+    /// The radius of a ball that no facet enters.
+    fn certified_radius(&self) -> f64 {
+        let live = self.facets.iter().filter(|facet| facet.round != 0);
+        let distances = live
+            .map(|facet| certified_distance(&facet.plane, &facet.vertices.map(|v| self.points[v as usize])));
+        distances.fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// How far `y . v = 1` is from holding at the vertices.
+fn offset<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
+    vertices.iter().map(|v| (plane.dot(v) - 1.0).abs()).fold(0.0, f64::max)
+}
+
+/// `min_k (y . v_k) / |y|`: no point of the facet is nearer to the origin.
+fn certified_distance<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
+    vertices.iter().map(|v| plane.dot(v)).fold(f64::INFINITY, f64::min) / plane.norm()
+}
+
+/// The slot of `outside` that faces `inner` across the ridge which `vertices` holds besides the apex.
+#[inline]
+fn shared_slot<const D: usize>(outside: &Facet<D>, inner: u32, vertices: &[u16; D]) -> usize {
+    let facing = |slot: &usize| outside.neighbours[*slot] == inner;
+    // Two facets may share two ridges where points coincide: then only one slot has its vertex off this ridge.
+    (0..D)
+        .filter(facing)
+        .find(|&slot| !vertices[..D - 1].contains(&outside.vertices[slot]))
+        .or_else(|| (0..D).find(facing))
+        .unwrap_or(0)
+}
+
+/// The vertices of a new facet other than the apex and the one in `slot`, 16 bits each.
+#[inline]
+fn sub_ridge<const D: usize>(vertices: &[u16; D], slot: usize) -> u64 {
+    let kept = vertices[..D - 1].iter().enumerate().filter(|(k, _)| *k != slot);
+    kept.fold(0, |key, (_, vertex)| key << 16 | u64::from(*vertex))
+}
+
+/// Unit vertices of a regular simplex, in a position that shares no symmetry with the axes.
+fn regular_simplex<const D: usize>() -> Vec<Wrench<D>> {
+    // e_1 .. e_D and a multiple of (1, .., 1) are equidistant; then centre and normalise.
+    let d = D as f64;
+    let last = (1.0 - (1.0 + d).sqrt()) / d;
+    let centroid = Wrench::<D>::repeat((1.0 + last) / (d + 1.0));
+    let corners = (0..D)
+        .map(|axis| Wrench::<D>::from_fn(|row, _| f64::from(u8::from(row == axis))))
+        .chain([Wrench::repeat(last)]);
+    // A reflection along a generic direction takes the simplex out of the axes' symmetry.
+    let mirror = Wrench::<D>::from_fn(|row, _| (row as f64 + 1.3).sqrt() - 0.4).normalize();
+    corners
+        .map(|corner| (corner - centroid).normalize())
+        .map(|v: Wrench<D>| v - mirror * (2.0 * mirror.dot(&v)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn radius<const D: usize>(size: f64, oracle: impl FnMut(&Wrench<D>) -> Support<D>) -> Radius<D> {
+        match Polytope::new().expand(size, &Limits::new(1e-9), oracle) {
+            Expansion::Radius(radius) => radius,
+            Expansion::Pierced { upper, direction } => panic!("pierced at {upper} along {direction:?}"),
+        }
+    }
+
+    fn box_support<const D: usize>(half: &Wrench<D>, z: &Wrench<D>) -> Support<D> {
+        let corner = half.zip_map(z, |h, z| h * z.signum());
+        Support { value: corner.dot(z), wrench: corner }
+    }
+
+    fn cross_support<const D: usize>(z: &Wrench<D>) -> Support<D> {
+        let at = z.iamax();
+        let wrench = Wrench::from_fn(|row, _| if row == at { z[at].signum() } else { 0.0 });
+        Support { value: z[at].abs(), wrench }
+    }
+
+    #[test]
+    fn boxes_and_cross_polytopes_have_their_known_radius() {
+        let half = Wrench::<6>::from_iterator([2.0, 3.0, 1.5, 4.0, 5.0, 1.25]);
+        let found = radius(1e-3, |z| box_support(&half, z));
+        assert!(found.converged && (found.upper - 1.25).abs() < 1e-9, "{found:?}");
+        let found = radius::<6>(1e-3, cross_support);
+        assert!(found.converged && (found.upper - 1.0 / 6.0_f64.sqrt()).abs() < 1e-9, "{found:?}");
+        let found = radius::<3>(1e-3, cross_support);
+        assert!(found.converged && (found.upper - 1.0 / 3.0_f64.sqrt()).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn a_thin_set_pierces_the_artificial_simplex() {
+        let half = Wrench::<3>::new(1.0, 1.0, 1e-7);
+        match Polytope::new().expand(1e-3, &Limits::new(1e-9), |z| box_support(&half, z)) {
+            Expansion::Pierced { upper, .. } => assert!(upper <= 1e-3),
+            Expansion::Radius(radius) => panic!("{radius:?}"),
+        }
+        let found = radius(1e-9, |z| box_support(&half, z));
+        assert!((found.upper / 1e-7 - 1.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn an_ellipsoid_is_bracketed_to_the_tolerance_or_to_the_work_limit() {
+        let axes = Wrench::<3>::new(1.0, 2.0, 3.0);
+        let ellipsoid = |z: &Wrench<3>| {
+            let value = axes.component_mul(z).norm();
+            Support { value, wrench: axes.component_mul(&axes).component_mul(z) / value }
+        };
+        let found = radius(1e-3, ellipsoid);
+        assert!(found.converged && found.lower <= 1.0 && found.upper >= 1.0 - 1e-12, "{found:?}");
+        let ball = |z: &Wrench<3>| Support { value: 1.0, wrench: *z };
+        let limits = Limits { max_facets: 5000, ..Limits::new(1e-9) };
+        let Expansion::Radius(found) = Polytope::new().expand(1e-3, &limits, ball) else { panic!() };
+        assert!(!found.converged && found.lower <= 1.0 && found.upper >= 1.0 - 1e-12, "{found:?}");
+        assert!(found.lower > 0.99, "{found:?}");
+    }
+}

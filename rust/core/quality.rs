@@ -1,0 +1,248 @@
+//! Grasp quality: `rho = -min_{|z| = 1} p(z)` with its bracket (Eqs. 16 to 19, Propositions 1 and 2).
+//!
+//! The sign is the paper's: negative means force closure, smaller is better. Inside, the expanding polytope
+//! brackets the radius; outside, Wolfe's algorithm brackets the distance. Outside, the Minkowski sum is no
+//! nearer than the union (every point of it is a sum of wrenches on the far side of the separating plane), so
+//! `rho_max = rho_sum` there and the union serves both.
+
+use crate::closure::{Closure, classify};
+use crate::error::{Error, Result};
+use crate::grasp::{Grasp, Wrench};
+use crate::metric::Metric;
+use crate::nearest_point::nearest_point;
+use crate::polytope::{Expansion, Limits, Polytope, Radius};
+use crate::wrench_set::{Criterion, Support, WrenchSet};
+
+/// How quality is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QualityOptions<const D: usize> {
+    /// Which measure of the overall contact force is limited.
+    pub criterion: Criterion,
+    /// Relative width of the bracket; `None` for 1e-9, or 1e-6 where a contact has its true cone.
+    pub rtol: Option<f64>,
+    /// An external wrench that acts all the time, such as the weight: `epsilon` is then the largest disturbance
+    /// that can be resisted on top of it. The set includes the origin.
+    pub center: Option<Wrench<D>>,
+    /// The norm of wrenches; `None` for the grasp's length scale.
+    pub metric: Option<Metric<D>>,
+    /// Stop as soon as `epsilon` is known to lie below this value.
+    pub stop_below: f64,
+}
+
+impl<const D: usize> QualityOptions<D> {
+    /// The default questions about a criterion.
+    pub fn new(criterion: Criterion) -> Self {
+        Self { criterion, rtol: None, center: None, metric: None, stop_below: f64::NEG_INFINITY }
+    }
+}
+
+/// The quality of a grasp, with its certificate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality<const D: usize> {
+    /// `-epsilon`: negative for force closure, zero for partial closure, positive outside.
+    pub rho: f64,
+    /// `lower <= rho`.
+    pub lower: f64,
+    /// `rho <= upper`.
+    pub upper: f64,
+    /// Whether the bracket is as narrow as asked for.
+    pub converged: bool,
+    /// The class of the grasp itself, whatever the `center`.
+    pub closure: Closure,
+    /// The worst direction, a physical wrench of unit norm: a disturbance is hardest to resist along its
+    /// opposite. Where `rho >= 0` the grasp exerts no wrench that points along it.
+    pub direction: Wrench<D>,
+    /// The nearest boundary wrench, `-rho * direction`.
+    pub wrench: Wrench<D>,
+    /// Calls of the support oracle.
+    pub supports: usize,
+    /// The norm in which all this is measured.
+    pub metric: Metric<D>,
+}
+
+/// The memory of quality computations, to be reused: after a few grasps it no longer allocates.
+#[derive(Debug, Clone)]
+pub struct QualityWorkspace<const D: usize> {
+    polytope: Polytope<D>,
+}
+
+impl<const D: usize> Default for QualityWorkspace<D> {
+    fn default() -> Self {
+        Self { polytope: Polytope::new() }
+    }
+}
+
+impl<const D: usize> Grasp<D> {
+    /// Quality by a criterion, to the default tolerance.
+    ///
+    /// ```
+    /// use graspforce::{Closure, Contact, Criterion, Grasp};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
+    ///     Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5)
+    /// });
+    /// let quality = Grasp::<3>::new(&fingers)?.quality(Criterion::Max)?;
+    /// assert_eq!(quality.closure, Closure::Force);
+    /// assert!((quality.rho + 1.0 / 3.0_f64.sqrt()).abs() < 1e-9);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn quality(&self, criterion: Criterion) -> Result<Quality<D>> {
+        self.quality_with(&QualityOptions::new(criterion), &mut QualityWorkspace::default())
+    }
+
+    /// Quality by all options, in reused memory.
+    pub fn quality_with(
+        &self,
+        options: &QualityOptions<D>,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> Result<Quality<D>> {
+        Question::new(self, options)?.answer(&mut workspace.polytope)
+    }
+}
+
+/// A wrench set in the coordinates where the metric is Euclidean.
+struct Question<'a, const D: usize> {
+    grasp: &'a Grasp<D>,
+    set: WrenchSet<D>,
+    metric: Metric<D>,
+    center: Option<Wrench<D>>,
+    limits: Limits,
+    /// Length of the longest wrench: what counts as large.
+    scale: f64,
+}
+
+impl<'a, const D: usize> Question<'a, D> {
+    fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
+        let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
+        if !(rtol > 0.0 && rtol < 1.0) {
+            return Err(Error::input("rtol", format!("{rtol} must lie between 0 and 1")));
+        }
+        if let Some(center) = options.center
+            && center.iter().any(|x| !x.is_finite())
+        {
+            return Err(Error::input("center", format!("{:?} is not finite", center.as_slice())));
+        }
+        let set = WrenchSet::new(grasp, options.criterion);
+        let metric =
+            options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
+        let limits = Limits { stop_below: options.stop_below, ..Limits::new(rtol) };
+        let mut question = Self { grasp, set, metric, center: options.center, limits, scale: 0.0 };
+        question.scale = question.largest_wrench();
+        Ok(question)
+    }
+
+    fn largest_wrench(&self) -> f64 {
+        let axes = (0..D).map(|axis| Wrench::<D>::from_fn(|row, _| f64::from(u8::from(row == axis))));
+        axes.flat_map(|axis| [axis, -axis]).map(|z| self.support(&z).wrench.norm()).fold(0.0, f64::max)
+    }
+
+    fn support(&self, z: &Wrench<D>) -> Support<D> {
+        let functional = self.metric.functional(z);
+        let Support { mut value, wrench } = self.set.support(&functional);
+        let mut wrench = self.metric.to_euclidean(&wrench);
+        if let Some(center) = &self.center {
+            if value < 0.0 {
+                (value, wrench) = (0.0, Wrench::zeros());
+            }
+            value += functional.dot(center);
+            wrench += self.metric.to_euclidean(center);
+        }
+        Support { value, wrench }
+    }
+
+    fn answer(&self, polytope: &mut Polytope<D>) -> Result<Quality<D>> {
+        // A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
+        let size = 1e-3 * self.scale;
+        let first = polytope.expand(size, &self.limits, |z| self.support(z));
+        if let (Expansion::Radius(radius), None) = (first, self.center) {
+            return Ok(self.inside(&radius, Closure::Force));
+        }
+        let verdict = classify(self.grasp, polytope);
+        match (first, self.center, verdict.closure) {
+            (Expansion::Radius(radius), ..) => Ok(self.inside(&radius, verdict.closure)),
+            (Expansion::Pierced { .. }, None, Closure::Force) => {
+                let radius = self.small_radius(size, 1e-300, polytope);
+                Ok(self.inside(&radius.unwrap_or_else(|| self.unknown_radius()), Closure::Force))
+            }
+            (_, None, closure) => {
+                let z = self.metric.unit_of_functional(&verdict.direction);
+                Ok(self.outside(closure, &z))
+            }
+            (Expansion::Pierced { direction, .. }, Some(_), closure) => {
+                let negligible = 1e-12 * self.scale;
+                match self.small_radius(size, negligible, polytope) {
+                    Some(radius) => Ok(self.inside(&radius, closure)),
+                    None => Ok(self.outside(closure, &direction)),
+                }
+            }
+        }
+    }
+
+    /// The radius of a set that is thin for its size: from ever smaller simplices.
+    fn small_radius(&self, size: f64, negligible: f64, polytope: &mut Polytope<D>) -> Option<Radius<D>> {
+        let mut size = size;
+        while size > negligible {
+            match polytope.expand(size, &self.limits, |z| self.support(z)) {
+                Expansion::Radius(radius) => return Some(radius),
+                Expansion::Pierced { upper, .. } if upper <= negligible => return None,
+                Expansion::Pierced { upper, .. } => size = 1e-3 * size.min(upper),
+            }
+        }
+        None
+    }
+
+    fn unknown_radius(&self) -> Radius<D> {
+        Radius {
+            lower: 0.0,
+            upper: self.scale,
+            direction: Wrench::zeros(),
+            converged: false,
+            supports: 0,
+            facets: 0,
+        }
+    }
+
+    fn inside(&self, radius: &Radius<D>, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(&radius.direction);
+        Quality {
+            rho: -radius.upper,
+            lower: -radius.upper,
+            upper: -radius.lower,
+            converged: radius.converged,
+            closure,
+            direction,
+            wrench: direction * radius.upper,
+            supports: radius.supports,
+            metric: self.metric,
+        }
+    }
+
+    /// The distance of the origin from the set; `z` witnesses that the origin is not inside.
+    fn outside(&self, closure: Closure, z: &Wrench<D>) -> Quality<D> {
+        if self.center.is_none() && closure == Closure::Partial {
+            return self.at_distance(0.0, 0.0, z, 0, closure);
+        }
+        let nearest = nearest_point(self.limits.rtol.min(1e-9), 1e-12 * self.scale, |z| self.support(z));
+        if self.center.is_some() && nearest.upper <= 1e-12 * self.scale {
+            return self.at_distance(0.0, 0.0, z, nearest.supports, closure);
+        }
+        let z = nearest.point / -nearest.upper;
+        self.at_distance(nearest.upper, nearest.lower.max(0.0), &z, nearest.supports, closure)
+    }
+
+    fn at_distance(&self, rho: f64, lower: f64, z: &Wrench<D>, supports: usize, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(z);
+        Quality {
+            rho,
+            lower,
+            upper: rho,
+            converged: rho - lower <= self.limits.rtol * rho,
+            closure,
+            direction,
+            wrench: direction * -rho,
+            supports,
+            metric: self.metric,
+        }
+    }
+}
