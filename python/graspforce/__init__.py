@@ -1,0 +1,1 @@
+"""Certified grasp quality, contact planning and force distribution for multifingered grasps."""
