@@ -1,0 +1,45 @@
+# Each target starts from nothing but Python 3.11+ and Rust: it makes .venv, installs what it needs and builds.
+PYTHON ?= python3
+VENV := .venv
+PY := $(VENV)/bin/python
+# The stable interface needs no other interpreter; naming one keeps cargo's and maturin's builds the same.
+export PYO3_PYTHON := $(CURDIR)/$(PY)
+export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+unexport PYTHONPATH PYTHONHOME
+
+.PHONY: demo test bench lint docs build clean
+
+demo: build
+	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
+
+test: build
+	cargo test --release
+	$(PY) -m pytest
+
+bench:
+	cargo bench
+
+lint: build
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/mypy
+	$(PY) -m mypy.stubtest graspforce._core
+
+docs:
+	cargo doc --no-deps
+	@echo "Rust API: target/doc/graspforce/index.html"
+
+build: $(VENV)/ready
+	$(VENV)/bin/maturin develop --release --extras all
+
+$(VENV)/ready: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or later is needed: make PYTHON=python3.11 ...")'
+	$(PYTHON) -m venv $(VENV)
+	$(PY) -m pip install --quiet --upgrade "pip>=25.1"
+	$(PY) -m pip install --quiet --group dev
+	touch $@
+
+clean:
+	rm -rf $(VENV) out target

@@ -1,0 +1,42 @@
+"""Certified grasp quality, contact planning and force distribution for multifingered grasps.
+
+>>> import graspforce as gf
+>>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+>>> round(grasp.quality("max").epsilon, 6)
+1.0
+
+Importing the package needs NumPy alone: figures, oracles and viewers are imported where they are used.
+"""
+
+from importlib.metadata import version as _version
+
+from . import surfaces
+from ._core import Grasp, quality_many
+from .errors import (
+    BusyError,
+    GraspForceError,
+    InfeasibleWrenchError,
+    InvalidGraspError,
+    InvalidInputError,
+    NotConvergedError,
+    TooLargeError,
+)
+from .planning import Iterate, Plan, plan
+
+__version__ = "0"
+
+__all__ = [
+    "BusyError",
+    "Grasp",
+    "GraspForceError",
+    "InfeasibleWrenchError",
+    "InvalidGraspError",
+    "InvalidInputError",
+    "Iterate",
+    "NotConvergedError",
+    "Plan",
+    "TooLargeError",
+    "plan",
+    "quality_many",
+    "surfaces",
+]

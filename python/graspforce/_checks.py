@@ -1,0 +1,96 @@
+"""Checks of arguments that Python code receives, with errors that name argument, row and value.
+
+What the extension module receives it checks itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["checked_contacts", "finite_array", "finite_vector", "search_bounds"]
+
+
+def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
+    try:
+        array = np.asarray(value)
+        if not (np.issubdtype(array.dtype, np.integer) or np.issubdtype(array.dtype, np.floating)):
+            raise InvalidInputError(f"{argument}: {value!r} is not an array of real numbers")
+        array = array.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise InvalidInputError(f"{argument}: {error}") from error
+    if not np.isfinite(array).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        where = f", entry {at[0] if len(at) == 1 else at}" if at else ""
+        raise InvalidInputError(f"{argument}{where}: {array[at]} is not finite")
+    return array
+
+
+def finite_vector(
+    argument: str, value: ArrayLike, size: int | None = None, *, positive: bool = False
+) -> NDArray[np.float64]:
+    """Convert `value` to (size,) float64; a scalar stands for all entries where the size is known."""
+    array = finite_array(argument, value)
+    if size is not None and array.ndim == 0:
+        array = np.full(size, array)
+    if array.ndim != 1 or array.size == 0 or (size is not None and array.size != size):
+        expected = f"({size},)" if size is not None else "(p,) with p >= 1"
+        raise InvalidInputError(f"{argument}: shape {array.shape}, expected {expected}")
+    if positive and (array <= 0).any():
+        at = int(np.argmax(array <= 0))
+        raise InvalidInputError(f"{argument}, entry {at}: {array[at]} must be positive")
+    return array
+
+
+def search_bounds(
+    bounds: ArrayLike, initial: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
+    array = finite_array("bounds", bounds)
+    if array.shape != (initial.size, 2):
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
+    lower, upper = array[:, 0].copy(), array[:, 1].copy()
+    for row, (low, high, start) in enumerate(zip(lower, upper, initial, strict=True)):
+        if low > high:
+            raise InvalidInputError(f"bounds, row {row}: lower {low} is above upper {high}")
+        if not low <= start <= high:
+            raise InvalidInputError(f"initial, entry {row}: {start} is outside its bounds [{low}, {high}]")
+    return lower, upper
+
+
+def checked_contacts(returned: object, params: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Check what a surface returned for (B, p) parameters and name its arrays."""
+    if not isinstance(returned, tuple) or len(returned) not in (2, 3):
+        raise InvalidInputError(
+            f"surface: returned {type(returned).__name__}, expected (positions, normals) or "
+            "(positions, normals, tangents)"
+        )
+    names = ("positions", "normals", "tangents")[: len(returned)]
+    contacts: dict[str, NDArray[np.float64]] = {}
+    for name, value in zip(names, returned, strict=True):
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InvalidInputError(f"surface: {name}: {error}") from error
+        expected = contacts["positions"].shape if contacts else (len(params), *array.shape[1:2], 2)
+        planar_or_spatial = array.ndim == 3 and len(array) == len(params) and array.shape[2] in (2, 3)
+        if not planar_or_spatial or (contacts and array.shape != expected):
+            wanted = expected if contacts else f"({len(params)}, m, 2) or ({len(params)}, m, 3)"
+            raise InvalidInputError(f"surface: {name} of shape {array.shape}, expected {wanted}")
+        if not np.isfinite(array).all():
+            row, contact, _ = (int(i) for i in np.argwhere(~np.isfinite(array))[0])
+            raise InvalidInputError(
+                f"surface, row {row}: {name} of contact {contact} at parameters {params[row].tolist()} "
+                f"are not finite: {array[row, contact].tolist()}"
+            )
+        contacts[name] = array
+    return contacts

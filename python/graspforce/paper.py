@@ -1,0 +1,140 @@
+"""Example 1 of the paper: its racket, its grasps, and what it printed.
+
+Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifingered grasping", Mechanism and
+Machine Theory 41 (2006) 1243-1257, section 5. Everything here is data as printed; what is computed from it is
+in `graspforce.reproduction`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from .surfaces import PlanarCurve, ellipse, line, planar_contacts
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["RACKET", "RACKET_WRENCH", "TABLE_1", "PlanningProblem", "PublishedForces", "PublishedPlan"]
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedPlan:
+    """What the paper says about one run of the planner: where it ended, after how long."""
+
+    params: tuple[float, ...]
+    iterations: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningProblem:
+    """One planning problem of the racket: a curve and a limit for each contact, and where the search starts.
+
+    Lengths are in m, angles in rad, forces in N.
+    """
+
+    name: str
+    curves: tuple[PlanarCurve, ...]
+    friction: tuple[float, ...]
+    max_normal_force: tuple[float, ...]
+    initial: tuple[float, ...]
+    step: tuple[float, ...]
+    tolerance: tuple[float, ...]
+    bounds: tuple[tuple[float, float], ...]
+    published: Mapping[Literal["max", "sum"], PublishedPlan]
+
+    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Parameters (B, m) to positions and normals (B, m, 2)."""
+        return planar_contacts(*self.curves)(params)
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedForces:
+    """One row of Table 1: a grasp, and (max, sum, CPU ms) of its normalised normal forces by objective."""
+
+    problem: str
+    params: tuple[float, ...]
+    least_sum: tuple[float, float, float]
+    least_max: tuple[float, float, float]
+
+
+def _throat(side: Literal[-1, 1]) -> PlanarCurve:
+    """Outer edge of the racket's throat, left (-1) or right (+1); the racket lies between the two."""
+    return PlanarCurve(
+        point=lambda s: np.stack([side * (0.68 * s**3 + 0.015), 0.8 * s**2 - 0.315], axis=-1),
+        # The derivative (+-2.04 s^2, 1.6 s) vanishes at s = 0; divided by s it tends to (0, 1.6) there.
+        tangent=lambda s: np.stack([side * 2.04 * s, np.full_like(s, 1.6)], axis=-1),
+        object_side="right" if side < 0 else "left",
+    )
+
+
+_PI = math.pi
+
+_THREE_FINGERS = PlanningProblem(
+    name="three fingers",
+    curves=(ellipse(0.13, 0.16), _throat(-1), _throat(1)),
+    friction=(0.1, 0.1, 0.1),
+    max_normal_force=(30.0, 60.0, 60.0),
+    initial=(0.0, 0.5, 0.5),
+    step=(_PI / 4, 0.2, 0.2),
+    tolerance=(_PI / 8, 0.1, 0.1),
+    bounds=((0.0, _PI), (0.0, 0.5), (0.0, 0.5)),
+    published=MappingProxyType({
+        "max": PublishedPlan((_PI / 4, 0.45, 0.0), iterations=4, seconds=129.15),
+        "sum": PublishedPlan((_PI / 4, 0.5, 0.0), iterations=4, seconds=165.97),
+    }),
+)
+
+# Contacts 1 and 2 press outward from inside the head: with normals into the ellipses the printed rho are missed.
+_FOUR_FINGERS = PlanningProblem(
+    name="four fingers",
+    curves=(
+        ellipse(0.12, 0.15, pressed_from="inside"),
+        ellipse(0.12, 0.17, pressed_from="inside"),
+        _throat(1),
+        line((-0.015, 0.0), (0.0, 1.0), object_side="right"),
+    ),
+    friction=(0.1, 0.1, 0.1, 0.2),
+    max_normal_force=(30.0, 30.0, 60.0, 100.0),
+    initial=(0.0, 0.0, 0.4, -0.42),
+    step=(_PI / 4, _PI / 4, 0.2, 0.02),
+    tolerance=(_PI / 8, _PI / 8, 0.1, 0.01),
+    bounds=((0.0, _PI), (-_PI, 0.0), (0.0, 0.5), (-0.5, -0.32)),
+    published=MappingProxyType({
+        "max": PublishedPlan((_PI / 8, -3 * _PI / 8, 0.225, -0.5), iterations=5, seconds=434.58),
+        "sum": PublishedPlan((_PI / 16, -_PI / 2, 0.0, -0.5), iterations=5, seconds=479.67),
+    }),
+)
+
+RACKET: Mapping[str, PlanningProblem] = MappingProxyType({
+    problem.name: problem for problem in (_THREE_FINGERS, _FOUR_FINGERS)
+})
+"""The two planning problems of Example 1, by name."""
+
+RACKET_WRENCH = (-8.0, -10.0, 6.0)
+"""The external wrench ``[fx, fy, tau]`` of Table 1, in N and N m about the origin."""
+
+TABLE_1: Mapping[str, PublishedForces] = MappingProxyType({
+    "d": PublishedForces(
+        "three fingers", (_PI / 4, 0.45, 0.0), (1.3868, 3.1099, 26.58), (1.3868, 3.1099, 29.34)
+    ),
+    "e": PublishedForces(
+        "three fingers", (_PI / 4, 0.5, 0.0), (0.9521, 2.0623, 25.15), (0.9521, 2.0623, 28.76)
+    ),
+    "k": PublishedForces(
+        "four fingers",
+        (_PI / 8, -3 * _PI / 8, 0.225, -0.5),
+        (0.8658, 1.2280, 24.23),
+        (0.8119, 1.4159, 28.04),
+    ),
+    "n": PublishedForces(
+        "four fingers", (_PI / 16, -_PI / 2, 0.0, -0.5), (1.1336, 1.6728, 27.54), (0.9904, 1.6945, 28.94)
+    ),
+})
+"""Table 1, by the letters of Fig. 4."""

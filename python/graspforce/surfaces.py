@@ -1,0 +1,150 @@
+"""Where contacts can go: planar curves, and the surfaces that `graspforce.plan` searches.
+
+A curve maps parameters (B,) to points and unit normals (B, 2). `planar_contacts` puts one contact on each of
+several curves. Any function of the same form does as well: what is here is a convenience.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from .errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["PlanarCurve", "ellipse", "line", "planar_contacts"]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanarCurve:
+    """A planar parametric curve with a side on which the object is.
+
+    Attributes
+    ----------
+    point : callable
+        Parameters (B,) to points (B, 2) in m.
+    tangent : callable
+        Parameters (B,) to tangents (B, 2) of any length. Where the derivative vanishes at a bound, give the
+        direction's limit: a quality needs a normal there, and cannot guess it.
+    object_side : {"left", "right"}
+        On which side of the tangent the object lies; normals point there.
+
+    Examples
+    --------
+    A cubic whose derivative (2.04 s^2, 1.6 s) vanishes at s = 0; divided by s it has the limit (0, 1.6).
+
+    >>> import numpy as np
+    >>> from graspforce.surfaces import PlanarCurve
+    >>> throat = PlanarCurve(
+    ...     point=lambda s: np.stack([0.68 * s**3, 0.8 * s**2], axis=-1),
+    ...     tangent=lambda s: np.stack([2.04 * s, np.full_like(s, 1.6)], axis=-1),
+    ...     object_side="left",
+    ... )
+    >>> throat.normals(np.array([0.0])).tolist()
+    [[-1.0, 0.0]]
+    """
+
+    point: Callable[[Array], Array]
+    tangent: Callable[[Array], Array]
+    object_side: Literal["left", "right"]
+
+    def __post_init__(self) -> None:
+        if self.object_side not in ("left", "right"):
+            raise InvalidInputError(f"object_side: {self.object_side!r} is neither 'left' nor 'right'")
+
+    def normals(self, params: Array) -> Array:
+        """Unit normals (B, 2) into the object; not finite where the tangent has no direction."""
+        x, y = np.moveaxis(self.tangent(params), -1, 0)
+        left = np.stack([-y, x], axis=-1)
+        with np.errstate(invalid="ignore"):
+            unit = left / np.linalg.norm(left, axis=-1, keepdims=True)
+        # Adding zero turns -0.0 into 0.0, so that axis-parallel normals print as what they are.
+        return (unit if self.object_side == "left" else -unit) + 0.0
+
+
+def ellipse(
+    semi_x: float, semi_y: float, *, pressed_from: Literal["outside", "inside"] = "outside"
+) -> PlanarCurve:
+    """Ellipse about the origin, `semi_x` cos, `semi_y` sin of the parameter in rad.
+
+    A finger presses on it from outside (the object is the disc) or from inside (the object surrounds the
+    hole).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import ellipse
+    >>> ellipse(2.0, 1.0).normals(np.array([0.0])).tolist()
+    [[-1.0, 0.0]]
+    >>> ellipse(2.0, 1.0, pressed_from="inside").normals(np.array([0.0])).tolist()
+    [[1.0, 0.0]]
+    """
+    return PlanarCurve(
+        point=lambda s: np.stack([semi_x * np.cos(s), semi_y * np.sin(s)], axis=-1),
+        tangent=lambda s: np.stack([-semi_x * np.sin(s), semi_y * np.cos(s)], axis=-1),
+        object_side="left" if pressed_from == "outside" else "right",
+    )
+
+
+def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left", "right"]) -> PlanarCurve:
+    """Straight edge `start + s direction`, both (2,); the parameter counts multiples of the direction.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import line
+    >>> edge = line((-0.5, 0), (0, 1), object_side="right")
+    >>> edge.point(np.array([0.2])).tolist(), edge.normals(np.array([0.2])).tolist()
+    ([[-0.5, 0.2]], [[1.0, 0.0]])
+    """
+    origin, along = np.asarray(start, dtype=np.float64), np.asarray(direction, dtype=np.float64)
+    if origin.shape != (2,) or along.shape != (2,):
+        raise InvalidInputError(f"start and direction: shapes {origin.shape} and {along.shape}, expected (2,)")
+    return PlanarCurve(
+        point=lambda s: origin + s[..., None] * along,
+        tangent=lambda s: np.broadcast_to(along, (*s.shape, 2)),
+        object_side=object_side,
+    )
+
+
+def planar_contacts(*curves: PlanarCurve) -> Callable[[Array], tuple[Array, Array]]:
+    """Surface with one contact on each curve and one parameter for each contact.
+
+    Parameters
+    ----------
+    *curves : PlanarCurve
+        The curve of each contact, in order.
+
+    Returns
+    -------
+    callable
+        Parameters (B, m) to positions (B, m, 2) in m and unit normals (B, m, 2), as `graspforce.plan` takes.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import ellipse, line, planar_contacts
+    >>> surface = planar_contacts(ellipse(1.0, 1.0), line((0, 0), (1, 0), object_side="left"))
+    >>> positions, normals = surface(np.zeros((5, 2)))
+    >>> positions.shape, normals.shape
+    ((5, 2, 2), (5, 2, 2))
+    """
+    if not curves:
+        raise InvalidInputError("curves: a grasp needs at least one contact")
+
+    def surface(params: Array) -> tuple[Array, Array]:
+        if params.ndim != 2 or params.shape[1] != len(curves):
+            raise InvalidInputError(f"params: shape {params.shape}, expected (B, {len(curves)})")
+        columns = list(zip(curves, params.T, strict=True))
+        positions = np.stack([curve.point(column) for curve, column in columns], axis=1)
+        normals = np.stack([curve.normals(column) for curve, column in columns], axis=1)
+        return positions, normals
+
+    return surface
