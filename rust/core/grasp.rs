@@ -35,6 +35,24 @@ impl Default for GraspOptions {
     }
 }
 
+impl GraspOptions {
+    /// Refuses what is not finite, not positive, or a margin below 1.
+    pub fn check(&self) -> Result<()> {
+        if self.origin.iter().any(|x| !x.is_finite()) {
+            let reason = format!("{:?} is not finite", self.origin.as_slice());
+            return Err(Error::grasp("origin", reason));
+        }
+        let (scale, margin) = (self.length_scale, self.friction_margin);
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
+        }
+        if !(margin >= 1.0 && margin.is_finite()) {
+            return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
+        }
+        Ok(())
+    }
+}
+
 /// Contacts on an object, checked, with everything derived from them.
 ///
 /// ```
@@ -69,7 +87,7 @@ impl<const D: usize> Grasp<D> {
     /// A grasp with its torque origin, length scale and friction margin.
     pub fn with_options(contacts: &[Contact], options: GraspOptions) -> Result<Self> {
         const { assert!(D == 3 || D == 6, "wrenches have 3 (planar) or 6 (spatial) components") };
-        check_options(&options)?;
+        options.check()?;
         if contacts.is_empty() {
             return Err(Error::grasp("positions", "a grasp needs at least one contact"));
         }
@@ -237,20 +255,4 @@ fn has_torsion(contact: &Contact) -> bool {
         ForceModel::Extreme(forces) => forces.iter().any(|f| f[3] != 0.0),
         _ => contact.torsion != 0.0,
     }
-}
-
-fn check_options(options: &GraspOptions) -> Result<()> {
-    if options.origin.iter().any(|x| !x.is_finite()) {
-        let reason = format!("{:?} is not finite", options.origin.as_slice());
-        return Err(Error::grasp("origin", reason));
-    }
-    let scale = options.length_scale;
-    if !(scale > 0.0 && scale.is_finite()) {
-        return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
-    }
-    let margin = options.friction_margin;
-    if !(margin >= 1.0 && margin.is_finite()) {
-        return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
-    }
-    Ok(())
 }

@@ -7,6 +7,7 @@
 //! multifingered grasping", Mechanism and Machine Theory 41 (2006) 1243-1257.
 #![forbid(unsafe_code)]
 
+mod batch;
 mod closure;
 mod contact;
 mod error;
@@ -19,6 +20,7 @@ mod quality;
 mod ridge_table;
 mod wrench_set;
 
+pub use batch::{BatchItem, quality_batch};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
 pub use error::{Error, Result};

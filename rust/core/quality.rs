@@ -34,6 +34,21 @@ impl<const D: usize> QualityOptions<D> {
     pub fn new(criterion: Criterion) -> Self {
         Self { criterion, rtol: None, center: None, metric: None, stop_below: f64::NEG_INFINITY }
     }
+
+    /// Refuses a tolerance outside (0, 1) and a center that is not finite.
+    pub fn check(&self) -> Result<()> {
+        if let Some(rtol) = self.rtol
+            && !(rtol > 0.0 && rtol < 1.0)
+        {
+            return Err(Error::input("rtol", format!("{rtol} must lie between 0 and 1")));
+        }
+        if let Some(center) = &self.center
+            && center.iter().any(|x| !x.is_finite())
+        {
+            return Err(Error::input("center", format!("{:?} is not finite", center.as_slice())));
+        }
+        Ok(())
+    }
 }
 
 /// The quality of a grasp, with its certificate.
@@ -73,6 +88,11 @@ impl<const D: usize> Default for QualityWorkspace<D> {
 }
 
 impl<const D: usize> Grasp<D> {
+    /// The class of Propositions 1 and 2.
+    pub fn closure(&self) -> Closure {
+        classify(self, &mut Polytope::new()).closure
+    }
+
     /// Quality by a criterion, to the default tolerance.
     ///
     /// ```
@@ -114,15 +134,8 @@ struct Question<'a, const D: usize> {
 
 impl<'a, const D: usize> Question<'a, D> {
     fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
+        options.check()?;
         let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
-        if !(rtol > 0.0 && rtol < 1.0) {
-            return Err(Error::input("rtol", format!("{rtol} must lie between 0 and 1")));
-        }
-        if let Some(center) = options.center
-            && center.iter().any(|x| !x.is_finite())
-        {
-            return Err(Error::input("center", format!("{:?} is not finite", center.as_slice())));
-        }
         let set = WrenchSet::new(grasp, options.criterion);
         let metric =
             options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
@@ -231,7 +244,14 @@ impl<'a, const D: usize> Question<'a, D> {
         self.at_distance(nearest.upper, nearest.lower.max(0.0), &z, nearest.supports, closure)
     }
 
-    fn at_distance(&self, rho: f64, lower: f64, z: &Wrench<D>, supports: usize, closure: Closure) -> Quality<D> {
+    fn at_distance(
+        &self,
+        rho: f64,
+        lower: f64,
+        z: &Wrench<D>,
+        supports: usize,
+        closure: Closure,
+    ) -> Quality<D> {
         let direction = self.metric.to_physical(z);
         Quality {
             rho,

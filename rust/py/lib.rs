@@ -1,1 +1,22 @@
+//! Python bindings: every function converts, calls, and maps the error. No algorithm lives here.
+#![forbid(unsafe_code)]
+#![allow(missing_docs, unreachable_pub, reason = "docstrings are Python's; the crate has no Rust callers")]
 
+mod arguments;
+mod arrays;
+mod errors;
+mod grasp;
+mod quality;
+mod quality_many;
+
+use pyo3::prelude::*;
+
+/// The compiled part of graspforce.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<grasp::PyGrasp>()?;
+    module.add_class::<quality::PyQuality>()?;
+    module.add_class::<quality_many::PyQualityBatch>()?;
+    module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
+}

@@ -1,0 +1,63 @@
+//! Arrays from whatever a NumPy user passes: lists, integers, float32, strides.
+
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// A C-contiguous float64 view of `value`, copied only where it is not one already.
+pub fn float_array<'py>(
+    argument: &str,
+    value: &Bound<'py, PyAny>,
+) -> Result<PyReadonlyArrayDyn<'py, f64>, String> {
+    if let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+        && array.is_c_contiguous()
+        && let Ok(view) = array.try_readonly()
+    {
+        return Ok(view);
+    }
+    let converted = || -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let numpy = value.py().import(intern!(value.py(), "numpy"))?;
+        let array = numpy.call_method1(intern!(value.py(), "asarray"), (value,))?;
+        let dtype = array.getattr("dtype")?;
+        let kind: String = dtype.getattr("kind")?.extract()?;
+        if !matches!(kind.as_str(), "i" | "u" | "f") {
+            let message = format!("dtype {dtype} does not hold real numbers");
+            return Err(PyTypeError::new_err(message));
+        }
+        let options = PyDict::new(value.py());
+        options.set_item("dtype", "float64")?;
+        options.set_item("order", "C")?;
+        // A copy of our own: nothing can hold a writable view of it.
+        options.set_item("copy", true)?;
+        Ok(numpy.call_method("array", (array,), Some(&options))?.cast_into()?)
+    };
+    let array = converted().map_err(|error| format!("{argument}: {}", error.value(value.py())))?;
+    array.try_readonly().map_err(|error| format!("{argument}: {error}"))
+}
+
+/// The same for a vector of known length.
+pub fn float_vector(argument: &str, value: &Bound<'_, PyAny>, length: usize) -> Result<Vec<f64>, String> {
+    let array = float_array(argument, value)?;
+    if array.shape() != [length] {
+        return Err(format!("{argument}: shape {:?}, expected ({length},)", array.shape()));
+    }
+    Ok(contents(&array).to_vec())
+}
+
+/// The numbers of a C-contiguous array in order.
+pub fn contents<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> &'a [f64] {
+    array.as_slice().unwrap_or(&[])
+}
+
+/// A new (rows, columns) array, row by row.
+pub fn matrix<'py>(
+    py: Python<'py>,
+    rows: usize,
+    columns: usize,
+    values: impl IntoIterator<Item = f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let flat = PyArray1::from_iter(py, values);
+    flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
+}

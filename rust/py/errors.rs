@@ -1,0 +1,44 @@
+//! Core errors to the exception classes of `graspforce.errors`.
+
+use graspforce::Error;
+use numpy::PyArray1;
+use pyo3::intern;
+use pyo3::prelude::*;
+
+/// The Python exception for a core error.
+pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
+    let class = match error {
+        Error::InvalidGrasp { .. } => "InvalidGraspError",
+        Error::InvalidInput { .. } => "InvalidInputError",
+        Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
+        Error::TooLarge { .. } => "TooLargeError",
+        Error::Busy => "BusyError",
+        _ => "NotConvergedError",
+    };
+    let raised = raise(py, class, &error.to_string());
+    if let Error::InfeasibleWrench { direction } = error
+        && let Err(failed) =
+            raised.value(py).setattr(intern!(py, "direction"), PyArray1::from_slice(py, direction))
+    {
+        return failed;
+    }
+    raised
+}
+
+/// An argument that cannot describe a grasp.
+pub fn invalid_grasp(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
+    raise(py, "InvalidGraspError", message.as_ref())
+}
+
+/// An argument of a query that cannot be used.
+pub fn invalid_input(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
+    raise(py, "InvalidInputError", message.as_ref())
+}
+
+fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
+    let raised = || py.import("graspforce.errors")?.getattr(class)?.call1((message,));
+    match raised() {
+        Ok(value) => PyErr::from_value(value),
+        Err(failed) => failed,
+    }
+}

@@ -1,0 +1,324 @@
+//! `graspforce.Grasp`.
+
+use graspforce::{Closure, Contact, Error, Grasp, GraspOptions};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyTuple, PyType};
+
+use crate::arguments::{Arguments, EdgesArgument, Raw};
+use crate::arrays::matrix;
+use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::quality::{PyQuality, quality_of, quality_options};
+
+/// A grasp of either wrench dimension.
+#[derive(Debug, Clone)]
+pub enum AnyGrasp {
+    Planar(Grasp<3>),
+    Spatial(Grasp<6>),
+}
+
+/// Runs the same expression on a grasp of either dimension.
+macro_rules! with_grasp {
+    ($any:expr, $grasp:ident => $body:expr) => {
+        match $any {
+            $crate::grasp::AnyGrasp::Planar($grasp) => $body,
+            $crate::grasp::AnyGrasp::Spatial($grasp) => $body,
+        }
+    };
+}
+
+/// Contacts of a multifingered hand on an object, checked, with everything derived from them.
+///
+/// A grasp is immutable and may be shared between threads.
+///
+/// Parameters
+/// ----------
+/// positions : array_like
+///     (m, 2) or (m, 3) contact positions in m; two columns make a planar grasp with wrenches
+///     ``[fx, fy, tau]``, three a spatial one with ``[f, tau]``.
+/// normals : array_like
+///     Same shape: normals **into** the object, of any length. The library cannot know the object, so it cannot
+///     check which way they point.
+/// friction : array_like, optional
+///     Scalar or (m,) Coulomb friction coefficients mu >= 0.
+/// max_normal_force : array_like, optional
+///     Scalar or (m,) upper bounds of the normal forces in N, positive.
+/// edges : int, sequence of int or None, optional
+///     Edges of the linearised friction cones (Eq. 3), at least 3; None keeps the true second-order cones.
+///     Planar grasps ignore it: their two edges are exact.
+/// torsion : array_like, optional
+///     Scalar or (m,) torsional friction coefficients in m; soft fingers where positive. Forces then have four
+///     components, the last a torque about the normal.
+/// tangents : array_like, optional
+///     (m, 3) directions whose projections on the tangent planes become the axes ``o``; by default e_x is
+///     projected, or e_y where ``|n_x| > 0.7``.
+/// origin : array_like, optional
+///     (2,) or (3,) point about which torques are taken, in m; zero by default.
+/// length_scale : float, optional
+///     Length L in m that makes torques comparable with forces in the norm of quality:
+///     ``|w|^2 = |f|^2 + |tau|^2 / L^2``. Nothing else depends on it.
+/// friction_margin : float, optional
+///     Factor >= 1 that divides all friction coefficients. Least forces lie on their friction cones; a margin
+///     keeps them away from slip.
+/// extreme_forces : sequence of array_like, optional
+///     For each contact an (l_i, k) array of extreme forces in its frame, ``[n, t]``, ``[n, o, t]`` or
+///     ``[n, o, t, torsion]``, whose convex hull with zero replaces the friction cone. What is limited is then
+///     the multiple of that hull a force needs.
+///
+/// Raises
+/// ------
+/// InvalidGraspError
+///     An argument has the wrong shape or type, a number is not finite, a normal is zero, a friction coefficient
+///     negative, a limit not positive, or there is no contact. The message names argument, contact and value.
+///
+/// Notes
+/// -----
+/// The contact frame is ``(n, t)`` with ``t = (-n_y, n_x)`` in the plane and ``(n, o, t)`` with ``t = n x o`` in
+/// space.
+///
+/// Examples
+/// --------
+/// >>> import graspforce as gf
+/// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=20)
+/// >>> grasp
+/// Grasp(planar, 2 contacts, 4 extreme forces)
+/// >>> grasp.wrench_dim
+/// 3
+#[pyclass(name = "Grasp", module = "graspforce", frozen)]
+pub struct PyGrasp {
+    pub inner: AnyGrasp,
+    arguments: Arguments,
+}
+
+#[pymethods]
+impl PyGrasp {
+    #[new]
+    #[pyo3(
+        signature = (positions, normals, friction=None, max_normal_force=None, edges=EdgesArgument::Default,
+            torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None),
+        text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
+            tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+    fn new<'py>(
+        py: Python<'py>,
+        positions: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        friction: Option<&Bound<'py, PyAny>>,
+        max_normal_force: Option<&Bound<'py, PyAny>>,
+        edges: EdgesArgument<'py>,
+        torsion: Option<&Bound<'py, PyAny>>,
+        tangents: Option<&Bound<'py, PyAny>>,
+        origin: Option<&Bound<'py, PyAny>>,
+        length_scale: f64,
+        friction_margin: f64,
+        extreme_forces: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Self> {
+        let raw = Raw {
+            positions,
+            normals,
+            friction,
+            max_normal_force,
+            edges: &edges,
+            torsion,
+            tangents,
+            origin,
+            length_scale,
+            friction_margin,
+            extreme_forces,
+        };
+        let arguments = Arguments::parse(&raw, false).map_err(|message| invalid_grasp(py, message))?;
+        let inner = AnyGrasp::new(arguments.dim, &arguments.contacts_of(0), arguments.options);
+        Ok(Self { inner: inner.map_err(|error| to_python(py, &error))?, arguments })
+    }
+
+    /// Dimension d of wrenches: 3 for planar grasps, 6 for spatial ones.
+    #[getter]
+    fn wrench_dim(&self) -> usize {
+        match self.inner {
+            AnyGrasp::Planar(_) => 3,
+            AnyGrasp::Spatial(_) => 6,
+        }
+    }
+
+    /// Number of contacts m.
+    #[getter]
+    fn num_contacts(&self) -> usize {
+        self.arguments.contacts
+    }
+
+    /// Components k of a contact force: 2 (planar), 3 (hard fingers) or 4 (soft fingers).
+    #[getter]
+    fn force_dim(&self) -> usize {
+        with_grasp!(&self.inner, grasp => grasp.force_dim())
+    }
+
+    /// (m, dim) contact positions in m.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let dim = self.arguments.dim;
+        with_grasp!(&self.inner, grasp => {
+            let rows = grasp.contacts().iter().flat_map(|contact| contact.position.iter().copied().take(dim));
+            matrix(py, grasp.num_contacts(), dim, rows)
+        })
+    }
+
+    /// (m, dim) unit normals into the object.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let dim = self.arguments.dim;
+        with_grasp!(&self.inner, grasp => {
+            let rows = grasp.contacts().iter().flat_map(|contact| contact.normal.iter().copied().take(dim));
+            matrix(py, grasp.num_contacts(), dim, rows)
+        })
+    }
+
+    /// (m, dim, dim) contact frames: row by row the axes ``n``, (``o``,) ``t`` in world coordinates.
+    #[getter]
+    fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let dim = self.arguments.dim;
+        let axes: &[usize] = if dim == 2 { &[0, 2] } else { &[0, 1, 2] };
+        with_grasp!(&self.inner, grasp => {
+            let rows = grasp.frames().iter().flat_map(|frame| {
+                axes.iter().flat_map(move |&axis| (0..dim).map(move |row| frame[(row, axis)]))
+            });
+            Ok(PyArray1::from_iter(py, rows).reshape([grasp.num_contacts(), dim, dim])?)
+        })
+    }
+
+    /// (d, m k) grasp matrix G: maps the stacked contact forces, in their frames, to the wrench they exert.
+    #[getter]
+    fn grasp_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        with_grasp!(&self.inner, grasp => {
+            let (d, columns) = (self.wrench_dim(), grasp.force_components());
+            let rows = (0..d).flat_map(|row| {
+                grasp.maps().iter().flat_map(move |map| columns.iter().map(move |&column| map[(row, column)]))
+            });
+            matrix(py, d, grasp.num_contacts() * columns.len(), rows)
+        })
+    }
+
+    /// (sum l_i, d) primitive wrenches ``w_ih = G_i s_ih`` (Eq. 8), contact by contact, in N and N m.
+    ///
+    /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
+    #[getter]
+    fn primitive_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        with_grasp!(&self.inner, grasp => {
+            let wrenches = grasp.primitive_wrenches().map_err(|error| to_python(py, &error))?;
+            matrix(py, wrenches.len(), self.wrench_dim(), wrenches.iter().flat_map(|w| w.iter().copied()))
+        })
+    }
+
+    /// (sum l_i, k) extreme contact forces ``s_ih`` (Eq. 3) in contact frames, contact by contact, in N.
+    ///
+    /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
+    #[getter]
+    fn extreme_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        with_grasp!(&self.inner, grasp => {
+            let forces = grasp.extreme_forces().map_err(|error| to_python(py, &error))?;
+            let columns = grasp.force_components();
+            let rows = forces.iter().flat_map(|force| columns.iter().map(|&row| force[row]));
+            matrix(py, forces.len(), columns.len(), rows)
+        })
+    }
+
+    /// (m,) number of extreme forces of each contact; 0 for a true cone.
+    #[getter]
+    fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        with_grasp!(&self.inner, grasp => {
+            let counts = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.len() as i64));
+            PyArray1::from_iter(py, counts)
+        })
+    }
+
+    /// Length L in m of the norm of wrenches.
+    #[getter]
+    fn length_scale(&self) -> f64 {
+        self.arguments.options.length_scale
+    }
+
+    /// (dim,) point about which torques are taken, in m.
+    #[getter]
+    fn origin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.arguments.options.origin.as_slice()[..self.arguments.dim])
+    }
+
+    /// Whether contact forces can balance every external wrench (``rho < 0``).
+    #[getter]
+    fn is_force_closure(&self, py: Python<'_>) -> bool {
+        with_grasp!(&self.inner, grasp => py.detach(|| grasp.closure()) == Closure::Force)
+    }
+
+    /// How large a wrench the grasp resists in its worst direction, under limited contact forces.
+    ///
+    /// Parameters
+    /// ----------
+    /// criterion : {"max", "sum"}, optional
+    ///     What is limited to 1: each normalised normal force (``rho_max``, the field's L-infinity or
+    ///     Minkowski-sum metric; Eq. 17) or their sum (``rho_sum``, the L1 or union Ferrari-Canny metric; Eq. 16).
+    /// rtol : float, optional
+    ///     Relative width of the bracket; 1e-9 by default, or 1e-6 where a contact has its true cone.
+    /// center : array_like, optional
+    ///     (d,) external wrench that acts all the time, such as the weight: epsilon is then the largest
+    ///     disturbance that can be resisted on top of it. ``closure`` still describes the grasp itself.
+    /// metric : array_like, optional
+    ///     (d, d) symmetric positive definite M of the norm ``|w|^2 = w^T M w``; by default that of the grasp's
+    ///     ``length_scale``.
+    ///
+    /// Returns
+    /// -------
+    /// Quality
+    ///     rho with its bracket, the class of the grasp, and the worst direction.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     The criterion is unknown, rtol not within (0, 1), or center or metric unusable.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> q = grasp.quality("max")
+    /// >>> q.closure, round(q.epsilon, 9)
+    /// ('force', 0.577350269)
+    #[pyo3(signature = (criterion="max", rtol=None, center=None, metric=None))]
+    fn quality(
+        &self,
+        py: Python<'_>,
+        criterion: &str,
+        rtol: Option<f64>,
+        center: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<PyQuality> {
+        with_grasp!(&self.inner, grasp => {
+            let options = quality_options(criterion, rtol, center, metric)
+                .map_err(|message| invalid_input(py, message))?;
+            quality_of(py, grasp, &options)
+        })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
+        Ok((py.get_type::<Self>(), self.arguments.to_python(py)?))
+    }
+
+    fn __repr__(&self) -> String {
+        let kind = if self.arguments.dim == 2 { "planar" } else { "spatial" };
+        let (contacts, s) = (self.arguments.contacts, if self.arguments.contacts == 1 { "" } else { "s" });
+        let forces = with_grasp!(&self.inner, grasp => match grasp.extreme_forces() {
+            Ok(forces) => format!("{} extreme forces", forces.len()),
+            Err(_) => "true cones".to_string(),
+        });
+        format!("Grasp({kind}, {contacts} contact{s}, {forces})")
+    }
+}
+
+impl AnyGrasp {
+    /// A grasp of the dimension of its positions.
+    pub fn new(dim: usize, contacts: &[Contact], options: GraspOptions) -> Result<Self, Error> {
+        match dim {
+            2 => Grasp::with_options(contacts, options).map(Self::Planar),
+            _ => Grasp::with_options(contacts, options).map(Self::Spatial),
+        }
+    }
+}

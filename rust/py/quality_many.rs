@@ -1,0 +1,228 @@
+//! `graspforce.quality_many`: a batch of grasps on all cores.
+
+use graspforce::{BatchItem, Closure, Grasp, QualityOptions, quality_batch};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arguments::{Arguments, EdgesArgument, Raw};
+use crate::errors::{invalid_grasp, invalid_input};
+use crate::quality::quality_options;
+
+/// Grasps between two looks at the interpreter: short enough for Ctrl-C, long enough for all cores.
+const CHUNK: usize = 256;
+
+/// Qualities of a batch of grasps, as arrays with one entry for each.
+///
+/// Attributes
+/// ----------
+/// rho, epsilon, lower, upper : numpy.ndarray
+///     (B,) as in `Quality`; NaN where the status is 2.
+/// closure : numpy.ndarray
+///     (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
+/// status : numpy.ndarray
+///     (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp (see ``errors``).
+/// errors : dict of int to str
+///     What is wrong with the rows of status 2.
+#[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
+pub struct PyQualityBatch {
+    items: Vec<BatchItem>,
+}
+
+#[pymethods]
+impl PyQualityBatch {
+    #[getter]
+    fn rho<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| item.rho)
+    }
+
+    #[getter]
+    fn epsilon<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| 0.0 - item.rho)
+    }
+
+    #[getter]
+    fn lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| item.lower)
+    }
+
+    #[getter]
+    fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| item.upper)
+    }
+
+    #[getter]
+    fn closure<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+        self.column(py, |item| match item.closure {
+            Some(Closure::Force) => 1,
+            Some(Closure::Partial) => 0,
+            Some(Closure::None) => -1,
+            None => -2,
+        })
+    }
+
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+        self.column(py, |item| match item {
+            BatchItem { error: Some(_), .. } => 2,
+            BatchItem { converged: false, .. } => 1,
+            _ => 0,
+        })
+    }
+
+    #[getter]
+    fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let errors = PyDict::new(py);
+        for (row, item) in self.items.iter().enumerate() {
+            if let Some(error) = &item.error {
+                errors.set_item(row, error.to_string())?;
+            }
+        }
+        Ok(errors)
+    }
+
+    fn __len__(&self) -> usize {
+        self.items.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let failed = self.items.iter().filter(|item| item.error.is_some()).count();
+        let closed = self.items.iter().filter(|item| item.closure == Some(Closure::Force)).count();
+        format!("QualityBatch({} grasps, {closed} force closure, {failed} failed)", self.items.len())
+    }
+}
+
+impl PyQualityBatch {
+    fn column<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&BatchItem) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        PyArray1::from_vec(py, self.items.iter().map(value).collect())
+    }
+}
+
+/// Qualities of many grasps with the same number of contacts, on all cores.
+///
+/// The interpreter lock is released while they are computed. A row that is not a grasp does not stop the others:
+/// it gets status 2 and its reason.
+///
+/// Parameters
+/// ----------
+/// positions, normals : array_like
+///     (B, m, 2) or (B, m, 3), as for `Grasp`.
+/// friction, max_normal_force, torsion : array_like, optional
+///     Scalar, (m,) or (B, m), as for `Grasp`.
+/// edges, origin, length_scale, friction_margin, extreme_forces : optional
+///     As for `Grasp`, the same for all rows.
+/// tangents : array_like, optional
+///     (m, 3) or (B, m, 3), as for `Grasp`.
+/// criterion, rtol, center, metric : optional
+///     As for `Grasp.quality`.
+/// progress : callable, optional
+///     Called now and then, and at the end, with the number of rows done and the number in all. An exception it
+///     raises ends the call.
+///
+/// Returns
+/// -------
+/// QualityBatch
+///     Arrays with one entry for each row.
+///
+/// Raises
+/// ------
+/// InvalidGraspError, InvalidInputError
+///     A shape or type is wrong, or an argument that all rows share.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> import graspforce as gf
+/// >>> angles = np.linspace(2.0, np.pi, 3)
+/// >>> first = np.broadcast_to([1.0, 0.0], (3, 2))
+/// >>> second = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+/// >>> positions = np.stack([first, second], axis=1)
+/// >>> batch = gf.quality_many(positions, -positions, friction=0.5)
+/// >>> batch.closure.tolist()
+/// [-1, 1, 1]
+#[pyfunction]
+#[pyo3(
+    signature = (positions, normals, friction=None, max_normal_force=None, edges=EdgesArgument::Default,
+        torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *,
+        criterion="max", rtol=None, center=None, metric=None, progress=None),
+    text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
+        tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
+        criterion='max', rtol=None, center=None, metric=None, progress=None)"
+)]
+#[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+pub fn quality_many<'py>(
+    py: Python<'py>,
+    positions: &Bound<'py, PyAny>,
+    normals: &Bound<'py, PyAny>,
+    friction: Option<&Bound<'py, PyAny>>,
+    max_normal_force: Option<&Bound<'py, PyAny>>,
+    edges: EdgesArgument<'py>,
+    torsion: Option<&Bound<'py, PyAny>>,
+    tangents: Option<&Bound<'py, PyAny>>,
+    origin: Option<&Bound<'py, PyAny>>,
+    length_scale: f64,
+    friction_margin: f64,
+    extreme_forces: Option<&Bound<'py, PyAny>>,
+    criterion: &str,
+    rtol: Option<f64>,
+    center: Option<&Bound<'py, PyAny>>,
+    metric: Option<&Bound<'py, PyAny>>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<PyQualityBatch> {
+    let raw = Raw {
+        positions,
+        normals,
+        friction,
+        max_normal_force,
+        edges: &edges,
+        torsion,
+        tangents,
+        origin,
+        length_scale,
+        friction_margin,
+        extreme_forces,
+    };
+    let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+    let wrong = |message: String| invalid_input(py, message);
+    match arguments.dim {
+        2 => run(
+            py,
+            &arguments,
+            &quality_options::<3>(criterion, rtol, center, metric).map_err(wrong)?,
+            progress,
+        ),
+        _ => run(
+            py,
+            &arguments,
+            &quality_options::<6>(criterion, rtol, center, metric).map_err(wrong)?,
+            progress,
+        ),
+    }
+}
+
+fn run<const D: usize>(
+    py: Python<'_>,
+    arguments: &Arguments,
+    options: &QualityOptions<D>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyQualityBatch> {
+    options
+        .check()
+        .and_then(|()| arguments.options.check())
+        .map_err(|error| crate::errors::to_python(py, &error))?;
+    let mut items = Vec::with_capacity(arguments.batch);
+    while items.len() < arguments.batch {
+        let rows = items.len()..arguments.batch.min(items.len() + CHUNK);
+        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options);
+        items.extend(py.detach(|| quality_batch(rows, grasp, options)));
+        py.check_signals()?;
+        if let Some(progress) = progress {
+            progress.call1((items.len(), arguments.batch))?;
+        }
+    }
+    Ok(PyQualityBatch { items })
+}
