@@ -1,17 +1,21 @@
 #[path = "../benches/common/mod.rs"]
 mod common;
 use graspforce::*;
+use std::time::Instant;
 fn main() {
-    let mut small = vec![];
-    for (i, g) in common::closed_grasps(7, 200, 4, 10).iter().enumerate() {
+    let mut random = common::Random::new(3);
+    let mut n = 0;
+    while n < 12 {
+        let contacts = common::ellipsoid_contacts(&mut random, 4);
+        let g = Grasp::<6>::new(&contacts).unwrap();
+        let t = Instant::now();
         let q = g.quality(Criterion::Sum).unwrap();
-        small.push((-q.rho, i));
-        if i == 14 {
-            for w in g.primitive_wrenches().unwrap() {
-                println!("{:?}", w.as_slice());
-            }
+        let e = t.elapsed();
+        if q.rho >= 0. {
+            n += 1;
+            let t = Instant::now();
+            g.closure();
+            println!("{:?} {:?} supports {} rho {}", e, t.elapsed(), q.supports, q.rho);
         }
     }
-    small.sort_by(|a, b| a.0.total_cmp(&b.0));
-    eprintln!("{:?}", &small[..10]);
 }

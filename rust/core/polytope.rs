@@ -21,6 +21,9 @@ use crate::wrench_set::Support;
 /// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
 const BEYOND: f64 = 1e-12;
 
+/// What rounding leaves uncertain in a distance, relative to the longest vertex.
+const NOISE: f64 = 8.0 * f64::EPSILON;
+
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;
 
@@ -77,6 +80,8 @@ pub(crate) enum Expansion<const D: usize> {
 struct Facet<const D: usize> {
     /// `plane . v = 1` for all vertices.
     plane: Wrench<D>,
+    /// `1 / |plane|`.
+    distance: f64,
     /// Of the point being added: `plane . p`.
     reach: f64,
     /// In ascending order, so that the newest point is always the last.
@@ -124,6 +129,8 @@ pub(crate) struct Polytope<const D: usize> {
     horizon: RidgeTable,
     round: u32,
     serial: u32,
+    /// What rounding leaves uncertain in the distance of a plane.
+    noise: f64,
 }
 
 impl<const D: usize> Polytope<D> {
@@ -137,6 +144,7 @@ impl<const D: usize> Polytope<D> {
             horizon: RidgeTable::new(),
             round: 0,
             serial: 0,
+            noise: 0.0,
         }
     }
 
@@ -157,7 +165,7 @@ impl<const D: usize> Polytope<D> {
             // With none left, all facets lie beyond the best upper bound.
             let Some(nearest) = self.pop_nearest() else { break best.0 };
             let lower = nearest.distance;
-            if best.0 <= lower * (1.0 + rtol) || lower > limits.stop_above {
+            if self.closed(lower, best.0, rtol) || lower > limits.stop_above {
                 break lower;
             }
             let z = self.facets[nearest.facet as usize].plane.normalize();
@@ -166,8 +174,9 @@ impl<const D: usize> Polytope<D> {
             if support.value < best.0 {
                 best = (support.value, z);
             }
+            self.noise = self.noise.max(NOISE * support.wrench.norm());
             let full = self.serial as usize >= limits.max_facets || self.points.len() >= MAX_POINTS;
-            if best.0 <= lower * (1.0 + rtol) || full || best.0 < limits.stop_below {
+            if self.closed(lower, best.0, rtol) || full || best.0 < limits.stop_below {
                 break lower;
             }
             if !self.add(nearest.facet, support.wrench, best.0) {
@@ -176,7 +185,7 @@ impl<const D: usize> Polytope<D> {
         };
         // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
         let grown = lower > size;
-        if !grown && best.0 <= lower * (1.0 + rtol) {
+        if !grown && self.closed(lower, best.0, rtol) {
             return Expansion::Pierced { upper: best.0, direction: best.1 };
         }
         let lower = if grown { self.certified_radius().min(best.0) } else { 0.0 };
@@ -184,10 +193,15 @@ impl<const D: usize> Polytope<D> {
             lower,
             upper: best.0,
             direction: best.1,
-            converged: best.0 - lower <= 1.001 * rtol * best.0,
+            converged: grown && self.closed(lower, best.0, 1.001 * rtol),
             supports,
             facets: self.serial as usize,
         })
+    }
+
+    /// Whether the bracket is as narrow as asked for, or as rounding allows.
+    fn closed(&self, lower: f64, upper: f64, rtol: f64) -> bool {
+        upper <= lower * (1.0 + rtol) + self.noise
     }
 
     fn start(&mut self, size: f64) {
@@ -197,11 +211,13 @@ impl<const D: usize> Polytope<D> {
         self.heap.clear();
         self.round = 1;
         self.serial = 0;
+        self.noise = NOISE * size;
         self.points.extend(regular_simplex::<D>().iter().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
             let facet = Facet {
                 plane: self.points[opposite] * (-(D as f64) / (size * size)),
+                distance: size / D as f64,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
                 neighbours: std::array::from_fn(|slot| others(slot) as u32),
@@ -223,10 +239,9 @@ impl<const D: usize> Polytope<D> {
             self.facets.push(facet);
             self.facets.len() as u32 - 1
         };
-        let distance = facet.plane.norm().recip();
         // What is further out than the radius can never be the nearest facet before the bracket closes.
-        if distance < interesting {
-            self.heap.push(Candidate { distance, facet: index, serial: facet.serial });
+        if facet.distance < interesting {
+            self.heap.push(Candidate { distance: facet.distance, facet: index, serial: facet.serial });
         }
         index
     }
@@ -241,7 +256,7 @@ impl<const D: usize> Polytope<D> {
             let vertices = facet.vertices.map(|v| self.points[v as usize]);
             if offset(&facet.plane, &vertices) > 1e-13 {
                 if let Some(plane) = plane_through(&vertices) {
-                    facet.plane = plane;
+                    (facet.plane, facet.distance) = (plane, plane.norm().recip());
                 }
                 let distance = certified_distance(&facet.plane, &vertices);
                 if distance > candidate.distance
@@ -278,7 +293,8 @@ impl<const D: usize> Polytope<D> {
                 if neighbour.round != round {
                     neighbour.round = round;
                     neighbour.reach = neighbour.plane.dot(&p);
-                    neighbour.visible = neighbour.reach > 1.0 + BEYOND;
+                    let uncertain = BEYOND + self.noise / neighbour.distance;
+                    neighbour.visible = neighbour.reach > 1.0 + uncertain;
                     if neighbour.visible {
                         self.visible.push(outer);
                     }
@@ -309,8 +325,16 @@ impl<const D: usize> Polytope<D> {
         let back = shared_slot(outside, inner, &vertices);
         let mut neighbours = [outer; D];
         neighbours[..D - 1].fill(u32::MAX);
-        let facet =
-            Facet { plane, reach: 1.0, vertices, neighbours, round: self.round, serial: 0, visible: false };
+        let facet = Facet {
+            plane,
+            distance: plane.norm().recip(),
+            reach: 1.0,
+            vertices,
+            neighbours,
+            round: self.round,
+            serial: 0,
+            visible: false,
+        };
         let made = self.insert(facet, interesting);
         self.facets[outer as usize].neighbours[back] = made;
         for slot in 0..D - 1 {
