@@ -7,7 +7,7 @@ use crate::grasp::Wrench;
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
-const CORRAL: usize = 8;
+pub(crate) const CORRAL: usize = 8;
 
 const MAX_ITERATIONS: usize = 10_000;
 
@@ -20,6 +20,8 @@ pub(crate) struct NearestPoint<const D: usize> {
     /// The norm of `point`.
     pub(crate) upper: f64,
     pub(crate) supports: usize,
+    /// `point` as a convex combination: numbers of oracle calls (from 0) and weights.
+    pub(crate) combination: [(usize, f64); CORRAL],
 }
 
 /// Finds the nearest point to a relative tolerance, or stops at norm `negligible`.
@@ -31,14 +33,20 @@ pub(crate) fn nearest_point<const D: usize>(
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
     let first = oracle(&Wrench::repeat((D as f64).sqrt().recip())).wrench;
-    let mut corral = Corral { points: [first; CORRAL], weights: [0.0; CORRAL], len: 1 };
+    let mut corral = Corral { points: [first; CORRAL], calls: [0; CORRAL], weights: [0.0; CORRAL], len: 1 };
     corral.weights[0] = 1.0;
-    let mut best = NearestPoint { point: first, lower: f64::NEG_INFINITY, upper: first.norm(), supports: 1 };
+    let mut best = NearestPoint {
+        point: first,
+        lower: f64::NEG_INFINITY,
+        upper: first.norm(),
+        supports: 1,
+        combination: corral.combination(),
+    };
     for _ in 0..MAX_ITERATIONS {
         let point = corral.point();
         let norm = point.norm();
         if norm < best.upper {
-            (best.point, best.upper) = (point, norm);
+            (best.point, best.upper, best.combination) = (point, norm, corral.combination());
         }
         if norm <= negligible {
             break;
@@ -50,7 +58,7 @@ pub(crate) fn nearest_point<const D: usize>(
         if best.upper - best.lower <= rtol * best.upper || corral.holds(&support.wrench) {
             break;
         }
-        corral.admit(support.wrench);
+        corral.admit(support.wrench, best.supports - 1);
     }
     best
 }
@@ -58,6 +66,8 @@ pub(crate) fn nearest_point<const D: usize>(
 /// Affinely independent points whose convex hull holds the current point in its relative interior.
 struct Corral<const D: usize> {
     points: [Wrench<D>; CORRAL],
+    /// Which oracle call gave each point.
+    calls: [usize; CORRAL],
     weights: [f64; CORRAL],
     len: usize,
 }
@@ -67,16 +77,21 @@ impl<const D: usize> Corral<D> {
         (0..self.len).fold(Wrench::zeros(), |sum, k| sum + self.points[k] * self.weights[k])
     }
 
+    fn combination(&self) -> [(usize, f64); CORRAL] {
+        std::array::from_fn(|k| if k < self.len { (self.calls[k], self.weights[k]) } else { (0, 0.0) })
+    }
+
     fn holds(&self, point: &Wrench<D>) -> bool {
         self.points[..self.len].contains(point)
     }
 
     /// Adds a point and moves to the nearest point of the hull, dropping what is no longer needed.
-    fn admit(&mut self, point: Wrench<D>) {
+    fn admit(&mut self, point: Wrench<D>, call: usize) {
         if self.len == D + 1 {
             self.drop_lightest();
         }
         self.points[self.len] = point;
+        self.calls[self.len] = call;
         self.weights[self.len] = 0.0;
         self.len += 1;
         for _ in 0..=D + 1 {
@@ -100,6 +115,7 @@ impl<const D: usize> Corral<D> {
         let Some((lightest, _)) = weights.min_by(|a, b| a.1.total_cmp(b.1)) else { return };
         self.len -= 1;
         self.points.swap(lightest, self.len);
+        self.calls.swap(lightest, self.len);
         self.weights.swap(lightest, self.len);
         let total: f64 = self.weights[..self.len].iter().sum();
         self.weights[..self.len].iter_mut().for_each(|w| *w /= total);

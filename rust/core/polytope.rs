@@ -360,6 +360,21 @@ impl<const D: usize> Polytope<D> {
         plane
     }
 
+    /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.
+    pub(crate) fn has_rival(
+        &self,
+        radius: f64,
+        z: &Wrench<D>,
+        mut value: impl FnMut(&Wrench<D>) -> f64,
+    ) -> bool {
+        let thin = radius * (1.0 + 1e-7);
+        self.facets
+            .iter()
+            .filter(|facet| facet.round != 0 && facet.distance <= thin)
+            .map(|facet| facet.plane * facet.distance)
+            .any(|other| (other - z).norm() > 1e-4 && value(&other) <= thin)
+    }
+
     /// The radius of a ball that no facet enters.
     fn certified_radius(&self) -> f64 {
         let live = self.facets.iter().filter(|facet| facet.round != 0);

@@ -78,7 +78,7 @@ pub struct Quality<const D: usize> {
 /// The memory of quality computations, to be reused: after a few grasps it no longer allocates.
 #[derive(Debug, Clone)]
 pub struct QualityWorkspace<const D: usize> {
-    polytope: Polytope<D>,
+    pub(crate) polytope: Polytope<D>,
 }
 
 impl<const D: usize> Default for QualityWorkspace<D> {
@@ -122,18 +122,18 @@ impl<const D: usize> Grasp<D> {
 }
 
 /// A wrench set in the coordinates where the metric is Euclidean.
-struct Question<'a, const D: usize> {
-    grasp: &'a Grasp<D>,
-    set: WrenchSet<D>,
-    metric: Metric<D>,
-    center: Option<Wrench<D>>,
+pub(crate) struct Question<'a, const D: usize> {
+    pub(crate) grasp: &'a Grasp<D>,
+    pub(crate) set: WrenchSet<D>,
+    pub(crate) metric: Metric<D>,
+    pub(crate) center: Option<Wrench<D>>,
     limits: Limits,
     /// Length of the longest wrench: what counts as large.
-    scale: f64,
+    pub(crate) scale: f64,
 }
 
 impl<'a, const D: usize> Question<'a, D> {
-    fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
+    pub(crate) fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
         options.check()?;
         let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
         let set = WrenchSet::new(grasp, options.criterion);
@@ -150,7 +150,7 @@ impl<'a, const D: usize> Question<'a, D> {
         axes.flat_map(|axis| [axis, -axis]).map(|z| self.support(&z).wrench.norm()).fold(0.0, f64::max)
     }
 
-    fn support(&self, z: &Wrench<D>) -> Support<D> {
+    pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {
         let functional = self.metric.functional(z);
         let Support { mut value, wrench } = self.set.support(&functional);
         let mut wrench = self.metric.to_euclidean(&wrench);
@@ -164,7 +164,7 @@ impl<'a, const D: usize> Question<'a, D> {
         Support { value, wrench }
     }
 
-    fn answer(&self, polytope: &mut Polytope<D>) -> Result<Quality<D>> {
+    pub(crate) fn answer(&self, polytope: &mut Polytope<D>) -> Result<Quality<D>> {
         // A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
         let size = 1e-3 * self.scale;
         let first = polytope.expand(size, &self.limits, |z| self.support(z));
@@ -190,6 +190,12 @@ impl<'a, const D: usize> Question<'a, D> {
                 }
             }
         }
+    }
+
+    /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
+    pub(crate) fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
+        polytope
+            .has_rival(-quality.rho, &self.metric.to_euclidean(&quality.direction), |z| self.support(z).value)
     }
 
     /// The radius of a set that is thin for its size: from ever smaller simplices.

@@ -1,0 +1,264 @@
+//! The gradient of `epsilon` with respect to contact positions and normals, by the envelope theorem.
+//!
+//! At a unique minimiser `z* = (a, b)` (as a functional on physical wrenches), `epsilon = p(z*)` changes as the
+//! nearest boundary wrench does while `z*` stays. That wrench is `sum_i G_i F_i` with `F_i` a convex combination
+//! of contact i's extreme forces that are active at `z*`. With `F_i` in world axes, `tau_i` its torsion and
+//! `v_i = a + b x (r_i - origin)`,
+//!
+//! - `d epsilon / d r_i = F_i x b`;
+//! - `d epsilon / d n_i = (F_i x v_i) x n_i + tau_i (b - n_i (n_i . b))`, the frame turning with the normal by
+//!   the smallest rotation.
+
+use nalgebra::Vector3;
+
+use crate::contact::ContactForce;
+use crate::error::Result;
+use crate::grasp::{Grasp, Wrench};
+use crate::nearest_point::nearest_point;
+use crate::quality::{Quality, QualityOptions, QualityWorkspace, Question};
+use crate::wrench_set::{ContactSupport, Criterion, Support};
+
+/// How `epsilon` changes as contacts move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gradient {
+    /// Of each contact: change of `epsilon` by m of displacement (planar: the z component is zero).
+    pub positions: Vec<Vector3<f64>>,
+    /// Of each contact: change of `epsilon` by rad that its normal turns; orthogonal to the normal.
+    pub normals: Vec<Vector3<f64>>,
+    /// Whether `epsilon` is differentiable here. Where several directions are equally bad, or several forces
+    /// reach the same boundary wrench, this is one element of the subdifferential.
+    pub unique: bool,
+}
+
+impl<const D: usize> Grasp<D> {
+    /// The gradient of the `epsilon` that [`Self::quality_with`] computes with the same options.
+    ///
+    /// ```
+    /// use graspforce::{Contact, Criterion, Grasp, QualityOptions, QualityWorkspace};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-1.0, 0.1), (1.0, 0.0)].map(|(x, y): (f64, f64)| {
+    ///     Contact::new(Vector3::new(x, y, 0.0), Vector3::new(-x, 0.0, 0.0)).friction(0.5)
+    /// });
+    /// let options = QualityOptions::new(Criterion::Max);
+    /// let gradient = Grasp::<3>::new(&fingers)?.gradient(&options, &mut QualityWorkspace::default())?;
+    /// // Bringing the fingers in line is better, and no common translation in y changes that.
+    /// assert!(gradient.positions[0].y < gradient.positions[1].y);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn gradient(
+        &self,
+        options: &QualityOptions<D>,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> Result<Gradient> {
+        // The active set wants a minimiser as exact as rounding allows; a true cone has no exact one.
+        let rtol = if self.is_finite() { 1e-12 } else { 1e-10 };
+        let options = QualityOptions { rtol: Some(rtol), ..*options };
+        let question = Question::new(self, &options)?;
+        let quality = question.answer(&mut workspace.polytope)?;
+        let rival = quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality);
+        let active = ActiveForces::at(&question, &quality);
+        let (a, b) = split(&active.functional);
+        let mut gradient = Gradient {
+            positions: Vec::with_capacity(self.num_contacts()),
+            normals: Vec::with_capacity(self.num_contacts()),
+            unique: quality.rho != 0.0 && !rival && active.unique,
+        };
+        for ((contact, frame), force) in self.contacts().iter().zip(self.frames()).zip(&active.forces) {
+            let n = contact.normal;
+            let world = frame * force.fixed_rows::<3>(0);
+            let v = a + b.cross(&(contact.position - self.options().origin));
+            let torsion = force[3] * (b - n * n.dot(&b));
+            gradient.positions.push(in_space::<D>(world.cross(&b)));
+            gradient.normals.push(in_space::<D>(world.cross(&v).cross(&n) + torsion));
+        }
+        Ok(gradient)
+    }
+}
+
+/// The forces, contact by contact, that exert the nearest boundary wrench.
+struct ActiveForces<const D: usize> {
+    /// `C^T z*`.
+    functional: Wrench<D>,
+    forces: Vec<ContactForce>,
+    unique: bool,
+}
+
+/// What of a contact lies on the supporting hyperplane.
+struct Face<const D: usize> {
+    /// Extreme forces and their wrenches.
+    points: Vec<(Wrench<D>, ContactForce)>,
+    /// A true cone none of whose tangential directions the hyperplane prefers: all of its base is active.
+    whole: bool,
+    /// Whether the contact may as well exert nothing.
+    optional: bool,
+}
+
+impl<const D: usize> ActiveForces<D> {
+    fn at(question: &Question<'_, D>, quality: &Quality<D>) -> Self {
+        let functional = question.metric.functional(&question.metric.to_euclidean(&quality.direction));
+        // Outside, the union decides for both criteria.
+        let outside = quality.rho >= 0.0 && question.center.is_none();
+        let sum = question.set.criterion() == Criterion::Sum || outside;
+        let target = quality.wrench - question.center.unwrap_or_else(Wrench::zeros);
+        let mut best: Option<(f64, Self)> = None;
+        // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
+        for tolerance in [1e-9, 1e-7, 1e-5, 1e-3] {
+            let faces = faces(question, &functional, tolerance, sum);
+            let (residual, forces) = combine(question, &faces, &target, sum);
+            let better = best.as_ref().is_none_or(|(least, _)| residual < *least);
+            if better {
+                let unique = independent(question, &faces, sum);
+                best = Some((residual, Self { functional, forces, unique }));
+            }
+            if residual <= 1e-9 * question.scale {
+                break;
+            }
+        }
+        best.map_or_else(
+            || Self {
+                functional,
+                forces: vec![ContactForce::zeros(); question.grasp.num_contacts()],
+                unique: false,
+            },
+            |(_, active)| active,
+        )
+    }
+}
+
+fn faces<const D: usize>(
+    question: &Question<'_, D>,
+    z: &Wrench<D>,
+    tolerance: f64,
+    sum: bool,
+) -> Vec<Face<D>> {
+    let grasp = question.grasp;
+    let tolerance = tolerance * question.scale;
+    let supports: Vec<_> = (0..grasp.num_contacts()).map(|i| question.set.contact_support(i, z)).collect();
+    let furthest = supports.iter().map(|support| support.value).fold(f64::NEG_INFINITY, f64::max);
+    let face = |(i, support): (usize, &ContactSupport<D>)| {
+        let (least, optional) = if sum {
+            (furthest - tolerance, false)
+        } else {
+            (f64::max(support.value, 0.0) - tolerance, support.value <= tolerance)
+        };
+        let Some(range) = grasp.edges(i) else {
+            let along_normal = grasp.contacts()[i].max_normal_force * grasp.maps()[i].column(0).dot(z);
+            let active = support.value >= least;
+            let whole = active && support.value - along_normal <= tolerance;
+            let points = if active { vec![(support.wrench, support.force)] } else { Vec::new() };
+            return Face { points, whole, optional };
+        };
+        let all = grasp.finite_wrenches()[range.clone()].iter().zip(&grasp.finite_forces()[range]);
+        let active = all.filter(|(wrench, _)| wrench.dot(z) >= least);
+        Face { points: active.map(|(wrench, force)| (*wrench, *force)).collect(), whole: false, optional }
+    };
+    supports.iter().enumerate().map(face).collect()
+}
+
+/// The convex combination of the faces nearest to `target`, and how far it stays away: Wolfe's algorithm on the
+/// sum (or the union) of the faces, whose vertices are never listed.
+fn combine<const D: usize>(
+    question: &Question<'_, D>,
+    faces: &[Face<D>],
+    target: &Wrench<D>,
+    sum: bool,
+) -> (f64, Vec<ContactForce>) {
+    let metric = &question.metric;
+    let target = metric.to_euclidean(target);
+    let mut calls: Vec<Vec<ContactForce>> = Vec::new();
+    let nearest = nearest_point(1e-9, 1e-14 * question.scale, |q| {
+        let functional = metric.functional(q);
+        let mut picks: Vec<_> =
+            (0..faces.len()).map(|i| furthest_of_face(question, faces, i, &functional)).collect();
+        let best = picks.iter().flatten().map(|(value, ..)| *value).fold(f64::NEG_INFINITY, f64::max);
+        let mut taken = false;
+        for pick in &mut picks {
+            *pick = pick.filter(|(value, ..)| !sum || (!taken && *value == best));
+            taken |= pick.is_some();
+        }
+        let wrench = picks.iter().flatten().map(|(_, wrench, _)| *wrench).sum();
+        calls.push(
+            picks.iter().map(|pick| pick.map_or_else(ContactForce::zeros, |(.., force)| force)).collect(),
+        );
+        let wrench = metric.to_euclidean(&wrench) - target;
+        Support { value: wrench.dot(q), wrench }
+    });
+    let mut forces = vec![ContactForce::zeros(); faces.len()];
+    for (call, weight) in nearest.combination {
+        for (force, exerted) in forces.iter_mut().zip(&calls[call]) {
+            *force += exerted * weight;
+        }
+    }
+    (nearest.upper, forces)
+}
+
+/// The point of contact `i`'s face furthest along `functional`; `None` where that is to exert nothing.
+fn furthest_of_face<const D: usize>(
+    question: &Question<'_, D>,
+    faces: &[Face<D>],
+    i: usize,
+    functional: &Wrench<D>,
+) -> Option<(f64, Wrench<D>, ContactForce)> {
+    let face = &faces[i];
+    let best = if face.whole {
+        let support = question.set.contact_support(i, functional);
+        Some((support.value, support.wrench, support.force))
+    } else {
+        let points = face.points.iter().map(|(wrench, force)| (wrench.dot(functional), *wrench, *force));
+        points.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    best.filter(|(value, ..)| !face.optional || *value > 0.0)
+}
+
+/// Whether the faces' forces are determined by their sum: the edges of all faces are linearly independent.
+fn independent<const D: usize>(question: &Question<'_, D>, faces: &[Face<D>], sum: bool) -> bool {
+    let mut edges: Vec<Wrench<D>> = Vec::new();
+    let mut shared = None;
+    for (face, map) in faces.iter().zip(question.grasp.maps()) {
+        if face.whole {
+            edges.extend(
+                map.column_iter().filter(|column| column.amax() > 0.0).map(|column| column.into_owned()),
+            );
+        }
+        let mut base = match (sum, face.optional) {
+            (true, _) => shared,
+            (false, true) => Some(Wrench::zeros()),
+            (false, false) => None,
+        };
+        for (wrench, _) in &face.points {
+            match base {
+                Some(base) => edges.push(wrench - base),
+                None => base = Some(*wrench),
+            }
+        }
+        shared = shared.or(base);
+    }
+    let mut basis: Vec<Wrench<D>> = Vec::with_capacity(D);
+    edges.iter().all(|edge| {
+        let mut rest = question.metric.to_euclidean(edge);
+        let length = rest.norm();
+        for direction in &basis {
+            rest -= direction * direction.dot(&rest);
+        }
+        let fresh = rest.norm() > 1e-7 * length;
+        basis.push(rest.normalize());
+        fresh
+    })
+}
+
+/// The force and torque parts of a functional, in space.
+fn split<const D: usize>(z: &Wrench<D>) -> (Vector3<f64>, Vector3<f64>) {
+    match D {
+        3 => (Vector3::new(z[0], z[1], 0.0), Vector3::new(0.0, 0.0, z[2])),
+        _ => (Vector3::new(z[0], z[1], z[2]), Vector3::new(z[3], z[4], z[5])),
+    }
+}
+
+/// A planar contact neither leaves its plane nor turns out of it.
+fn in_space<const D: usize>(mut gradient: Vector3<f64>) -> Vector3<f64> {
+    if D == 3 {
+        gradient.z = 0.0;
+    }
+    gradient
+}

@@ -1,0 +1,148 @@
+//! The gradient of epsilon against central differences.
+
+#[path = "../benches/common/mod.rs"]
+mod common;
+
+use common::Random;
+use graspforce::{Contact, Criterion, Grasp, Metric, QualityOptions, QualityWorkspace};
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+
+const STEP: f64 = 1e-5;
+
+fn epsilon<const D: usize>(contacts: &[Contact], options: &QualityOptions<D>) -> f64 {
+    let options = QualityOptions { rtol: Some(1e-12), ..*options };
+    let grasp = Grasp::<D>::new(contacts).unwrap();
+    -grasp.quality_with(&options, &mut QualityWorkspace::default()).unwrap().rho
+}
+
+/// The contacts with contact `i` displaced.
+fn displaced(contacts: &[Contact], i: usize, by: Vector3<f64>) -> Vec<Contact> {
+    let mut moved = contacts.to_vec();
+    moved[i].position += by;
+    moved
+}
+
+/// The contacts with the frame of contact `i` turned by the smallest rotation that moves its normal by `by`.
+fn turned(contacts: &[Contact], frames: &[Matrix3<f64>], i: usize, by: Vector3<f64>) -> Vec<Contact> {
+    let mut moved = contacts.to_vec();
+    let n: Vector3<f64> = frames[i].column(0).into();
+    let rotation = Rotation3::new(n.cross(&by));
+    moved[i].normal = rotation * n;
+    moved[i].tangent = Some(rotation * frames[i].column(1));
+    moved
+}
+
+fn agrees<const D: usize>(contacts: &[Contact], options: &QualityOptions<D>) -> Option<f64> {
+    let grasp = Grasp::<D>::new(contacts).unwrap();
+    let gradient = grasp.gradient(options, &mut QualityWorkspace::default()).unwrap();
+    if !gradient.unique {
+        return None;
+    }
+    let (mut error, mut size) = (0.0_f64, 0.0_f64);
+    for i in 0..contacts.len() {
+        let axes = if D == 3 { 2 } else { 3 };
+        for axis in 0..axes {
+            let by = Vector3::from_fn(|row, _| if row == axis { STEP } else { 0.0 });
+            let difference = epsilon(&displaced(contacts, i, by), options)
+                - epsilon(&displaced(contacts, i, -by), options);
+            error = error.max((difference / (2.0 * STEP) - gradient.positions[i][axis]).abs());
+            size = size.max(gradient.positions[i].amax());
+        }
+        let frame = &grasp.frames()[i];
+        let tangents: &[usize] = if D == 3 { &[2] } else { &[1, 2] };
+        for &tangent in tangents {
+            let by: Vector3<f64> = frame.column(tangent) * STEP;
+            let plus = epsilon(&turned(contacts, grasp.frames(), i, by), options);
+            let minus = epsilon(&turned(contacts, grasp.frames(), i, -by), options);
+            let along = gradient.normals[i].dot(&frame.column(tangent));
+            error = error.max(((plus - minus) / (2.0 * STEP) - along).abs());
+            size = size.max(gradient.normals[i].amax());
+        }
+        assert!(gradient.normals[i].dot(&frame.column(0)).abs() < 1e-9 * size.max(1.0));
+    }
+    Some(error / size)
+}
+
+fn check<const D: usize>(
+    mut problem: impl FnMut(&mut Random) -> (Vec<Contact>, QualityOptions<D>),
+    tolerance: f64,
+) {
+    let mut random = Random::new(11);
+    let mut errors = Vec::new();
+    while errors.len() < 40 {
+        let (contacts, options) = problem(&mut random);
+        errors.extend(agrees(&contacts, &options));
+    }
+    errors.sort_by(f64::total_cmp);
+    println!("largest relative errors {:?}", &errors[35..]);
+    // A kink within a step of the point is no fault of the gradient; it is rare.
+    assert!(errors[38] < tolerance, "{errors:?}");
+}
+
+#[test]
+fn spatial_gradients_are_central_differences() {
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let problem = |random: &mut Random| {
+            let contacts = common::ellipsoid_contacts(random, 5);
+            let limited = contacts.into_iter().map(|c| c.edges(7).max_normal_force(random.within(0.5, 2.0)));
+            (limited.collect(), QualityOptions::new(criterion))
+        };
+        check::<6>(problem, 1e-6);
+    }
+}
+
+#[test]
+fn gradients_follow_soft_fingers_metrics_and_centers() {
+    let problem = |random: &mut Random| {
+        let contacts =
+            common::ellipsoid_contacts(random, 4).into_iter().map(|c| c.edges(6).torsion(0.3)).collect();
+        let root = SMatrix::<f64, 6, 6>::from_fn(|_, _| random.within(-0.3, 0.3)) + SMatrix::identity();
+        let metric = Metric::from_matrix(&(root * root.transpose())).unwrap();
+        let center = SMatrix::<f64, 6, 1>::from_fn(|_, _| random.within(-0.05, 0.05));
+        let options = QualityOptions {
+            metric: Some(metric),
+            center: Some(center),
+            ..QualityOptions::new(Criterion::Max)
+        };
+        (contacts, options)
+    };
+    check::<6>(problem, 1e-6);
+}
+
+#[test]
+fn planar_gradients_are_central_differences() {
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let problem = |random: &mut Random| {
+            let contact = |_| {
+                let (s, c) = random.within(0.0, 6.3).sin_cos();
+                Contact::new(Vector3::new(1.3 * c, s, 0.0), -Vector3::new(c / 1.3, s, 0.0)).friction(0.3)
+            };
+            ((0..4).map(contact).collect(), QualityOptions::new(criterion))
+        };
+        check::<3>(problem, 1e-6);
+    }
+}
+
+#[test]
+fn gradients_of_true_cones_are_central_differences_to_their_tolerance() {
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let problem = |random: &mut Random| {
+            let contacts = common::ellipsoid_contacts(random, 4).into_iter().map(Contact::cone).collect();
+            (contacts, QualityOptions::new(criterion))
+        };
+        check::<6>(problem, 1e-4);
+    }
+}
+
+#[test]
+fn symmetric_grasps_are_flagged() {
+    let corners = [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)];
+    let contacts = corners.map(|(x, y, z)| {
+        let corner = Vector3::new(x, y, z).normalize();
+        Contact::new(corner, -corner).friction(0.5)
+    });
+    let options = QualityOptions::new(Criterion::Sum);
+    let gradient =
+        Grasp::<6>::new(&contacts).unwrap().gradient(&options, &mut QualityWorkspace::default()).unwrap();
+    assert!(!gradient.unique);
+}
