@@ -7,26 +7,36 @@
 //! multifingered grasping", Mechanism and Machine Theory 41 (2006) 1243-1257.
 #![forbid(unsafe_code)]
 
+mod basis;
 mod batch;
 mod closure;
+mod columns;
+mod conic;
 mod contact;
+mod distribution;
+mod enumerated;
+mod equilibration;
 mod error;
 mod gradient;
 mod grasp;
 mod linear;
 mod metric;
+mod minkowski;
 mod nearest_point;
 mod polytope;
 mod quality;
 mod ridge_table;
+mod simplex;
 mod wrench_set;
 
 pub use batch::{BatchItem, quality_batch};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
+pub use distribution::{Distribution, DistributionOptions, ForceDistributor, Method};
 pub use error::{Error, Result};
 pub use gradient::Gradient;
 pub use grasp::{ContactMap, Grasp, GraspOptions, Wrench, wrench_of_force};
 pub use metric::Metric;
+pub use minkowski::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use wrench_set::{ContactSupport, Criterion, Support, WrenchSet};

@@ -1,0 +1,189 @@
+//! The paper's own two phases (section 4): the points of the wrench set offline, then `z_b` and the points
+//! on its hyperplane online.
+//!
+//! Clarabel solves Eq. 26 to about eight digits. That is enough to tell which points lie on the supporting
+//! hyperplane; the simplex restricted to these finishes with a basic solution, and every other point is then
+//! checked against the multipliers, so that the answer is exact over the whole set.
+
+use nalgebra::SVector;
+
+use crate::columns::{Column, Objective, Pricing, UNUSED};
+use crate::conic::{self, HalfSpaces};
+use crate::equilibration::Equilibration;
+use crate::error::Result;
+use crate::grasp::Grasp;
+use crate::minkowski::MinkowskiSum;
+use crate::simplex::{Outcome, Simplex, TIE};
+
+/// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
+const ACTIVE: f64 = 1e-5;
+
+/// Rounds of adding the points that the multipliers violate; after the last, all points take part.
+const MAX_ROUNDS: usize = 20;
+
+/// Every point of the wrench set, in equilibrated coordinates, with the edges that make it.
+#[derive(Debug, Clone)]
+pub(crate) struct Enumeration<const D: usize> {
+    points: Vec<Column<D>>,
+    starts: Vec<u32>,
+    /// Contact and edge, the latter counted over all contacts (matrix B of section 4.2).
+    entries: Vec<(u32, u32)>,
+    objective: Objective,
+}
+
+impl<const D: usize> Enumeration<D> {
+    pub(crate) fn new(
+        grasp: &Grasp<D>,
+        objective: Objective,
+        equilibration: &Equilibration<D>,
+        limit: u128,
+    ) -> Result<Self> {
+        let (points, starts, entries) = match objective {
+            Objective::Sum => union(grasp, equilibration)?,
+            _ => minkowski(grasp, objective, equilibration, limit)?,
+        };
+        Ok(Self { points, starts, entries, objective })
+    }
+
+    /// Solves to optimality over all points. `active` is the caller's buffer for those that take part.
+    pub(crate) fn solve(
+        &self,
+        simplex: &mut Simplex<D>,
+        target: &SVector<f64, D>,
+        rank: usize,
+        active: &mut Vec<u32>,
+    ) -> Outcome<D> {
+        self.select(target, rank, active);
+        let mut pivots = 0;
+        for _ in 0..MAX_ROUNDS {
+            let outcome = simplex.cold(&Restricted { all: self, active }, target, rank);
+            pivots += simplex.pivots;
+            simplex.pivots = pivots;
+            if outcome != Outcome::Optimal {
+                break;
+            }
+            if !self.add_violated(&simplex.multipliers, active) {
+                return outcome;
+            }
+        }
+        active.clear();
+        active.extend(0..self.points.len() as u32);
+        let outcome = simplex.cold(&Restricted { all: self, active }, target, rank);
+        simplex.pivots += pivots;
+        outcome
+    }
+
+    /// The points on the hyperplane of Eq. 26; all of them where Clarabel finds none, for the simplex to
+    /// tell an infeasible wrench from a hard one.
+    fn select(&self, target: &SVector<f64, D>, rank: usize, active: &mut Vec<u32>) {
+        active.clear();
+        let half_spaces =
+            HalfSpaces { normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])), rank };
+        if let Some(z) = conic::furthest_dual(target.as_slice(), half_spaces) {
+            let z = SVector::<f64, D>::from_fn(|row, _| z.get(row).copied().unwrap_or(0.0));
+            let near = (0_u32..).zip(&self.points);
+            active.extend(
+                near.filter(|(_, p)| p.wrench.dot(&z) >= p.costs[0] * (1.0 - ACTIVE)).map(|(j, _)| j),
+            );
+        }
+        if active.is_empty() {
+            active.extend(0..self.points.len() as u32);
+        }
+    }
+
+    /// Adds the points whose reduced cost is wrong in either level; `false` if there are none.
+    fn add_violated(&self, z: &[SVector<f64, D>; 2], active: &mut Vec<u32>) -> bool {
+        let before = active.len();
+        let tolerance = TIE.max(5e-15 * z[0].lp_norm(1));
+        let second = 1e-9_f64.max(1e-12 * z[1].lp_norm(1));
+        active.extend((0_u32..).zip(&self.points).filter_map(|(j, point)| {
+            let gain = point.wrench.dot(&z[0]) - point.costs[0];
+            let tied = self.objective == Objective::MaxThenSum && gain >= -tolerance;
+            let wrong = gain > tolerance || (tied && point.wrench.dot(&z[1]) - point.costs[1] > second);
+            wrong.then_some(j)
+        }));
+        // A point that takes part already is only wrong by rounding, and must not be added for ever.
+        let (old, new) = active.split_at_mut(before);
+        old.sort_unstable();
+        let fresh: Vec<u32> = new.iter().copied().filter(|j| old.binary_search(j).is_err()).collect();
+        active.truncate(before);
+        active.extend(fresh);
+        active.len() > before
+    }
+
+    fn write_edges(&self, point: usize, edges: &mut [u32]) {
+        edges.fill(UNUSED);
+        let range = self.starts[point] as usize..self.starts[point + 1] as usize;
+        for &(contact, edge) in &self.entries[range] {
+            edges[contact as usize] = edge;
+        }
+    }
+}
+
+/// The simplex's view of the points that take part.
+struct Restricted<'a, const D: usize> {
+    all: &'a Enumeration<D>,
+    active: &'a [u32],
+}
+
+impl<const D: usize> Restricted<'_, D> {
+    fn best(&self, value: impl Fn(&Column<D>) -> f64, edges: &mut [u32]) -> Column<D> {
+        let mut winner = (f64::NEG_INFINITY, self.active.first().copied().unwrap_or(0));
+        for &j in self.active {
+            let value = value(&self.all.points[j as usize]);
+            if value > winner.0 {
+                winner = (value, j);
+            }
+        }
+        self.all.write_edges(winner.1 as usize, edges);
+        self.all.points[winner.1 as usize]
+    }
+}
+
+impl<const D: usize> Pricing<D> for Restricted<'_, D> {
+    fn furthest(&self, z: &SVector<f64, D>, discount: f64, edges: &mut [u32]) -> Column<D> {
+        self.best(|point| point.wrench.dot(z) - discount * point.costs[0], edges)
+    }
+
+    fn tie_break(&self, z: &[SVector<f64, D>; 2], tolerance: f64, edges: &mut [u32]) -> Option<Column<D>> {
+        if self.all.objective != Objective::MaxThenSum {
+            return None;
+        }
+        let gain = |point: &Column<D>| {
+            if point.wrench.dot(&z[0]) < point.costs[0] - tolerance {
+                return f64::NEG_INFINITY;
+            }
+            point.wrench.dot(&z[1]) - point.costs[1]
+        };
+        Some(self.best(gain, edges))
+    }
+}
+
+type Points<const D: usize> = (Vec<Column<D>>, Vec<u32>, Vec<(u32, u32)>);
+
+fn union<const D: usize>(grasp: &Grasp<D>, equilibration: &Equilibration<D>) -> Result<Points<D>> {
+    let wrenches = grasp.primitive_wrenches()?;
+    let costs = Objective::Sum.costs(1);
+    let points = wrenches.iter().map(|w| Column { wrench: equilibration.wrench(w), costs }).collect();
+    let ranges = (0..grasp.num_contacts()).filter_map(|i| Some((i, grasp.edges(i)?)));
+    let entries = ranges.flat_map(|(i, range)| range.map(move |edge| (i as u32, edge as u32))).collect();
+    Ok((points, (0..=wrenches.len() as u32).collect(), entries))
+}
+
+fn minkowski<const D: usize>(
+    grasp: &Grasp<D>,
+    objective: Objective,
+    equilibration: &Equilibration<D>,
+    limit: u128,
+) -> Result<Points<D>> {
+    let sum = MinkowskiSum::with_limit(grasp, limit)?;
+    let firsts: Vec<u32> =
+        (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.start as u32)).collect();
+    let points = (0..sum.len()).map(|j| Column {
+        wrench: equilibration.wrench(&sum.wrenches()[j]),
+        costs: objective.costs((sum.ends()[j] - sum.starts()[j]) as usize),
+    });
+    let starts = sum.starts().iter().chain(sum.ends().last()).copied().collect();
+    let entries = sum.contacts().iter().zip(sum.edges()).map(|(&i, &h)| (i, firsts[i as usize] + h));
+    Ok((points.collect(), starts, entries.collect()))
+}

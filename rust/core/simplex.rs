@@ -1,0 +1,264 @@
+//! The primal simplex method with implicit columns: a cold start for the linear programs of Eqs. 24 and 26.
+//!
+//! Three costs are minimised one after another, each with a multiplier vector of its own and so without any
+//! large or small constants: how far the artificial columns are from zero, the objective, and the tie-break.
+//! Every answer is a basic solution, hence nonnegative; the pseudoinverse of Eqs. 27 to 29 is not, wherever
+//! more than `d` points of the set lie on one supporting hyperplane.
+
+use nalgebra::SVector;
+
+use crate::basis::Basis;
+use crate::columns::{Column, Pricing};
+
+/// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
+pub(crate) const MAX_PIVOTS: usize = 1000;
+
+/// Pivots after which rounding in the updated inverse is cleared.
+const REFACTORISE_EVERY: usize = 50;
+
+/// Reduced costs below this are no improvement, relative to an objective of one.
+const OPTIMALITY: f64 = 1e-12;
+
+/// Columns whose first reduced cost is this small share the optimum of the objective.
+pub(crate) const TIE: f64 = 1e-11;
+
+/// What is left of artificial columns, relative to the largest component of the right-hand side, when a
+/// wrench counts as balanced.
+const FEASIBILITY: f64 = 1e-10;
+
+/// Pivot elements below this share of the largest are not trusted.
+const PIVOT: f64 = 1e-9;
+
+/// How a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Outcome<const R: usize> {
+    /// Optimal in every cost; levels and multipliers hold the answer.
+    Optimal,
+    /// No combination of columns reaches the right-hand side; this direction separates.
+    Infeasible(SVector<f64, R>),
+    /// The pivot bound was reached.
+    Stalled,
+}
+
+/// A basis with its levels (`alpha` of Eq. 24) and multipliers (`z_b` of Eq. 26, and the tie-break's).
+#[derive(Debug, Clone)]
+pub(crate) struct Simplex<const R: usize> {
+    pub(crate) basis: Basis<R>,
+    pub(crate) levels: SVector<f64, R>,
+    pub(crate) multipliers: [SVector<f64, R>; 2],
+    pub(crate) pivots: usize,
+    target: SVector<f64, R>,
+    entering: Vec<u32>,
+}
+
+impl<const R: usize> Simplex<R> {
+    pub(crate) fn new(contacts: usize) -> Self {
+        Self {
+            basis: Basis::new(contacts),
+            levels: SVector::zeros(),
+            multipliers: [SVector::zeros(); 2],
+            pivots: 0,
+            target: SVector::zeros(),
+            entering: vec![0; contacts],
+        }
+    }
+
+    /// Solves from artificial columns. `target` has a largest component of one and zeros beyond `rank`,
+    /// beyond which every column is zero, too.
+    pub(crate) fn cold(
+        &mut self,
+        pricing: &impl Pricing<R>,
+        target: &SVector<f64, R>,
+        rank: usize,
+    ) -> Outcome<R> {
+        self.pivots = 0;
+        self.target = *target;
+        self.basis.reset(target);
+        self.levels = target.abs();
+        if let Err(outcome) = self.reach_feasibility(pricing, rank) {
+            return outcome;
+        }
+        self.drive_out_artificials(pricing, rank);
+        self.optimise(pricing, rank)
+    }
+
+    /// The first phase: minimise the sum of artificial levels.
+    fn reach_feasibility(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Result<(), Outcome<R>> {
+        let mut costs = self.basis.infeasibility(rank);
+        let mut z = self.basis.multipliers(&costs);
+        let mut fresh = true;
+        while self.pivots < MAX_PIVOTS {
+            if costs.dot(&self.levels) <= FEASIBILITY {
+                return Ok(());
+            }
+            let column = pricing.furthest(&z, 0.0, &mut self.entering);
+            let gain = column.wrench.dot(&z);
+            let direction = self.basis.inverse * column.wrench;
+            let row = self.leaving_row(&direction, 0);
+            if gain <= 1e-13 * z.lp_norm(1) || row.is_none() {
+                if fresh {
+                    return Err(Outcome::Infeasible(z));
+                }
+                fresh = true;
+                self.refactorise();
+                z = self.basis.multipliers(&costs);
+                continue;
+            }
+            let Some(row) = row else { continue };
+            self.pivot(row, &column, &direction);
+            costs = self.basis.infeasibility(rank);
+            fresh = self.pivots.is_multiple_of(REFACTORISE_EVERY);
+            z = if fresh {
+                self.refactorise();
+                self.basis.multipliers(&costs)
+            } else {
+                z - self.basis.inverse.row(row).transpose() * gain
+            };
+        }
+        Err(Outcome::Stalled)
+    }
+
+    /// Replaces artificial columns left at level zero, so that they cannot grow while the objective falls.
+    fn drive_out_artificials(&mut self, pricing: &impl Pricing<R>, rank: usize) {
+        for row in 0..rank {
+            if !self.basis.artificial[row] {
+                continue;
+            }
+            self.levels[row] = 0.0;
+            let along = self.basis.inverse.row(row).transpose();
+            let length = along.lp_norm(1);
+            for z in [along, -along] {
+                let column = pricing.furthest(&z, 0.0, &mut self.entering);
+                if column.wrench.dot(&z) > PIVOT * length {
+                    let direction = self.basis.inverse * column.wrench;
+                    self.pivot(row, &column, &direction);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The second phase: the objective, then the tie-break among its optimal columns.
+    fn optimise(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Outcome<R> {
+        self.refactorise();
+        self.refresh_multipliers();
+        // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
+        let mut threshold = OPTIMALITY;
+        let mut polished = true;
+        let mut doubtful = 0;
+        let first = self.pivots;
+        while self.pivots < MAX_PIVOTS {
+            if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
+                self.refactorise();
+                self.refresh_multipliers();
+            }
+            let noise = self.multipliers[0].lp_norm(1);
+            let mut column = pricing.furthest(&self.multipliers[0], 1.0, &mut self.entering);
+            let gain = column.wrench.dot(&self.multipliers[0]) - column.costs[0];
+            // Gains that rounding in the multipliers can feign are followed, but not for ever.
+            doubtful += usize::from(gain <= 4e-15 * noise);
+            if gain <= threshold.max(5e-16 * noise) || doubtful > 2 * R {
+                if !polished {
+                    polished = true;
+                    self.polish();
+                    continue;
+                }
+                let tolerance = TIE.max(5e-15 * noise);
+                let Some(tied) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
+                threshold = 2.0 * tolerance;
+                column = tied;
+            }
+            let direction = self.basis.inverse * column.wrench;
+            let Some(row) = self.leaving_row(&direction, rank) else { return Outcome::Stalled };
+            let gains: [f64; 2] =
+                std::array::from_fn(|k| column.wrench.dot(&self.multipliers[k]) - column.costs[k]);
+            self.pivot(row, &column, &direction);
+            for (z, gain) in self.multipliers.iter_mut().zip(gains) {
+                *z -= self.basis.inverse.row(row).transpose() * gain;
+            }
+            polished = false;
+        }
+        Outcome::Stalled
+    }
+
+    /// The column that improves the tie-break, if one does.
+    fn tie_break(&mut self, pricing: &impl Pricing<R>, tolerance: f64) -> Option<Column<R>> {
+        let column = pricing.tie_break(&self.multipliers, tolerance, &mut self.entering)?;
+        let reach = column.wrench.dot(&self.multipliers[1]);
+        let noise = 1e-13 * self.multipliers[1].lp_norm(1);
+        (reach - column.costs[1] > TIE.max(noise)).then_some(column)
+    }
+
+    /// The ratio test. Equal ratios are decided lexicographically on the rows of the inverse, which excludes
+    /// cycles; an artificial column before row `rank` leaves rather than change its level.
+    fn leaving_row(&self, direction: &SVector<f64, R>, rank: usize) -> Option<usize> {
+        let smallest = PIVOT * direction.amax();
+        let mut best: Option<(usize, f64)> = None;
+        for row in 0..R {
+            let u = direction[row];
+            if row < rank && self.basis.artificial[row] && u.abs() > smallest {
+                return Some(row);
+            }
+            if u <= smallest || u <= 0.0 {
+                continue;
+            }
+            let ratio = self.levels[row].max(0.0) / u;
+            let closer = match best {
+                None => true,
+                Some((other, least)) if ratio == least => self.precedes(row, other, u, direction[other]),
+                Some((_, least)) => ratio < least,
+            };
+            if closer {
+                best = Some((row, ratio));
+            }
+        }
+        best.map(|(row, _)| row)
+    }
+
+    fn precedes(&self, row: usize, other: usize, u: f64, v: f64) -> bool {
+        let rows =
+            self.basis.inverse.row(row).iter().zip(self.basis.inverse.row(other)).find_map(|(a, b)| {
+                let (a, b) = (a / u, b / v);
+                (a != b).then_some(a < b)
+            });
+        rows.unwrap_or(false)
+    }
+
+    fn pivot(&mut self, row: usize, column: &Column<R>, direction: &SVector<f64, R>) {
+        let step = self.levels[row].max(0.0) / direction[row];
+        self.levels -= direction * step;
+        self.levels[row] = step;
+        // Levels that are zero but for rounding are ties, and only exact ties are broken without cycling.
+        let zero = 1e-15 * self.levels.amax();
+        self.levels.apply(|level| {
+            if level.abs() < zero {
+                *level = 0.0;
+            }
+        });
+        self.basis.replace(row, column, &self.entering, direction);
+        self.pivots += 1;
+    }
+
+    fn refactorise(&mut self) {
+        if self.basis.refactorise() {
+            self.levels = self.basis.levels(&self.target);
+        }
+    }
+
+    fn refresh_multipliers(&mut self) {
+        self.multipliers = self.basis.costs.map(|costs| self.basis.multipliers(&costs));
+    }
+
+    /// Removes what pivoting left in levels and multipliers, by refinement where that suffices.
+    fn polish(&mut self) {
+        let before = self.multipliers[0];
+        let refined = self.basis.refine(&before, &self.basis.costs[0]);
+        if (refined - before).lp_norm(1) > 1e-10 * refined.lp_norm(1) {
+            self.refactorise();
+            self.refresh_multipliers();
+            return;
+        }
+        self.multipliers = [refined, self.basis.refine(&self.multipliers[1], &self.basis.costs[1])];
+        self.levels += self.basis.inverse * (self.target - self.basis.columns * self.levels);
+    }
+}
