@@ -1,6 +1,6 @@
 //! `graspforce.Grasp`.
 
-use graspforce::{Closure, Contact, Error, Grasp, GraspOptions};
+use graspforce::{Closure, Contact, DEFAULT_MAX_POINTS, Error, Grasp, GraspOptions, MinkowskiSum};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
@@ -8,6 +8,7 @@ use pyo3::types::{PyTuple, PyType};
 use crate::arguments::{Arguments, EdgesArgument, Raw};
 use crate::arrays::matrix;
 use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::minkowski::PyMinkowskiSum;
 use crate::quality::{PyQuality, quality_of, quality_options};
 
 /// A grasp of either wrench dimension.
@@ -295,6 +296,42 @@ impl PyGrasp {
             let options = quality_options(criterion, rtol, center, metric)
                 .map_err(|message| invalid_input(py, message))?;
             quality_of(py, grasp, &options)
+        })
+    }
+
+    /// All points of the Minkowski sum of the contacts' wrenches, by Algorithm 1 in its order.
+    ///
+    /// There are ``prod(l_i + 1) - 1`` of them: for teaching, small problems, and as the definition of what the
+    /// other methods compute without listing it.
+    ///
+    /// Parameters
+    /// ----------
+    /// max_points : int, optional
+    ///     Refuse to list more.
+    ///
+    /// Returns
+    /// -------
+    /// MinkowskiSum
+    ///     The points and which extreme forces make each of them.
+    ///
+    /// Raises
+    /// ------
+    /// TooLargeError
+    ///     There are more than ``max_points``; the message says how many, and how many bytes.
+    /// InvalidGraspError
+    ///     A contact has its true cone, which has no finite set.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> ms = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).minkowski_sum()
+    /// >>> len(ms), ms.wrenches.shape
+    /// (8, (8, 3))
+    #[pyo3(signature = (max_points=DEFAULT_MAX_POINTS), text_signature = "($self, max_points=2000000)")]
+    fn minkowski_sum(&self, py: Python<'_>, max_points: u128) -> PyResult<PyMinkowskiSum> {
+        with_grasp!(&self.inner, grasp => {
+            let sum = py.detach(|| MinkowskiSum::with_limit(grasp, max_points));
+            PyMinkowskiSum::new(py, grasp, &sum.map_err(|error| to_python(py, &error))?)
         })
     }
 

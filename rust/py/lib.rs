@@ -4,8 +4,10 @@
 
 mod arguments;
 mod arrays;
+mod distribution;
 mod errors;
 mod grasp;
+mod minkowski;
 mod quality;
 mod quality_many;
 
@@ -17,6 +19,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<grasp::PyGrasp>()?;
     module.add_class::<quality::PyQuality>()?;
+    module.add_class::<minkowski::PyMinkowskiSum>()?;
+    module.add_class::<distribution::PyForceDistributor>()?;
+    module.add_class::<distribution::PyForceSolution>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }

@@ -116,7 +116,7 @@ pub fn quality_options<const D: usize>(
     center: Option<&Bound<'_, PyAny>>,
     metric: Option<&Bound<'_, PyAny>>,
 ) -> Result<QualityOptions<D>, String> {
-    let criterion = parse_criterion(criterion)?;
+    let criterion = parse_criterion("criterion", criterion)?;
     let center = center.map(|value| float_vector("center", value, D)).transpose()?;
     let metric = metric.map(parse_metric).transpose()?;
     let center = center.map(Wrench::from_vec);
@@ -124,11 +124,11 @@ pub fn quality_options<const D: usize>(
 }
 
 /// "max" or "sum".
-pub fn parse_criterion(criterion: &str) -> Result<Criterion, String> {
+pub fn parse_criterion(argument: &str, criterion: &str) -> Result<Criterion, String> {
     match criterion {
         "max" => Ok(Criterion::Max),
         "sum" => Ok(Criterion::Sum),
-        other => Err(format!("criterion: {other:?} is neither \"max\" nor \"sum\"")),
+        other => Err(format!("{argument}: {other:?} is neither \"max\" nor \"sum\"")),
     }
 }
 

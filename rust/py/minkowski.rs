@@ -1,0 +1,108 @@
+//! `graspforce.MinkowskiSum`.
+
+use graspforce::{Grasp, MinkowskiSum};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// The explicit Minkowski sum of the contacts' wrenches, in the order of Algorithm 1.
+///
+/// Made by `Grasp.minkowski_sum`. Point j is the sum of the primitive wrenches of its entries
+/// ``starts[j]:ends[j]`` (Eq. 30).
+///
+/// Attributes
+/// ----------
+/// wrenches : numpy.ndarray
+///     (n, d) points ``w_j``, columns of the paper's P, in N and N m; read-only.
+/// starts, ends : numpy.ndarray
+///     (n,) int32, the paper's A: where in ``contacts`` and ``edges`` the entries of each point start and end,
+///     0-based, ends exclusive; read-only.
+/// contacts, edges : numpy.ndarray
+///     int32, the paper's B: contact i and extreme force h of each entry, 0-based; read-only.
+#[pyclass(name = "MinkowskiSum", module = "graspforce", frozen)]
+pub struct PyMinkowskiSum {
+    #[pyo3(get)]
+    wrenches: Py<PyArray2<f64>>,
+    #[pyo3(get)]
+    starts: Py<PyArray1<i32>>,
+    #[pyo3(get)]
+    ends: Py<PyArray1<i32>>,
+    #[pyo3(get)]
+    contacts: Py<PyArray1<i32>>,
+    #[pyo3(get)]
+    edges: Py<PyArray1<i32>>,
+    /// Rows of W before each contact's first.
+    offsets: Vec<i32>,
+    rows: usize,
+    points: usize,
+}
+
+#[pymethods]
+impl PyMinkowskiSum {
+    /// The sparse matrix Q with ``wrenches == Q.T @ grasp.primitive_wrenches``.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.sparse.csc_array
+    ///     (sum l_i, n), zeros and ones. Needs SciPy.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import numpy as np
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)])
+    /// >>> ms = grasp.minkowski_sum()
+    /// >>> np.array_equal(ms.to_scipy().T @ grasp.primitive_wrenches, ms.wrenches)
+    /// True
+    fn to_scipy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (starts, ends) = (self.starts.bind(py).try_readonly()?, self.ends.bind(py).try_readonly()?);
+        let (contacts, edges) = (self.contacts.bind(py).try_readonly()?, self.edges.bind(py).try_readonly()?);
+        let pairs = contacts.as_slice()?.iter().zip(edges.as_slice()?);
+        let rows =
+            PyArray1::from_iter(py, pairs.map(|(&contact, &edge)| self.offsets[contact as usize] + edge));
+        let pointers = starts.as_slice()?.iter().chain(ends.as_slice()?.last()).copied();
+        let ones = PyArray1::from_iter(py, std::iter::repeat_n(1.0_f64, contacts.as_slice()?.len()));
+        let options = PyDict::new(py);
+        options.set_item("shape", (self.rows, self.points))?;
+        let parts = (ones, rows, PyArray1::from_iter(py, pointers));
+        py.import("scipy.sparse")?.call_method("csc_array", (parts,), Some(&options))
+    }
+
+    fn __len__(&self) -> usize {
+        self.points
+    }
+
+    fn __repr__(&self) -> String {
+        format!("MinkowskiSum({} points of {} primitive wrenches)", self.points, self.rows)
+    }
+}
+
+impl PyMinkowskiSum {
+    /// Hands the enumeration over to NumPy.
+    pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, sum: &MinkowskiSum<D>) -> PyResult<Self> {
+        let offsets = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.start as i32));
+        let indices = |values: &[u32]| {
+            let array = PyArray1::from_iter(py, values.iter().map(|&x| x as i32));
+            read_only(array.as_any()).map(|()| array.unbind())
+        };
+        let points = sum.len();
+        let wrenches = PyArray1::from_iter(py, sum.wrenches().iter().flat_map(|w| w.iter().copied()));
+        let wrenches = wrenches.reshape([points, D])?;
+        read_only(wrenches.as_any())?;
+        Ok(Self {
+            wrenches: wrenches.unbind(),
+            starts: indices(sum.starts())?,
+            ends: indices(sum.ends())?,
+            contacts: indices(sum.contacts())?,
+            edges: indices(sum.edges())?,
+            offsets: offsets.collect(),
+            rows: grasp.primitive_wrenches().map_or(0, <[_]>::len),
+            points,
+        })
+    }
+}
+
+/// The arrays belong together; a caller who wants to change one makes a copy.
+fn read_only(array: &Bound<'_, PyAny>) -> PyResult<()> {
+    array.call_method1("setflags", (false,)).map(drop)
+}
