@@ -36,7 +36,7 @@ def draw_racket(axes: Axes) -> None:
 
 
 def label_contacts(axes: Axes, positions: NDArray[np.float64], normals: NDArray[np.float64]) -> None:
-    """Number the contacts (m, 2) on the object's side of each; those that coincide share a label."""
+    """Write the number of each contact (m, 2) on its object side; those that coincide share a label."""
     labels: dict[tuple[float, ...], list[str]] = {}
     for i, place in enumerate(np.hstack([positions + _LABEL_DISTANCE * normals, normals])):
         labels.setdefault(tuple(np.round(place, 3)), []).append(str(i + 1))
@@ -58,9 +58,11 @@ def _outline() -> NDArray[np.float64]:
     """(n, 2) outer edge, from the top down the right side and back up the left."""
     head = np.linspace(np.pi / 2, np.arcsin(-0.3), 60)
     throat = np.linspace(0.5, 0.0, 40)
-    right = np.concatenate([
-        np.stack([0.13 * np.cos(head), 0.16 * np.sin(head)], axis=1),
-        np.stack([0.68 * throat**3 + 0.015, 0.8 * throat**2 - 0.315], axis=1),
-        [[0.015, -0.515]],
-    ])
+    right = np.concatenate(
+        [
+            np.stack([0.13 * np.cos(head), 0.16 * np.sin(head)], axis=1),
+            np.stack([0.68 * throat**3 + 0.015, 0.8 * throat**2 - 0.315], axis=1),
+            [[0.015, -0.515]],
+        ]
+    )
     return np.concatenate([right, right[::-1] * [-1, 1]])
