@@ -3,7 +3,7 @@
 >>> import graspforce as gf
 >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
 >>> round(grasp.quality("max").epsilon, 6)
-1.0
+0.57735
 
 Importing the package needs NumPy alone: figures, oracles and viewers are imported where they are used.
 """
@@ -23,7 +23,7 @@ from .errors import (
 )
 from .planning import Iterate, Plan, plan
 
-__version__ = "0"
+__version__ = _version("graspforce")
 
 __all__ = [
     "BusyError",

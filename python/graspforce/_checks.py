@@ -70,27 +70,32 @@ def search_bounds(
 def checked_contacts(returned: object, params: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     """Check what a surface returned for (B, p) parameters and name its arrays."""
     if not isinstance(returned, tuple) or len(returned) not in (2, 3):
+        what = f"tuple of {len(returned)}" if isinstance(returned, tuple) else type(returned).__name__
         raise InvalidInputError(
-            f"surface: returned {type(returned).__name__}, expected (positions, normals) or "
-            "(positions, normals, tangents)"
+            f"surface: returned {what}, expected (positions, normals) or (positions, normals, tangents)"
         )
-    names = ("positions", "normals", "tangents")[: len(returned)]
     contacts: dict[str, NDArray[np.float64]] = {}
-    for name, value in zip(names, returned, strict=True):
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InvalidInputError(f"surface: {name}: {error}") from error
-        expected = contacts["positions"].shape if contacts else (len(params), *array.shape[1:2], 2)
-        planar_or_spatial = array.ndim == 3 and len(array) == len(params) and array.shape[2] in (2, 3)
-        if not planar_or_spatial or (contacts and array.shape != expected):
-            wanted = expected if contacts else f"({len(params)}, m, 2) or ({len(params)}, m, 3)"
-            raise InvalidInputError(f"surface: {name} of shape {array.shape}, expected {wanted}")
-        if not np.isfinite(array).all():
-            row, contact, _ = (int(i) for i in np.argwhere(~np.isfinite(array))[0])
-            raise InvalidInputError(
-                f"surface, row {row}: {name} of contact {contact} at parameters {params[row].tolist()} "
-                f"are not finite: {array[row, contact].tolist()}"
-            )
-        contacts[name] = array
+    for name, value in zip(("positions", "normals", "tangents"), returned, strict=False):
+        contacts[name] = _contact_array(name, value, params)
+        if contacts[name].shape != contacts["positions"].shape:
+            expected = contacts["positions"].shape
+            raise InvalidInputError(f"surface: {name} of shape {contacts[name].shape}, expected {expected}")
     return contacts
+
+
+def _contact_array(name: str, value: ArrayLike, params: NDArray[np.float64]) -> NDArray[np.float64]:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"surface: {name}: {error}") from error
+    rows = len(params)
+    if array.ndim != 3 or len(array) != rows or array.shape[2] not in (2, 3):
+        expected = f"({rows}, m, 2) or ({rows}, m, 3)"
+        raise InvalidInputError(f"surface: {name} of shape {array.shape}, expected {expected}")
+    if not np.isfinite(array).all():
+        row, contact, _ = (int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InvalidInputError(
+            f"surface, row {row}: {name} of contact {contact} at parameters {params[row].tolist()} "
+            f"are not finite: {array[row, contact].tolist()}"
+        )
+    return array

@@ -37,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="graspforce", description="Multifingered grasps: quality, planning, forces.")
+    parser = argparse.ArgumentParser(
+        prog="graspforce", description="Multifingered grasps: quality, planning, forces."
+    )
     parser.add_argument("--version", action="version", version=f"graspforce {__version__}")
     commands = parser.add_subparsers(dest="command", title="commands")
     reproduce = commands.add_parser(
@@ -45,7 +47,9 @@ def _parser() -> argparse.ArgumentParser:
         help="compute an example of the paper and print it beside the published numbers",
         description="Compute an example of the paper and print it beside the published numbers.",
     )
-    reproduce.add_argument("example", choices=["racket"], help="racket: Example 1, planning and contact forces")
+    reproduce.add_argument(
+        "example", choices=["racket"], help="racket: Example 1, planning and contact forces"
+    )
     reproduce.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
     reproduce.add_argument(
         "--out", type=Path, metavar="DIR", help="draw one PNG for each plan into DIR (needs matplotlib)"
@@ -56,7 +60,9 @@ def _parser() -> argparse.ArgumentParser:
 def _reproduce_racket(json_file: Path | None, out: Path | None) -> None:
     # Before minutes of someone's attention are spent: a missing extra is known from the start.
     if out is not None and importlib.util.find_spec("matplotlib") is None:
-        message = "--out draws figures with matplotlib, which is not installed: pip install 'graspforce[plot]'"
+        message = (
+            "--out draws figures with matplotlib, which is not installed: pip install 'graspforce[plot]'"
+        )
         raise GraspForceError(message)
 
     from .report import racket_report  # noqa: PLC0415

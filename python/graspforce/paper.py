@@ -8,7 +8,6 @@ in `graspforce.reproduction`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -18,6 +17,8 @@ import numpy as np
 from .surfaces import PlanarCurve, ellipse, line, planar_contacts
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
 __all__ = ["RACKET", "RACKET_WRENCH", "TABLE_1", "PlanningProblem", "PublishedForces", "PublishedPlan"]
@@ -85,13 +86,15 @@ _THREE_FINGERS = PlanningProblem(
     step=(_PI / 4, 0.2, 0.2),
     tolerance=(_PI / 8, 0.1, 0.1),
     bounds=((0.0, _PI), (0.0, 0.5), (0.0, 0.5)),
-    published=MappingProxyType({
-        "max": PublishedPlan((_PI / 4, 0.45, 0.0), iterations=4, seconds=129.15),
-        "sum": PublishedPlan((_PI / 4, 0.5, 0.0), iterations=4, seconds=165.97),
-    }),
+    published=MappingProxyType(
+        {
+            "max": PublishedPlan((_PI / 4, 0.45, 0.0), iterations=4, seconds=129.15),
+            "sum": PublishedPlan((_PI / 4, 0.5, 0.0), iterations=4, seconds=165.97),
+        }
+    ),
 )
 
-# Contacts 1 and 2 press outward from inside the head: with normals into the ellipses the printed rho are missed.
+# The text does not say so, but contacts 1 and 2 press outward from inside the head.
 _FOUR_FINGERS = PlanningProblem(
     name="four fingers",
     curves=(
@@ -106,35 +109,39 @@ _FOUR_FINGERS = PlanningProblem(
     step=(_PI / 4, _PI / 4, 0.2, 0.02),
     tolerance=(_PI / 8, _PI / 8, 0.1, 0.01),
     bounds=((0.0, _PI), (-_PI, 0.0), (0.0, 0.5), (-0.5, -0.32)),
-    published=MappingProxyType({
-        "max": PublishedPlan((_PI / 8, -3 * _PI / 8, 0.225, -0.5), iterations=5, seconds=434.58),
-        "sum": PublishedPlan((_PI / 16, -_PI / 2, 0.0, -0.5), iterations=5, seconds=479.67),
-    }),
+    published=MappingProxyType(
+        {
+            "max": PublishedPlan((_PI / 8, -3 * _PI / 8, 0.225, -0.5), iterations=5, seconds=434.58),
+            "sum": PublishedPlan((_PI / 16, -_PI / 2, 0.0, -0.5), iterations=5, seconds=479.67),
+        }
+    ),
 )
 
-RACKET: Mapping[str, PlanningProblem] = MappingProxyType({
-    problem.name: problem for problem in (_THREE_FINGERS, _FOUR_FINGERS)
-})
+RACKET: Mapping[str, PlanningProblem] = MappingProxyType(
+    {problem.name: problem for problem in (_THREE_FINGERS, _FOUR_FINGERS)}
+)
 """The two planning problems of Example 1, by name."""
 
 RACKET_WRENCH = (-8.0, -10.0, 6.0)
 """The external wrench ``[fx, fy, tau]`` of Table 1, in N and N m about the origin."""
 
-TABLE_1: Mapping[str, PublishedForces] = MappingProxyType({
-    "d": PublishedForces(
-        "three fingers", (_PI / 4, 0.45, 0.0), (1.3868, 3.1099, 26.58), (1.3868, 3.1099, 29.34)
-    ),
-    "e": PublishedForces(
-        "three fingers", (_PI / 4, 0.5, 0.0), (0.9521, 2.0623, 25.15), (0.9521, 2.0623, 28.76)
-    ),
-    "k": PublishedForces(
-        "four fingers",
-        (_PI / 8, -3 * _PI / 8, 0.225, -0.5),
-        (0.8658, 1.2280, 24.23),
-        (0.8119, 1.4159, 28.04),
-    ),
-    "n": PublishedForces(
-        "four fingers", (_PI / 16, -_PI / 2, 0.0, -0.5), (1.1336, 1.6728, 27.54), (0.9904, 1.6945, 28.94)
-    ),
-})
+TABLE_1: Mapping[str, PublishedForces] = MappingProxyType(
+    {
+        "d": PublishedForces(
+            "three fingers", (_PI / 4, 0.45, 0.0), (1.3868, 3.1099, 26.58), (1.3868, 3.1099, 29.34)
+        ),
+        "e": PublishedForces(
+            "three fingers", (_PI / 4, 0.5, 0.0), (0.9521, 2.0623, 25.15), (0.9521, 2.0623, 28.76)
+        ),
+        "k": PublishedForces(
+            "four fingers",
+            (_PI / 8, -3 * _PI / 8, 0.225, -0.5),
+            (0.8658, 1.2280, 24.23),
+            (0.8119, 1.4159, 28.04),
+        ),
+        "n": PublishedForces(
+            "four fingers", (_PI / 16, -_PI / 2, 0.0, -0.5), (1.1336, 1.6728, 27.54), (0.9904, 1.6945, 28.94)
+        ),
+    }
+)
 """Table 1, by the letters of Fig. 4."""

@@ -10,21 +10,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
 
 from .paper import RACKET_WRENCH
+from .racket_drawing import draw_racket, label_contacts
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
+    from .planning import Iterate
     from .reproduction import PlanRun, RacketRun
 
 __all__ = ["draw_planar_grasp", "plan_figure", "save_plan_figures"]
 
-_INK, _OBJECT, _CONE, _FORCE, _OVERLOAD = "#30343b", "#d9d4c7", "#9cc4e4", "#1f5f99", "#c0392b"
+_INK, _OBJECT, _CONE, _FORCE, _OVERLOAD = "#30343b", "#ded8c9", "#a9cdea", "#1f5f99", "#c0392b"
+_LONGEST = 1.5
+_ARROW = {"arrowstyle": "-|>,head_length=0.4,head_width=0.18", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
 
 
 def draw_planar_grasp(
@@ -40,7 +46,7 @@ def draw_planar_grasp(
     """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
 
     A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
-    arrow that leaves its cone's end is past the limit; it is drawn in red.
+    arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
 
     Parameters
     ----------
@@ -63,45 +69,33 @@ def draw_planar_grasp(
         reach = limit * metres_per_newton
         wedge = [point, point - reach * (n + slope * t), point - reach * (n - slope * t)]
         axes.add_patch(Polygon(wedge, facecolor=_CONE, edgecolor="none", zorder=2))
-    for i, (f_n, f_t) in enumerate(np.zeros((0, 2)) if forces is None else np.asarray(forces, dtype=float)):
-        if f_n <= 1e-9 * limits[i]:
+    for i, force in enumerate(np.zeros((0, 2)) if forces is None else np.asarray(forces, dtype=float)):
+        share = force[0] / limits[i]
+        if share <= 1e-9:
             continue
-        color = _OVERLOAD if f_n > limits[i] * (1 + 1e-9) else _FORCE
-        tail = where[i] - metres_per_newton * (f_n * inward[i] + f_t * across[i])
-        arrow = {"arrowstyle": "-|>,head_length=0.35,head_width=0.16", "color": color, "lw": 1.3}
-        axes.annotate("", where[i], tail, arrowprops={**arrow, "shrinkA": 0, "shrinkB": 0}, zorder=3)
-    axes.plot(*where.T, "o", ms=3.2, color=_INK, zorder=4)
+        f_n, f_t = force * min(1.0, _LONGEST / share) * metres_per_newton
+        tail = where[i] - f_n * inward[i] - f_t * across[i]
+        arrow = {**_ARROW, "color": _OVERLOAD if share > 1 + 1e-9 else _FORCE}
+        axes.annotate("", where[i], tail, arrowprops=arrow, zorder=3)
+    axes.plot(*where.T, "o", ms=3.4, color=_INK, zorder=4)
 
 
 def plan_figure(run: PlanRun) -> Figure:
     """Return one panel for each iterate of a racket plan, with the least forces against Table 1's wrench."""
     history = run.plan.history
-    figure = Figure(figsize=(1.75 * len(history) + 0.3, 4.9), dpi=130, layout="constrained")
-    all_axes = np.atleast_1d(figure.subplots(1, len(history), sharex=True, sharey=True))
-    for k, (axes, row) in enumerate(zip(all_axes, history, strict=True)):
-        forces = run.forces(row.params)
-        _draw_racket(axes)
-        positions, normals = run.problem.surface(row.params[None])
-        draw_planar_grasp(
-            axes,
-            positions[0],
-            normals[0],
-            run.problem.friction,
-            run.problem.max_normal_force,
-            forces,
-            metres_per_newton=1.2e-3,
-        )
-        axes.set_title(f"{k}", fontsize=10, color=_INK)
-        axes.text(0.5, 0.0, _caption(run, row.rho, forces), transform=axes.transAxes, **_CAPTION)
-        axes.set(aspect="equal", xlim=(-0.205, 0.205), ylim=(-0.66, 0.235))
-        axes.axis("off")
+    figure = Figure(figsize=(1.9 * len(history), 4.75), dpi=130, layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(history), sharex=True, sharey=True))
+    for k, (axes, row) in enumerate(zip(panels, history, strict=True)):
+        _draw_iterate(axes, run, row)
+        axes.set_title(f"iteration {k}" if k else "start", fontsize=9, color=_INK)
     wrench = ", ".join(f"{x:g}" for x in RACKET_WRENCH)
     figure.suptitle(
-        rf"Racket, {run.problem.name}: least $\rho_{{\mathrm{{{run.plan.criterion}}}}}$ by iteration"
-        f"; forces balance the wrench [{wrench}] N, N m",
+        rf"Racket, {run.problem.name}: the search for the least $\rho_{{\mathrm{{{run.plan.criterion}}}}}$,"
+        f" with the least forces against [{wrench}] N, N m",
         fontsize=10,
         color=_INK,
     )
+    figure.legend(handles=_legend(), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     return figure
 
 
@@ -116,27 +110,28 @@ def save_plan_figures(run: RacketRun, folder: Path) -> list[Path]:
     return paths
 
 
-_CAPTION = {"ha": "center", "va": "bottom", "fontsize": 8, "color": _INK, "linespacing": 1.35}
-
-
-def _caption(run: PlanRun, rho: float, forces: NDArray[np.float64] | None) -> str:
-    name = rf"$\rho_{{\mathrm{{{run.plan.criterion}}}}}$ = {rho:.3f}"
+def _draw_iterate(axes: Axes, run: PlanRun, row: Iterate) -> None:
+    problem, forces = run.problem, run.forces(row.params)
+    positions, normals = (array[0] for array in problem.surface(row.params[None]))
+    draw_racket(axes)
+    draw_planar_grasp(
+        axes, positions, normals, problem.friction, problem.max_normal_force, forces, metres_per_newton=1.4e-3
+    )
+    label_contacts(axes, positions, normals)
+    lines = [rf"$\rho_{{\mathrm{{{run.plan.criterion}}}}} = {row.rho:.3f}$"]
     if forces is None:
-        return f"{name}\nno balancing\nforces"
-    shares = forces[:, 0] / np.asarray(run.problem.max_normal_force)
-    return f"{name}\nlargest share {shares.max():.2f}\nsum of shares {shares.sum():.2f}"
+        lines += ["no forces balance", "the wrench"]
+    else:
+        shares = forces[:, 0] / np.asarray(problem.max_normal_force)
+        lines += [rf"max $f_n/f^U = {shares.max():.3f}$", rf"sum $f_n/f^U = {shares.sum():.3f}$"]
+    axes.text(0, -0.54, "\n".join(lines), ha="center", va="top", fontsize=8, color=_INK, linespacing=1.4)
+    axes.set(aspect="equal", xlim=(-0.215, 0.215), ylim=(-0.66, 0.205))
+    axes.axis("off")
 
 
-def _draw_racket(axes: Axes) -> None:
-    """The paper's curves as one silhouette: head, throat and handle, the head's hole cut out and strung."""
-    outer = np.linspace(np.arcsin(-0.64), np.pi / 2, 60)
-    throat = np.linspace(0.5, 0.0, 40)
-    right = np.concatenate([
-        np.stack([0.13 * np.cos(outer), 0.16 * np.sin(outer)], axis=1)[::-1],
-        np.stack([0.68 * throat**3 + 0.015, 0.8 * throat**2 - 0.315], axis=1),
-        [[0.015, -0.515]],
-    ])
-    axes.add_patch(Polygon(np.concatenate([right, right[::-1] * [-1, 1]]), facecolor=_OBJECT, edgecolor=_INK, lw=0.7))
-    around = np.linspace(0, 2 * np.pi, 200)
-    hole = np.stack([0.12 * np.cos(around), np.where(around < np.pi, 0.15, 0.17) * np.sin(around)], axis=1)
-    axes.add_patch(Polygon(hole, facecolor="white", edgecolor=_INK, lw=0.7))
+def _legend() -> list[Artist]:
+    return [
+        Patch(facecolor=_CONE, label="friction cone, as long as the force's limit"),
+        Line2D([], [], color=_FORCE, lw=1.4, label="contact force"),
+        Line2D([], [], color=_OVERLOAD, lw=1.4, label=f"force past its limit, cut at {_LONGEST:g} limits"),
+    ]

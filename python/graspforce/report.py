@@ -20,7 +20,9 @@ def racket_report(run: RacketRun) -> str:
     """Return the whole report, lines of at most 100 characters."""
     sections = [_plan(result) for result in run.plans]
     sections += [_times(run.plans), _table(run.table)]
-    sections.append("\n".join(textwrap.fill(note, 98, initial_indent="- ", subsequent_indent="  ") for note in NOTES))
+    sections.append(
+        "\n".join(textwrap.fill(note, 98, initial_indent="- ", subsequent_indent="  ") for note in NOTES)
+    )
     return "\n\n".join(sections)
 
 
@@ -35,18 +37,22 @@ def _plan(run: PlanRun) -> str:
     for k, row in enumerate(run.plan.history):
         lines.append(f"  {k}  {_numbers(row.params)} {row.rho:10.6f}   {_numbers(row.step)}")
     lines.append(f"  published end, {published.iterations} iterations:")
-    lines.append(f"     {_numbers(published.params)} {run.rho_at_published_end:10.6f}   (rho as computed here)")
+    lines.append(
+        f"     {_numbers(published.params)} {run.rho_at_published_end:10.6f}   (rho as computed here)"
+    )
     return "\n".join(lines)
 
 
 def _times(plans: Iterable[PlanRun]) -> str:
-    lines = ["Time of a plan", f"  {'grasp':<14} {'criterion':<10} {'published':>12} {'here':>12} {'candidates':>12}"]
+    lines = [
+        "Time of a plan",
+        f"  {'grasp':<14} {'criterion':<10} {'published':>12} {'here':>12} {'candidates':>12}",
+    ]
     for run in plans:
-        published = run.problem.published[run.plan.criterion].seconds
-        lines.append(
-            f"  {run.problem.name:<14} {run.plan.criterion:<10} {published:>10.2f} s {1e3 * run.seconds:>9.2f} ms"
-            f" {run.plan.num_candidates:>12}"
-        )
+        criterion, milliseconds = run.plan.criterion, 1e3 * run.seconds
+        published = run.problem.published[criterion].seconds
+        times = f"{published:>10.2f} s {milliseconds:>9.2f} ms"
+        lines.append(f"  {run.problem.name:<14} {criterion:<10} {times} {run.plan.num_candidates:>12}")
     return "\n".join(lines)
 
 

@@ -24,14 +24,17 @@ __all__ = ["NOTES", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket
 _T = TypeVar("_T")
 _CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
-NOTES = (
-    "Rows d and e agree with print, and so do both three-finger plans.",
-    "The printed end of the four-finger sum plan is one of many equally good ones; the tie rule here ends at"
-    " another. The printed end of the max plan lies beside the computed one, and is worse.",
-    "Rows k and n do not follow from the printed inputs, whichever way the normals point, nor with any one or"
-    " two of the printed constants changed that were tried. Both columns are shown; neither is claimed for"
-    " the other.",
+_AGREES = "Rows d and e agree with print, and so do both three-finger plans."
+_TIES = (
+    "The printed end of the four-finger sum plan is one of many equally good ones; the tie rule here ends "
+    "at another. The printed end of the max plan lies beside the computed one, and is worse."
 )
+_DIFFERS = (
+    "Rows k and n do not follow from the printed inputs, whichever way the normals point, nor with any one "
+    "or two of the printed constants changed that were tried. Both columns are shown; neither is claimed for the "
+    "other."
+)
+NOTES = (_AGREES, _TIES, _DIFFERS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,10 @@ class PlanRun:
     rho_at_published_end: float
 
     def forces(self, params: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Least contact forces (m, 2) in N against Table 1's wrench, in contact frames; None if there are none."""
+        """Return the least contact forces (m, 2) in N against Table 1's wrench, in contact frames.
+
+        None where no forces balance it.
+        """
         distributor = ForceDistributor(grasp_at(self.problem, params), self.plan.criterion)
         try:
             return distributor.solve(RACKET_WRENCH).forces
@@ -139,8 +145,8 @@ def run_racket(*, repeats: int = 5) -> RacketRun:
     --------
     >>> from graspforce.reproduction import run_racket
     >>> run = run_racket(repeats=1)
-    >>> [(p.problem.name, p.plan.criterion, len(p.plan.history) - 1) for p in run.plans]
-    [('three fingers', 'max', 4), ('three fingers', 'sum', 4), ('four fingers', 'max', 5), ('four fingers', 'sum', 5)]
+    >>> [(p.problem.name, p.plan.criterion, len(p.plan.history) - 1) for p in run.plans[:2]]
+    [('three fingers', 'max', 4), ('three fingers', 'sum', 4)]
     """
     plans = tuple(
         _run_plan(problem, criterion, repeats) for problem in RACKET.values() for criterion in _CRITERIA

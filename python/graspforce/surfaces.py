@@ -6,7 +6,6 @@ several curves. Any function of the same form does as well: what is here is a co
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -15,6 +14,8 @@ import numpy as np
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
     Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ class PlanarCurve:
             raise InvalidInputError(f"object_side: {self.object_side!r} is neither 'left' nor 'right'")
 
     def normals(self, params: Array) -> Array:
-        """Unit normals (B, 2) into the object; not finite where the tangent has no direction."""
+        """Return unit normals (B, 2) into the object; not finite where the tangent has no direction."""
         x, y = np.moveaxis(self.tangent(params), -1, 0)
         left = np.stack([-y, x], axis=-1)
         with np.errstate(invalid="ignore"):
@@ -106,7 +107,9 @@ def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left",
     """
     origin, along = np.asarray(start, dtype=np.float64), np.asarray(direction, dtype=np.float64)
     if origin.shape != (2,) or along.shape != (2,):
-        raise InvalidInputError(f"start and direction: shapes {origin.shape} and {along.shape}, expected (2,)")
+        raise InvalidInputError(
+            f"start and direction: shapes {origin.shape} and {along.shape}, expected (2,)"
+        )
     return PlanarCurve(
         point=lambda s: origin + s[..., None] * along,
         tangent=lambda s: np.broadcast_to(along, (*s.shape, 2)),

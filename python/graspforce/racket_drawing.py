@@ -1,0 +1,68 @@
+"""The paper's racket as a picture: its curves joined into one silhouette.
+
+The paper gives the curves that contacts may lie on; between them the outline is drawn straight.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Polygon
+from matplotlib.patheffects import withStroke
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+__all__ = ["draw_racket", "label_contacts"]
+
+_FRAME, _EDGE, _STRING = "#ded8c9", "#30343b", "#e9e9ea"
+_LABEL_DISTANCE = 0.011
+
+
+def draw_racket(axes: Axes) -> None:
+    """Draw head, throat and handle, with the head's hole cut out and strung, in m."""
+    axes.add_patch(Polygon(_outline(), facecolor=_FRAME, edgecolor=_EDGE, lw=0.7, zorder=1))
+    around = np.linspace(0, 2 * np.pi, 200)
+    hole = np.stack([0.12 * np.cos(around), np.where(around < np.pi, 0.15, 0.17) * np.sin(around)], axis=1)
+    head = Polygon(hole, facecolor="white", edgecolor="none", zorder=1)
+    axes.add_patch(head)
+    spacing = np.arange(-0.165, 0.166, 0.015)
+    strings = [[(x, -0.2), (x, 0.2)] for x in spacing] + [[(-0.2, y), (0.2, y)] for y in spacing]
+    axes.add_collection(LineCollection(strings, colors=_STRING, linewidths=0.5, zorder=1, clip_path=head))
+    axes.add_patch(Polygon(hole, fill=False, edgecolor=_EDGE, lw=0.7, zorder=1.5))
+
+
+def label_contacts(axes: Axes, positions: NDArray[np.float64], normals: NDArray[np.float64]) -> None:
+    """Write the number of each contact (m, 2) on its object side; those that coincide share a label."""
+    labels: dict[tuple[float, ...], list[str]] = {}
+    for i, place in enumerate(np.hstack([positions + _LABEL_DISTANCE * normals, normals])):
+        labels.setdefault(tuple(np.round(place, 3)), []).append(str(i + 1))
+    for (x, y, n_x, n_y), numbers in labels.items():
+        axes.text(
+            x,
+            y,
+            ",".join(numbers),
+            ha="center" if abs(n_x) < 0.5 else "left" if n_x > 0 else "right",
+            va="center" if abs(n_y) < 0.5 else "bottom" if n_y > 0 else "top",
+            fontsize=7,
+            color=_EDGE,
+            zorder=5,
+            path_effects=[withStroke(linewidth=2, foreground="white")],
+        )
+
+
+def _outline() -> NDArray[np.float64]:
+    """(n, 2) outer edge, from the top down the right side and back up the left."""
+    head = np.linspace(np.pi / 2, np.arcsin(-0.3), 60)
+    throat = np.linspace(0.5, 0.0, 40)
+    right = np.concatenate(
+        [
+            np.stack([0.13 * np.cos(head), 0.16 * np.sin(head)], axis=1),
+            np.stack([0.68 * throat**3 + 0.015, 0.8 * throat**2 - 0.315], axis=1),
+            [[0.015, -0.515]],
+        ]
+    )
+    return np.concatenate([right, right[::-1] * [-1, 1]])

@@ -1,0 +1,89 @@
+"""What is shipped: a light import, and a wheel that needs nothing but NumPy."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+SOLVE_ONE = """
+import graspforce as gf
+grasp = gf.Grasp([(-1, 0), (1, 0), (0, 1)], [(1, 0), (-1, 0), (0, -1)], friction=0.5, max_normal_force=10)
+assert grasp.quality("max").rho < 0
+solution = gf.ForceDistributor(grasp).solve([0, -3, 0])
+assert solution.within_limits
+assert abs((grasp.grasp_matrix @ solution.forces.ravel() - [0, 3, 0])).max() < 1e-9
+print(gf.__version__)
+"""
+
+
+def clean_environment():
+    """Return what a user's shell has: none of this test run's paths."""
+    ours = ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME")
+    return {name: value for name, value in os.environ.items() if name not in ours}
+
+
+def test_importing_loads_nothing_optional():
+    optional = ["matplotlib", "scipy", "hypothesis", "trimesh", "mujoco", "dask"]
+    code = f"import sys, graspforce; print([m for m in {optional!r} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dist")
+    build = [sys.executable, "-m", "maturin", "build", "--release", "--out", str(folder)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def bare_python(wheel, tmp_path_factory):
+    """Make an interpreter that has the wheel, NumPy, and nothing else."""
+    folder = tmp_path_factory.mktemp("bare")
+    subprocess.run([sys.executable, "-m", "venv", folder], check=True, env=clean_environment())
+    python = folder / "bin" / "python"
+    install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel]
+    subprocess.run(install, check=True, env=clean_environment())
+    return python
+
+
+def run_bare(python, *arguments, cwd, code=0):
+    done = subprocess.run(
+        [python, *arguments], cwd=cwd, capture_output=True, text=True, check=False, env=clean_environment()
+    )
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def test_the_wheel_serves_every_python_from_3_11_and_is_typed(wheel):
+    assert "-cp311-abi3-" in wheel.name
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {"graspforce/py.typed", "graspforce/_core.pyi"} <= set(names)
+    assert all(name.startswith(("graspforce/", "graspforce-")) for name in names)
+
+
+def test_the_wheel_brings_numpy_and_nothing_else(bare_python, tmp_path):
+    listed = run_bare(bare_python, "-m", "pip", "list", "--format=freeze", cwd=tmp_path).stdout
+    installed = {line.split("==")[0].split(" @")[0] for line in listed.splitlines()}
+    assert installed - {"pip", "setuptools"} == {"graspforce", "numpy"}
+
+
+def test_the_bare_wheel_measures_a_grasp_and_balances_a_wrench(bare_python, tmp_path):
+    assert run_bare(bare_python, "-c", SOLVE_ONE, cwd=tmp_path).stdout.strip()
+
+
+def test_the_bare_wheel_reproduces_the_racket(bare_python, tmp_path):
+    assert "Table 1" in run_bare(bare_python, "-m", "graspforce", "reproduce", "racket", cwd=tmp_path).stdout
+
+
+def test_the_bare_wheel_says_what_figures_need(bare_python, tmp_path):
+    arguments = ["-m", "graspforce", "reproduce", "racket", "--out", "pictures"]
+    assert "graspforce[plot]" in run_bare(bare_python, *arguments, cwd=tmp_path, code=1).stderr
