@@ -62,8 +62,10 @@ enum Any {
 pub struct PyForceDistributor {
     inner: Any,
     grasp: Py<PyGrasp>,
+    /// "max" or "sum".
     #[pyo3(get)]
     objective: &'static str,
+    /// "implicit" or "enumerated".
     #[pyo3(get)]
     method: &'static str,
 }
@@ -180,14 +182,19 @@ pub struct PyForceSolution {
     contact_wrenches: Vec<f64>,
     slip_margin: Vec<f64>,
     dual: Vec<f64>,
+    /// Largest normalised normal force (Eq. 7).
     #[pyo3(get)]
     sigma_max: f64,
+    /// Sum of normalised normal forces (Eq. 6).
     #[pyo3(get)]
     sigma_sum: f64,
+    /// Relative distance between the objective and its proven lower bound.
     #[pyo3(get)]
     gap: f64,
+    /// Simplex pivots this solve took.
     #[pyo3(get)]
     pivots: usize,
+    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
     #[pyo3(get)]
     within_limits: bool,
 }
@@ -200,29 +207,34 @@ impl PyForceSolution {
         self.grasp.clone_ref(py)
     }
 
+    /// (m, k) contact forces in the contact frames, in N (torsion in N m).
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let values = self.forces.iter().flat_map(|force| self.components.iter().map(|&row| force[row]));
         matrix(py, self.forces.len(), self.components.len(), values)
     }
 
+    /// (m, dim) contact forces in world axes, without torsion, in N.
     #[getter]
     fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (rows, values) = (self.forces.len(), &self.world_forces);
         matrix(py, rows, values.len() / rows, values.iter().copied())
     }
 
+    /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (rows, values) = (self.forces.len(), &self.contact_wrenches);
         matrix(py, rows, values.len() / rows, values.iter().copied())
     }
 
+    /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.dual)
     }
 
+    /// (m,) unused share of each contact's friction.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.slip_margin)

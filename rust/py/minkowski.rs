@@ -21,14 +21,19 @@ use pyo3::types::PyDict;
 ///     int32, the paper's B: contact i and extreme force h of each entry, 0-based; read-only.
 #[pyclass(name = "MinkowskiSum", module = "graspforce", frozen)]
 pub struct PyMinkowskiSum {
+    /// (n, d) points ``w_j``, in N and N m.
     #[pyo3(get)]
     wrenches: Py<PyArray2<f64>>,
+    /// (n,) int32: where the entries of each point start.
     #[pyo3(get)]
     starts: Py<PyArray1<i32>>,
+    /// (n,) int32: where they end, exclusive.
     #[pyo3(get)]
     ends: Py<PyArray1<i32>>,
+    /// int32: contact i of each entry.
     #[pyo3(get)]
     contacts: Py<PyArray1<i32>>,
+    /// int32: extreme force h of each entry.
     #[pyo3(get)]
     edges: Py<PyArray1<i32>>,
     /// Rows of W before each contact's first.

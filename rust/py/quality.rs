@@ -55,16 +55,22 @@ impl Workspace for QualityWorkspace<6> {
 ///     How many times the support oracle was asked.
 #[pyclass(name = "Quality", module = "graspforce", frozen)]
 pub struct PyQuality {
+    /// -epsilon, with the paper's sign: negative means force closure, smaller is better.
     #[pyo3(get)]
     rho: f64,
+    /// Proven: ``lower <= rho``.
     #[pyo3(get)]
     lower: f64,
+    /// Proven: ``rho <= upper``.
     #[pyo3(get)]
     upper: f64,
+    /// Whether the bracket is as narrow as asked for, or as rounding allows.
     #[pyo3(get)]
     converged: bool,
+    /// "force", "partial" or "none": the class of Propositions 1 and 2.
     #[pyo3(get)]
     closure: &'static str,
+    /// How many times the support oracle was asked.
     #[pyo3(get)]
     supports: usize,
     direction: Vec<f64>,
@@ -73,17 +79,20 @@ pub struct PyQuality {
 
 #[pymethods]
 impl PyQuality {
+    /// The field's quality number, ``-rho``.
     #[getter]
     fn epsilon(&self) -> f64 {
         // Zero rather than minus zero where the closure is partial.
         0.0 - self.rho
     }
 
+    /// (d,) physical wrench of unit norm along which the grasp is weakest.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.direction)
     }
 
+    /// (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
     #[getter]
     fn wrench<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.wrench)

@@ -31,26 +31,31 @@ pub struct PyQualityBatch {
 
 #[pymethods]
 impl PyQualityBatch {
+    /// (B,) ``-epsilon``; NaN where the status is 2.
     #[getter]
     fn rho<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.column(py, |item| item.rho)
     }
 
+    /// (B,) the field's quality number.
     #[getter]
     fn epsilon<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.column(py, |item| 0.0 - item.rho)
     }
 
+    /// (B,) proven: ``lower <= rho``.
     #[getter]
     fn lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.column(py, |item| item.lower)
     }
 
+    /// (B,) proven: ``rho <= upper``.
     #[getter]
     fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.column(py, |item| item.upper)
     }
 
+    /// (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
     #[getter]
     fn closure<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
         self.column(py, |item| match item.closure {
@@ -61,6 +66,7 @@ impl PyQualityBatch {
         })
     }
 
+    /// (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
         self.column(py, |item| match item {
@@ -70,6 +76,7 @@ impl PyQualityBatch {
         })
     }
 
+    /// What is wrong with the rows of status 2, by row.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let errors = PyDict::new(py);
