@@ -9,6 +9,9 @@ use crate::wrench_set::Support;
 /// A corral has at most `D + 1` points, and `D <= 6`.
 pub(crate) const CORRAL: usize = 8;
 
+/// What rounding leaves uncertain in a distance, relative to the longest point.
+const NOISE: f64 = 8.0 * f64::EPSILON;
+
 const MAX_ITERATIONS: usize = 10_000;
 
 /// The point nearest to the origin, with the bracket of its norm.
@@ -19,6 +22,8 @@ pub(crate) struct NearestPoint<const D: usize> {
     pub(crate) lower: f64,
     /// The norm of `point`.
     pub(crate) upper: f64,
+    /// Whether the bracket is as narrow as asked for, or as rounding allows.
+    pub(crate) converged: bool,
     pub(crate) supports: usize,
     /// `point` as a convex combination: numbers of oracle calls (from 0) and weights.
     pub(crate) combination: [(usize, f64); CORRAL],
@@ -33,33 +38,38 @@ pub(crate) fn nearest_point<const D: usize>(
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
     let first = oracle(&Wrench::repeat((D as f64).sqrt().recip())).wrench;
-    let mut corral = Corral { points: [first; CORRAL], calls: [0; CORRAL], weights: [0.0; CORRAL], len: 1 };
-    corral.weights[0] = 1.0;
+    let mut corral = Corral::of(first);
+    let mut noise = NOISE * first.norm();
     let mut best = NearestPoint {
         point: first,
         lower: f64::NEG_INFINITY,
         upper: first.norm(),
+        converged: false,
         supports: 1,
         combination: corral.combination(),
     };
     for _ in 0..MAX_ITERATIONS {
-        let point = corral.point();
+        let point = corral.nearest;
         let norm = point.norm();
         if norm < best.upper {
             (best.point, best.upper, best.combination) = (point, norm, corral.combination());
         }
         if norm <= negligible {
+            best.converged = true;
             break;
         }
         let support = oracle(&(point / -norm));
         best.supports += 1;
         best.lower = best.lower.max(-support.value);
-        // A point that returns can bring nothing new: what remains is rounding.
-        if best.upper - best.lower <= rtol * best.upper || corral.holds(&support.wrench) {
+        noise = noise.max(NOISE * support.wrench.norm());
+        best.converged = best.upper - best.lower <= rtol * best.upper + noise;
+        // A point that returns can bring nothing new.
+        if best.converged || corral.holds(&support.wrench) {
             break;
         }
         corral.admit(support.wrench, best.supports - 1);
     }
+    best.lower = best.lower.min(best.upper);
     best
 }
 
@@ -70,11 +80,15 @@ struct Corral<const D: usize> {
     calls: [usize; CORRAL],
     weights: [f64; CORRAL],
     len: usize,
+    /// The point of the affine hull nearest to the origin, orthogonal to it beyond what the weights can say.
+    nearest: Wrench<D>,
 }
 
 impl<const D: usize> Corral<D> {
-    fn point(&self) -> Wrench<D> {
-        (0..self.len).fold(Wrench::zeros(), |sum, k| sum + self.points[k] * self.weights[k])
+    fn of(first: Wrench<D>) -> Self {
+        let mut weights = [0.0; CORRAL];
+        weights[0] = 1.0;
+        Self { points: [first; CORRAL], calls: [0; CORRAL], weights, len: 1, nearest: first }
     }
 
     fn combination(&self) -> [(usize, f64); CORRAL] {
@@ -95,7 +109,7 @@ impl<const D: usize> Corral<D> {
         self.weights[self.len] = 0.0;
         self.len += 1;
         for _ in 0..=D + 1 {
-            let target = self.affine_minimiser();
+            let (target, nearest) = self.affine_minimiser();
             let outside = (0..self.len).filter(|&k| target[k] <= 1e-14);
             let step = outside
                 .map(|k| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE))
@@ -104,6 +118,7 @@ impl<const D: usize> Corral<D> {
                 *weight += step * (target - *weight);
             }
             if step >= 1.0 || self.len == 1 {
+                self.nearest = nearest;
                 return;
             }
             self.drop_lightest();
@@ -123,7 +138,7 @@ impl<const D: usize> Corral<D> {
 
     /// Weights of the point nearest to the origin in the affine hull: least squares over the edges from the
     /// first point, by Gram-Schmidt applied twice.
-    fn affine_minimiser(&self) -> [f64; CORRAL] {
+    fn affine_minimiser(&self) -> ([f64; CORRAL], Wrench<D>) {
         let edges = self.len - 1;
         let mut q = [Wrench::<D>::zeros(); CORRAL];
         let mut r = [[0.0; CORRAL]; CORRAL];
@@ -155,7 +170,14 @@ impl<const D: usize> Corral<D> {
             }
         }
         target[0] = 1.0 - target[1..self.len].iter().sum::<f64>();
-        target
+        // Near the origin the first projection cancels; the second makes the direction exact again.
+        let mut nearest = self.points[0];
+        for _ in 0..2 {
+            for direction in &q[..edges] {
+                nearest -= direction * direction.dot(&nearest);
+            }
+        }
+        (target, nearest)
     }
 }
 

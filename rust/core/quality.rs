@@ -240,14 +240,20 @@ impl<'a, const D: usize> Question<'a, D> {
     /// The distance of the origin from the set; `z` witnesses that the origin is not inside.
     fn outside(&self, closure: Closure, z: &Wrench<D>) -> Quality<D> {
         if self.center.is_none() && closure == Closure::Partial {
-            return self.at_distance(0.0, 0.0, z, 0, closure);
+            return self.at_distance(0.0, 0.0, z, closure, (0, true));
         }
         let nearest = nearest_point(self.limits.rtol.min(1e-9), 1e-12 * self.scale, |z| self.support(z));
         if self.center.is_some() && nearest.upper <= 1e-12 * self.scale {
-            return self.at_distance(0.0, 0.0, z, nearest.supports, closure);
+            return self.at_distance(0.0, 0.0, z, closure, (nearest.supports, true));
         }
         let z = nearest.point / -nearest.upper;
-        self.at_distance(nearest.upper, nearest.lower.max(0.0), &z, nearest.supports, closure)
+        self.at_distance(
+            nearest.upper,
+            nearest.lower.max(0.0),
+            &z,
+            closure,
+            (nearest.supports, nearest.converged),
+        )
     }
 
     fn at_distance(
@@ -255,15 +261,15 @@ impl<'a, const D: usize> Question<'a, D> {
         rho: f64,
         lower: f64,
         z: &Wrench<D>,
-        supports: usize,
         closure: Closure,
+        (supports, converged): (usize, bool),
     ) -> Quality<D> {
         let direction = self.metric.to_physical(z);
         Quality {
             rho,
             lower,
             upper: rho,
-            converged: rho - lower <= self.limits.rtol * rho,
+            converged,
             closure,
             direction,
             wrench: direction * -rho,

@@ -10,13 +10,22 @@ use std::convert::Infallible;
 
 use crate::arrays::{contents, float_array, float_vector, matrix};
 
-/// The `edges` argument, whose `None` means the true cone and so cannot mean "not given".
-pub enum EdgesArgument<'py> {
+/// An argument for which `None` does not mean "not given".
+pub enum Argument<'py> {
     Default,
     Given(Bound<'py, PyAny>),
 }
 
-impl<'py> FromPyObject<'_, 'py> for EdgesArgument<'py> {
+impl<'py> Argument<'py> {
+    fn given(&self) -> Option<&Bound<'py, PyAny>> {
+        match self {
+            Self::Default => None,
+            Self::Given(value) => Some(value),
+        }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Argument<'py> {
     type Error = Infallible;
 
     fn extract(value: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
@@ -28,9 +37,9 @@ impl<'py> FromPyObject<'_, 'py> for EdgesArgument<'py> {
 pub struct Raw<'a, 'py> {
     pub positions: &'a Bound<'py, PyAny>,
     pub normals: &'a Bound<'py, PyAny>,
-    pub friction: Option<&'a Bound<'py, PyAny>>,
-    pub max_normal_force: Option<&'a Bound<'py, PyAny>>,
-    pub edges: &'a EdgesArgument<'py>,
+    pub friction: &'a Argument<'py>,
+    pub max_normal_force: &'a Argument<'py>,
+    pub edges: &'a Argument<'py>,
     pub torsion: Option<&'a Bound<'py, PyAny>>,
     pub tangents: Option<&'a Bound<'py, PyAny>>,
     pub origin: Option<&'a Bound<'py, PyAny>>,
@@ -107,8 +116,8 @@ impl Arguments {
             positions: contents(&positions).to_vec(),
             normals: contents(&normals).to_vec(),
             tangents,
-            friction: scalar("friction", raw.friction, 0.5)?,
-            max_normal_force: scalar("max_normal_force", raw.max_normal_force, 1.0)?,
+            friction: scalar("friction", raw.friction.given(), 0.5)?,
+            max_normal_force: scalar("max_normal_force", raw.max_normal_force.given(), 1.0)?,
             torsion: scalar("torsion", raw.torsion, 0.0)?,
             edges: parse_edges(raw.edges, contacts)?,
             extreme_forces: raw.extreme_forces.map(|value| parse_forces(value, contacts, dim)).transpose()?,
@@ -237,11 +246,11 @@ fn options(raw: &Raw<'_, '_>, dim: usize) -> Result<GraspOptions, String> {
     Ok(GraspOptions { origin, length_scale: raw.length_scale, friction_margin: raw.friction_margin })
 }
 
-fn parse_edges(argument: &EdgesArgument<'_>, contacts: usize) -> Result<Edges, String> {
-    let value = match argument {
-        EdgesArgument::Default => return Ok(Edges::Each(vec![8; contacts])),
-        EdgesArgument::Given(value) if value.is_none() => return Ok(Edges::Cone),
-        EdgesArgument::Given(value) => value,
+fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String> {
+    let value = match argument.given() {
+        None => return Ok(Edges::Each(vec![8; contacts])),
+        Some(value) if value.is_none() => return Ok(Edges::Cone),
+        Some(value) => value,
     };
     let count = |contact: usize, edges: &Bound<'_, PyAny>| {
         // `operator.index` tells integers of every kind from floats and booleans' look-alikes.

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::arguments::{Arguments, EdgesArgument, Raw};
+use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::matrix;
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::minkowski::PyMinkowskiSum;
@@ -95,7 +95,7 @@ pub struct PyGrasp {
 impl PyGrasp {
     #[new]
     #[pyo3(
-        signature = (positions, normals, friction=None, max_normal_force=None, edges=EdgesArgument::Default,
+        signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
             torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None),
         text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
             tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None)"
@@ -105,9 +105,9 @@ impl PyGrasp {
         py: Python<'py>,
         positions: &Bound<'py, PyAny>,
         normals: &Bound<'py, PyAny>,
-        friction: Option<&Bound<'py, PyAny>>,
-        max_normal_force: Option<&Bound<'py, PyAny>>,
-        edges: EdgesArgument<'py>,
+        friction: Argument<'py>,
+        max_normal_force: Argument<'py>,
+        edges: Argument<'py>,
         torsion: Option<&Bound<'py, PyAny>>,
         tangents: Option<&Bound<'py, PyAny>>,
         origin: Option<&Bound<'py, PyAny>>,
@@ -118,8 +118,8 @@ impl PyGrasp {
         let raw = Raw {
             positions,
             normals,
-            friction,
-            max_normal_force,
+            friction: &friction,
+            max_normal_force: &max_normal_force,
             edges: &edges,
             torsion,
             tangents,

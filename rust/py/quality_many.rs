@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arguments::{Arguments, EdgesArgument, Raw};
+use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input};
 use crate::quality::quality_options;
 
@@ -153,7 +153,7 @@ impl PyQualityBatch {
 /// [-1, 1, 1]
 #[pyfunction]
 #[pyo3(
-    signature = (positions, normals, friction=None, max_normal_force=None, edges=EdgesArgument::Default,
+    signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
         torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *,
         criterion="max", rtol=None, center=None, metric=None, progress=None),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
@@ -165,9 +165,9 @@ pub fn quality_many<'py>(
     py: Python<'py>,
     positions: &Bound<'py, PyAny>,
     normals: &Bound<'py, PyAny>,
-    friction: Option<&Bound<'py, PyAny>>,
-    max_normal_force: Option<&Bound<'py, PyAny>>,
-    edges: EdgesArgument<'py>,
+    friction: Argument<'py>,
+    max_normal_force: Argument<'py>,
+    edges: Argument<'py>,
     torsion: Option<&Bound<'py, PyAny>>,
     tangents: Option<&Bound<'py, PyAny>>,
     origin: Option<&Bound<'py, PyAny>>,
@@ -183,8 +183,8 @@ pub fn quality_many<'py>(
     let raw = Raw {
         positions,
         normals,
-        friction,
-        max_normal_force,
+        friction: &friction,
+        max_normal_force: &max_normal_force,
         edges: &edges,
         torsion,
         tangents,
