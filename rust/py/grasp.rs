@@ -9,7 +9,7 @@ use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::matrix;
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::minkowski::PyMinkowskiSum;
-use crate::quality::{PyQuality, quality_of, quality_options};
+use crate::quality::{AnyOptions, PyQuality, quality_of, quality_options};
 
 /// A grasp of either wrench dimension.
 #[derive(Debug, Clone)]
@@ -285,18 +285,27 @@ impl PyGrasp {
     /// ('force', 0.577350269)
     #[pyo3(signature = (criterion="max", rtol=None, center=None, metric=None))]
     fn quality(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         criterion: &str,
         rtol: Option<f64>,
         center: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyQuality> {
-        with_grasp!(&self.inner, grasp => {
-            let options = quality_options(criterion, rtol, center, metric)
-                .map_err(|message| invalid_input(py, message))?;
-            quality_of(py, grasp, &options)
-        })
+        let py = slf.py();
+        let wrong = |message: String| invalid_input(py, message);
+        let owner = slf.clone().unbind();
+        match &slf.get().inner {
+            AnyGrasp::Planar(grasp) => {
+                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
+                let quality = quality_of(py, grasp, &options)?;
+                Ok(PyQuality::new(owner, AnyOptions::Planar(options), &quality))
+            }
+            AnyGrasp::Spatial(grasp) => {
+                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
+                let quality = quality_of(py, grasp, &options)?;
+                Ok(PyQuality::new(owner, AnyOptions::Spatial(options), &quality))
+            }
+        }
     }
 
     /// All points of the Minkowski sum of the contacts' wrenches, by Algorithm 1 in its order.

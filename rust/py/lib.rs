@@ -19,6 +19,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<grasp::PyGrasp>()?;
     module.add_class::<quality::PyQuality>()?;
+    module.add_class::<quality::PyGradient>()?;
     module.add_class::<minkowski::PyMinkowskiSum>()?;
     module.add_class::<distribution::PyForceDistributor>()?;
     module.add_class::<distribution::PyForceSolution>()?;

@@ -2,13 +2,17 @@
 
 use std::cell::RefCell;
 
-use graspforce::{Closure, Criterion, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench};
-use nalgebra::SMatrix;
-use numpy::{PyArray1, PyUntypedArrayMethods};
+use graspforce::{
+    Closure, Criterion, Gradient, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench,
+};
+use nalgebra::{SMatrix, Vector3};
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 
-use crate::arrays::{contents, float_array, float_vector};
-use crate::errors::to_python;
+use crate::arrays::{contents, float_array, float_vector, matrix};
+use crate::errors::{invalid_input, to_python};
+use crate::grasp::{AnyGrasp, PyGrasp};
 
 thread_local! {
     static PLANAR: RefCell<QualityWorkspace<3>> = RefCell::default();
@@ -32,6 +36,12 @@ impl Workspace for QualityWorkspace<6> {
     }
 }
 
+/// What a quality was asked with, to ask for its gradient later.
+pub enum AnyOptions {
+    Planar(QualityOptions<3>),
+    Spatial(QualityOptions<6>),
+}
+
 /// The quality of a grasp, with its certificate.
 ///
 /// Attributes
@@ -53,8 +63,13 @@ impl Workspace for QualityWorkspace<6> {
 ///     (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
 /// supports : int
 ///     How many times the support oracle was asked.
+/// gradient : Gradient
+///     How epsilon changes as contacts move; computed when first asked for.
 #[pyclass(name = "Quality", module = "graspforce", frozen)]
 pub struct PyQuality {
+    grasp: Py<PyGrasp>,
+    options: AnyOptions,
+    gradient: PyOnceLock<Py<PyGradient>>,
     /// -epsilon, with the paper's sign: negative means force closure, smaller is better.
     #[pyo3(get)]
     rho: f64,
@@ -96,6 +111,31 @@ impl PyQuality {
     #[getter]
     fn wrench<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.wrench)
+    }
+
+    /// How epsilon changes as contacts move.
+    ///
+    /// By the envelope theorem at the worst direction. It describes the exact epsilon, so its direction is
+    /// computed more precisely than ``rtol`` asked for.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0.1), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> gradient = grasp.quality("max").gradient
+    /// >>> bool(gradient.positions[0, 1] < gradient.positions[1, 1])  # bringing the fingers in line is better
+    /// True
+    #[getter]
+    fn gradient(&self, py: Python<'_>) -> PyResult<Py<PyGradient>> {
+        let gradient =
+            self.gradient.get_or_try_init(py, || match (&self.grasp.get().inner, &self.options) {
+                (AnyGrasp::Planar(grasp), AnyOptions::Planar(options)) => PyGradient::of(py, grasp, options),
+                (AnyGrasp::Spatial(grasp), AnyOptions::Spatial(options)) => {
+                    PyGradient::of(py, grasp, options)
+                }
+                _ => Err(invalid_input(py, "the quality belongs to another kind of grasp")),
+            })?;
+        Ok(gradient.clone_ref(py))
     }
 
     fn __repr__(&self) -> String {
@@ -149,26 +189,93 @@ fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<Metric<D>, S
     Metric::from_matrix(&SMatrix::from_row_slice(contents(&array))).map_err(|error| error.to_string())
 }
 
+impl PyQuality {
+    /// Hands a quality over, with what its gradient will need.
+    pub fn new<const D: usize>(grasp: Py<PyGrasp>, options: AnyOptions, quality: &Quality<D>) -> Self {
+        Self {
+            grasp,
+            options,
+            gradient: PyOnceLock::new(),
+            rho: quality.rho,
+            lower: quality.lower,
+            upper: quality.upper,
+            converged: quality.converged,
+            closure: closure_name(quality.closure),
+            supports: quality.supports,
+            direction: quality.direction.as_slice().to_vec(),
+            wrench: quality.wrench.as_slice().to_vec(),
+        }
+    }
+}
+
 /// Computes a quality in this thread's workspace, without the interpreter.
 pub fn quality_of<const D: usize>(
     py: Python<'_>,
     grasp: &Grasp<D>,
     options: &QualityOptions<D>,
-) -> PyResult<PyQuality>
+) -> PyResult<Quality<D>>
 where
     QualityWorkspace<D>: Workspace,
 {
-    let quality: Quality<D> = py
-        .detach(|| QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))
-        .map_err(|error| to_python(py, &error))?;
-    Ok(PyQuality {
-        rho: quality.rho,
-        lower: quality.lower,
-        upper: quality.upper,
-        converged: quality.converged,
-        closure: closure_name(quality.closure),
-        supports: quality.supports,
-        direction: quality.direction.as_slice().to_vec(),
-        wrench: quality.wrench.as_slice().to_vec(),
-    })
+    py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))
+        .map_err(|error| to_python(py, &error))
+}
+
+/// How epsilon changes as contacts move.
+///
+/// Attributes
+/// ----------
+/// positions : numpy.ndarray
+///     (m, dim) change of epsilon by m of displacement of each contact.
+/// normals : numpy.ndarray
+///     (m, dim) change of epsilon by rad that each normal turns, orthogonal to it; the contact frame turns with
+///     it by the smallest rotation.
+/// unique : bool
+///     Whether epsilon is differentiable here. Where several directions are equally bad, or several forces reach
+///     the same boundary wrench (symmetric grasps), this is one element of the subdifferential.
+#[pyclass(name = "Gradient", module = "graspforce", frozen)]
+pub struct PyGradient {
+    gradient: Gradient,
+    dim: usize,
+}
+
+#[pymethods]
+impl PyGradient {
+    /// (m, dim) change of epsilon by m of displacement of each contact.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.rows(py, &self.gradient.positions)
+    }
+
+    /// (m, dim) change of epsilon by rad that each normal turns.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.rows(py, &self.gradient.normals)
+    }
+
+    /// Whether epsilon is differentiable here.
+    #[getter]
+    fn unique(&self) -> bool {
+        self.gradient.unique
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Gradient({} contacts, unique={})", self.gradient.positions.len(), self.gradient.unique)
+    }
+}
+
+impl PyGradient {
+    fn of<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, options: &QualityOptions<D>) -> PyResult<Py<Self>>
+    where
+        QualityWorkspace<D>: Workspace,
+    {
+        let gradient =
+            py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)));
+        let gradient = gradient.map_err(|error| to_python(py, &error))?;
+        Py::new(py, Self { gradient, dim: if D == 3 { 2 } else { 3 } })
+    }
+
+    fn rows<'py>(&self, py: Python<'py>, vectors: &[Vector3<f64>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, vectors.len(), self.dim, vectors.iter().flat_map(|v| v.iter().copied().take(self.dim)))
+    }
 }
