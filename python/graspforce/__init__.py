@@ -9,7 +9,16 @@ Importing the package needs NumPy alone: figures, oracles and viewers are import
 """
 
 from . import surfaces
-from ._core import Grasp, Quality, QualityBatch, __version__, quality_many
+from ._core import (
+    ForceDistributor,
+    ForceSolution,
+    Grasp,
+    MinkowskiSum,
+    Quality,
+    QualityBatch,
+    __version__,
+    quality_many,
+)
 from .errors import (
     BusyError,
     GraspForceError,
@@ -23,12 +32,15 @@ from .planning import Iterate, Plan, plan
 
 __all__ = [
     "BusyError",
+    "ForceDistributor",
+    "ForceSolution",
     "Grasp",
     "GraspForceError",
     "InfeasibleWrenchError",
     "InvalidGraspError",
     "InvalidInputError",
     "Iterate",
+    "MinkowskiSum",
     "NotConvergedError",
     "Plan",
     "Quality",

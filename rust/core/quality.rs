@@ -247,7 +247,9 @@ impl<'a, const D: usize> Question<'a, D> {
             return self.at_distance(0.0, 0.0, z, nearest.supports, closure);
         }
         let z = nearest.point / -nearest.upper;
-        self.at_distance(nearest.upper, nearest.lower.max(0.0), &z, nearest.supports, closure)
+        // At a vertex both bounds are the same number, up to the order of its roundings.
+        let lower = nearest.lower.max(0.0).min(nearest.upper);
+        self.at_distance(nearest.upper, lower, &z, nearest.supports, closure)
     }
 
     fn at_distance(
