@@ -4,6 +4,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 # The stable interface needs no other interpreter; naming one keeps cargo's and maturin's builds the same.
 export PYO3_PYTHON := $(CURDIR)/$(PY)
+export PIP_QUIET := 1
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
 
@@ -37,8 +38,8 @@ build: $(VENV)/ready
 $(VENV)/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or later is needed: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(PY) -m pip install --quiet --upgrade "pip>=25.1"
-	$(PY) -m pip install --quiet --group dev
+	$(PY) -m pip install --upgrade "pip>=25.1"
+	$(PY) -m pip install --group dev
 	touch $@
 
 clean:

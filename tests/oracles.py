@@ -23,13 +23,12 @@ def primitive_wrenches(
     positions, normals, *, friction, max_normal_force, edges=None, tangents=None
 ) -> list[np.ndarray]:
     """Eqs. 3 and 8: one (l, d) array for each contact."""
-    positions, normals = np.asarray(positions, float), np.asarray(normals, float)
+    positions, normals = np.array(positions, float), np.array(normals, float)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
     count, dim = positions.shape
     mu, limit = np.broadcast_to(friction, count), np.broadcast_to(max_normal_force, count)
     wrenches = []
-    for i, (r, n) in enumerate(
-        zip(positions, normals / np.linalg.norm(normals, axis=1)[:, None], strict=True)
-    ):
+    for i, (r, n) in enumerate(zip(positions, normals, strict=True)):
         if dim == 2:
             t = np.array([-n[1], n[0]])
             forces = limit[i] * np.array([n + mu[i] * t, n - mu[i] * t])

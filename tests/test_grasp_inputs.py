@@ -97,7 +97,6 @@ def test_bad_values_are_refused_by_argument_contact_and_value(base, change, frag
         (PLANAR, {"positions": [["a", "b"]] * 3}, "positions"),
         (PLANAR, {"positions": np.ones((3, 2), dtype=complex)}, "positions"),
         (PLANAR, {"friction": "rough"}, "friction"),
-        (PLANAR, {"friction": None}, "friction"),
     ],
 )
 def test_wrong_shapes_and_types_are_refused_by_argument(base, change, argument):

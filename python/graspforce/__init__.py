@@ -8,10 +8,17 @@
 Importing the package needs NumPy alone: figures, oracles and viewers are imported where they are used.
 """
 
-from importlib.metadata import version as _version
-
 from . import surfaces
-from ._core import Grasp, quality_many
+from ._core import (
+    ForceDistributor,
+    ForceSolution,
+    Grasp,
+    MinkowskiSum,
+    Quality,
+    QualityBatch,
+    __version__,
+    quality_many,
+)
 from .errors import (
     BusyError,
     GraspForceError,
@@ -23,19 +30,23 @@ from .errors import (
 )
 from .planning import Iterate, Plan, plan
 
-__version__ = _version("graspforce")
-
 __all__ = [
     "BusyError",
+    "ForceDistributor",
+    "ForceSolution",
     "Grasp",
     "GraspForceError",
     "InfeasibleWrenchError",
     "InvalidGraspError",
     "InvalidInputError",
     "Iterate",
+    "MinkowskiSum",
     "NotConvergedError",
     "Plan",
+    "Quality",
+    "QualityBatch",
     "TooLargeError",
+    "__version__",
     "plan",
     "quality_many",
     "surfaces",

@@ -15,7 +15,7 @@ import numpy as np
 
 from ._checks import checked_contacts, finite_vector, search_bounds
 from ._core import Grasp, quality_many
-from .errors import InvalidInputError
+from .errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -111,7 +111,7 @@ def plan(
     bounds: ArrayLike,
     criterion: Criterion = "max",
     *,
-    rtol: float = 1e-9,
+    rtol: float | None = None,
     **grasp_options: Unpack[GraspOptions],
 ) -> Plan:
     r"""Search for the contact positions that minimise rho, by the OGP algorithm of section 3.4.
@@ -134,8 +134,8 @@ def plan(
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
         Limit each normalised normal force (``rho_max``) or their sum (``rho_sum``).
-    rtol : float
-        Relative width of the bracket to which each quality is computed.
+    rtol : float, optional
+        Relative width of the bracket to which each quality is computed; by default as for `Grasp.quality`.
     **grasp_options
         ``friction``, ``max_normal_force``, ``edges``, ``torsion``, ``tangents``, ``origin``,
         ``length_scale``, ``friction_margin`` and ``extreme_forces`` of `Grasp`.
@@ -230,18 +230,13 @@ def _measure(
     surface: Surface,
     candidates: NDArray[np.float64],
     criterion: Criterion,
-    rtol: float,
+    rtol: float | None,
     options: GraspOptions,
 ) -> NDArray[np.float64]:
     contacts = checked_contacts(surface(candidates), candidates)
     result = quality_many(**_with_contacts(options, contacts), criterion=criterion, rtol=rtol)
-    failed = np.flatnonzero((result.status != 0) | ~np.isfinite(result.rho))
-    if failed.size:
-        row = int(failed[0])
-        raise InvalidInputError(
-            f"surface, row {row}: the quality at parameters {candidates[row].tolist()} could not be computed"
-            f" (status {int(result.status[row])})"
-        )
+    for row, reason in sorted(result.errors.items()):
+        raise InvalidGraspError(f"surface, row {row}, parameters {candidates[row].tolist()}: {reason}")
     return result.rho
 
 

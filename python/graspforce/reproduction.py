@@ -31,8 +31,8 @@ _TIES = (
 )
 _DIFFERS = (
     "Rows k and n do not follow from the printed inputs, whichever way the normals point, nor with any one "
-    "or two of the printed constants changed that were tried. Both columns are shown; neither is claimed for the "
-    "other."
+    "or two of the printed constants changed that were tried. Both columns are shown; neither is claimed for "
+    "the other."
 )
 NOTES = (_AGREES, _TIES, _DIFFERS)
 
