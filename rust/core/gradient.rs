@@ -9,7 +9,7 @@
 //! - `d epsilon / d n_i = (F_i x v_i) x n_i + tau_i (b - n_i (n_i . b))`, the frame turning with the normal by
 //!   the smallest rotation.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix, Vector3};
 
 use crate::contact::ContactForce;
 use crate::error::Result;
@@ -35,7 +35,7 @@ impl<const D: usize> Grasp<D> {
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, Grasp, QualityOptions, QualityWorkspace};
-    /// use nalgebra::Vector3;
+    /// use nalgebra::{Matrix, Vector3};
     ///
     /// let fingers = [(-1.0, 0.1), (1.0, 0.0)].map(|(x, y): (f64, f64)| {
     ///     Contact::new(Vector3::new(x, y, 0.0), Vector3::new(-x, 0.0, 0.0)).friction(0.5)
@@ -55,7 +55,7 @@ impl<const D: usize> Grasp<D> {
         let rtol = if self.is_finite() { 1e-12 } else { 1e-10 };
         let options = QualityOptions { rtol: Some(rtol), ..*options };
         let question = Question::new(self, &options)?;
-        let quality = question.answer(&mut workspace.polytope)?;
+        let quality = question.answer(&mut workspace.polytope);
         let rival = quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality);
         let active = ActiveForces::at(&question, &quality);
         let (a, b) = split(&active.functional);
@@ -217,9 +217,8 @@ fn independent<const D: usize>(question: &Question<'_, D>, faces: &[Face<D>], su
     let mut shared = None;
     for (face, map) in faces.iter().zip(question.grasp.maps()) {
         if face.whole {
-            edges.extend(
-                map.column_iter().filter(|column| column.amax() > 0.0).map(|column| column.into_owned()),
-            );
+            let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
+            edges.extend(tangential.map(Matrix::into_owned));
         }
         let mut base = match (sum, face.optional) {
             (true, _) => shared,

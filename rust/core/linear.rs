@@ -17,7 +17,7 @@ pub(crate) fn plane_through<const D: usize>(vertices: &[Wrench<D>; D]) -> Option
         if scale == 0.0 {
             return None;
         }
-        row.iter_mut().for_each(|x| *x /= scale);
+        *row = row.map(|x| x / scale);
         *right /= scale;
     }
     for step in 0..D {

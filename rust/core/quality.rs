@@ -117,7 +117,7 @@ impl<const D: usize> Grasp<D> {
         options: &QualityOptions<D>,
         workspace: &mut QualityWorkspace<D>,
     ) -> Result<Quality<D>> {
-        Question::new(self, options)?.answer(&mut workspace.polytope)
+        Ok(Question::new(self, options)?.answer(&mut workspace.polytope))
     }
 }
 
@@ -164,30 +164,30 @@ impl<'a, const D: usize> Question<'a, D> {
         Support { value, wrench }
     }
 
-    pub(crate) fn answer(&self, polytope: &mut Polytope<D>) -> Result<Quality<D>> {
+    pub(crate) fn answer(&self, polytope: &mut Polytope<D>) -> Quality<D> {
         // A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
         let size = 1e-3 * self.scale;
         let first = polytope.expand(size, &self.limits, |z| self.support(z));
         if let (Expansion::Radius(radius), None) = (first, self.center) {
-            return Ok(self.inside(&radius, Closure::Force));
+            return self.inside(&radius, Closure::Force);
         }
         let verdict = classify(self.grasp, polytope);
-        match (first, self.center, verdict.closure) {
-            (Expansion::Radius(radius), ..) => Ok(self.inside(&radius, verdict.closure)),
-            (Expansion::Pierced { .. }, None, Closure::Force) => {
-                let radius = self.small_radius(size, 1e-300, polytope);
-                Ok(self.inside(&radius.unwrap_or_else(|| self.unknown_radius()), Closure::Force))
-            }
-            (_, None, closure) => {
-                let z = self.metric.unit_of_functional(&verdict.direction);
-                Ok(self.outside(closure, &z))
-            }
-            (Expansion::Pierced { direction, .. }, Some(_), closure) => {
+        let closure = verdict.closure;
+        match (first, self.center) {
+            (Expansion::Radius(radius), _) => self.inside(&radius, closure),
+            (Expansion::Pierced { direction, .. }, Some(_)) => {
                 let negligible = 1e-12 * self.scale;
                 match self.small_radius(size, negligible, polytope) {
-                    Some(radius) => Ok(self.inside(&radius, closure)),
-                    None => Ok(self.outside(closure, &direction)),
+                    Some(radius) => self.inside(&radius, closure),
+                    None => self.outside(closure, &direction),
                 }
+            }
+            (Expansion::Pierced { .. }, None) if closure == Closure::Force => {
+                let radius = self.small_radius(size, f64::MIN_POSITIVE, polytope);
+                self.inside(&radius.unwrap_or_else(|| self.unknown_radius()), closure)
+            }
+            (Expansion::Pierced { .. }, None) => {
+                self.outside(closure, &self.metric.unit_of_functional(&verdict.direction))
             }
         }
     }

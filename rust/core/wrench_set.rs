@@ -104,14 +104,13 @@ impl<const D: usize> WrenchSet<D> {
         wrenches: Vec<Wrench<D>>,
         maps: impl Iterator<Item = (ContactMap<D>, f64)>,
     ) -> Self {
-        let contacts = maps.enumerate().map(|(i, (map, limit))| match grasp.edges(i) {
-            Some(range) => {
-                ContactWrenches::Finite { blocks: blocks(&wrenches[range.clone()]), start: range.start }
-            }
-            None => {
-                let contact = &grasp.contacts()[i];
-                ContactWrenches::Cone { map, limit, mu: contact.friction, gamma: contact.torsion }
-            }
+        let contacts = maps.enumerate().map(|(i, (map, limit))| {
+            let contact = &grasp.contacts()[i];
+            let cone = || ContactWrenches::Cone { map, limit, mu: contact.friction, gamma: contact.torsion };
+            grasp.edges(i).map_or_else(cone, |range| ContactWrenches::Finite {
+                blocks: blocks(&wrenches[range.clone()]),
+                start: range.start,
+            })
         });
         Self { criterion, contacts: contacts.collect(), forces: grasp.finite_forces().to_vec(), wrenches }
     }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use numpy::PyArray1;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
-use pyo3::types::{PyInt, PyList, PyTuple};
+use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
 use crate::arrays::{contents, float_array, float_vector, matrix};
@@ -253,11 +253,11 @@ fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String
         Some(value) => value,
     };
     let count = |contact: usize, edges: &Bound<'_, PyAny>| {
-        // `operator.index` tells integers of every kind from floats and booleans' look-alikes.
+        // `__index__` tells integers of every kind from floats.
         let index = edges.call_method0("__index__").ok();
-        let number = index.filter(|i| i.is_instance_of::<PyInt>()).and_then(|i| i.extract::<i64>().ok());
+        let number = index.and_then(|index| index.extract::<usize>().ok());
         match number {
-            Some(number) if number >= 1 => Ok(number as usize),
+            Some(number) if number >= 1 => Ok(number),
             _ => Err(format!("edges, contact {contact}: {edges} is not a positive whole number")),
         }
     };

@@ -52,12 +52,12 @@ pub fn contents<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> &'a [f64] {
 }
 
 /// A new (rows, columns) array, row by row.
-pub fn matrix<'py>(
-    py: Python<'py>,
+pub fn matrix(
+    py: Python<'_>,
     rows: usize,
     columns: usize,
     values: impl IntoIterator<Item = f64>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let flat = PyArray1::from_iter(py, values);
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
 }

@@ -6,26 +6,26 @@ use nalgebra::{SVector, Vector3};
 use serde_json::Value;
 
 /// One case of `spatial.json`.
-pub struct Case {
-    pub name: String,
-    pub grasp: Grasp<6>,
-    pub closure: String,
-    pub rho_sum: f64,
-    pub rho_max: f64,
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) grasp: Grasp<6>,
+    pub(crate) closure: String,
+    pub(crate) rho_sum: f64,
+    pub(crate) rho_max: f64,
     /// External wrench, least sum, least maximum; `None` where it cannot be balanced.
-    pub wrenches: Vec<(SVector<f64, 6>, Option<f64>, Option<f64>)>,
+    pub(crate) wrenches: Vec<(SVector<f64, 6>, Option<f64>, Option<f64>)>,
 }
 
-pub fn read(file: &str) -> Value {
+pub(crate) fn read(file: &str) -> Value {
     let path = format!("{}/tests/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-pub fn numbers(value: &Value) -> Vec<f64> {
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
-pub fn contacts(case: &Value) -> Vec<Contact> {
+pub(crate) fn contacts(case: &Value) -> Vec<Contact> {
     let vector = |name: &str, i: usize| Vector3::from_vec(numbers(&case[name][i]));
     let count = case["positions"].as_array().unwrap().len();
     let contact = |i: usize| {
@@ -38,7 +38,7 @@ pub fn contacts(case: &Value) -> Vec<Contact> {
     (0..count).map(contact).collect()
 }
 
-pub fn spatial_cases() -> Vec<Case> {
+pub(crate) fn spatial_cases() -> Vec<Case> {
     let cases = read("spatial.json");
     let case = |case: &Value| Case {
         name: case["name"].as_str().unwrap().to_owned(),
