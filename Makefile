@@ -14,7 +14,7 @@ demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
 test: build
-	cargo test --release
+	cargo test
 	$(PY) -m pytest
 
 bench:

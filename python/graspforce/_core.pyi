@@ -11,6 +11,7 @@ _Criterion = Literal["max", "sum"]
 __all__ = [
     "ForceDistributor",
     "ForceSolution",
+    "Gradient",
     "Grasp",
     "MinkowskiSum",
     "Quality",
@@ -93,6 +94,17 @@ class Quality:
     def wrench(self) -> _Floats: ...
     @property
     def supports(self) -> int: ...
+    @property
+    def gradient(self) -> Gradient: ...
+
+@final
+class Gradient:
+    @property
+    def positions(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    @property
+    def unique(self) -> bool: ...
 
 @final
 class QualityBatch:
