@@ -4,7 +4,6 @@ VENV := .venv
 PY := $(VENV)/bin/python
 # The stable interface needs no other interpreter; naming one keeps cargo's and maturin's builds the same.
 export PYO3_PYTHON := $(CURDIR)/$(PY)
-export PIP_QUIET := 1
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
 
@@ -14,7 +13,7 @@ demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
 test: build
-	cargo test --release
+	cargo test
 	$(PY) -m pytest
 
 bench:
@@ -31,6 +30,8 @@ lint: build
 docs:
 	cargo doc --no-deps
 	@echo "Rust API: target/doc/graspforce/index.html"
+
+build $(VENV)/ready: export PIP_QUIET := 1
 
 build: $(VENV)/ready
 	$(VENV)/bin/maturin develop --release --extras all

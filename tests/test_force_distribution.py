@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from conftest import SPATIAL
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import graspforce as gf
+from conftest import SPATIAL
 from graspforce.paper import RACKET, RACKET_WRENCH, TABLE_1
 from graspforce.reproduction import grasp_at
 from oracles import grasp_arguments, least_max, least_sum, primitive_wrenches

@@ -38,7 +38,7 @@ def test_importing_loads_nothing_optional():
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dist")
     build = [sys.executable, "-m", "maturin", "build", "--release", "--out", str(folder)]
-    subprocess.run(build, cwd=ROOT, check=True, capture_output=True, text=True)
+    subprocess.run(build, cwd=ROOT, check=True)
     (path,) = folder.glob("*.whl")
     return path
 

@@ -12,6 +12,7 @@ from . import surfaces
 from ._core import (
     ForceDistributor,
     ForceSolution,
+    Gradient,
     Grasp,
     MinkowskiSum,
     Quality,
@@ -34,6 +35,7 @@ __all__ = [
     "BusyError",
     "ForceDistributor",
     "ForceSolution",
+    "Gradient",
     "Grasp",
     "GraspForceError",
     "InfeasibleWrenchError",

@@ -20,14 +20,12 @@ __all__ = ["checked_contacts", "finite_array", "finite_vector", "search_bounds"]
 def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
     try:
-        array = np.asarray(value)
-        if not (np.issubdtype(array.dtype, np.integer) or np.issubdtype(array.dtype, np.floating)):
-            raise InvalidInputError(f"{argument}: {value!r} is not an array of real numbers")
-        array = array.astype(np.float64)
+        given = np.asarray(value)
     except (TypeError, ValueError) as error:
-        if isinstance(error, InvalidInputError):
-            raise
         raise InvalidInputError(f"{argument}: {error}") from error
+    if given.dtype.kind not in "iuf":
+        raise InvalidInputError(f"{argument}: {value!r} is not an array of real numbers")
+    array = given.astype(np.float64)
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         where = f", entry {at[0] if len(at) == 1 else at}" if at else ""

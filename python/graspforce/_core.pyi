@@ -3,11 +3,22 @@ from typing import Any, Literal, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_array
 
 _Floats = NDArray[np.float64]
 _Indices = NDArray[np.int32]
 _Criterion = Literal["max", "sum"]
+
+__all__ = [
+    "ForceDistributor",
+    "ForceSolution",
+    "Gradient",
+    "Grasp",
+    "MinkowskiSum",
+    "Quality",
+    "QualityBatch",
+    "__version__",
+    "quality_many",
+]
 
 __version__: str
 
@@ -83,6 +94,17 @@ class Quality:
     def wrench(self) -> _Floats: ...
     @property
     def supports(self) -> int: ...
+    @property
+    def gradient(self) -> Gradient: ...
+
+@final
+class Gradient:
+    @property
+    def positions(self) -> _Floats: ...
+    @property
+    def normals(self) -> _Floats: ...
+    @property
+    def unique(self) -> bool: ...
 
 @final
 class QualityBatch:
@@ -134,7 +156,8 @@ class MinkowskiSum:
     def contacts(self) -> _Indices: ...
     @property
     def edges(self) -> _Indices: ...
-    def to_scipy(self) -> csc_array: ...
+    # A scipy.sparse.csc_array: SciPy, and so its type, is the caller's to have.
+    def to_scipy(self) -> Any: ...
     def __len__(self) -> int: ...
 
 @final

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_planar_grasp", "plan_figure", "save_plan_figures"]
 
-_INK, _OBJECT, _CONE, _FORCE, _OVERLOAD = "#30343b", "#ded8c9", "#a9cdea", "#1f5f99", "#c0392b"
+_INK, _CONE, _FORCE, _OVERLOAD = "#30343b", "#a9cdea", "#1f5f99", "#c0392b"
 _LONGEST = 1.5
 _ARROW = {"arrowstyle": "-|>,head_length=0.4,head_width=0.18", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
 
@@ -60,6 +60,17 @@ def draw_planar_grasp(
         (m, 2) contact forces ``[f_n, f_t]`` in N, in contact frames ``(n, t)`` with ``t = (-n_y, n_x)``.
     metres_per_newton : float
         Length at which one newton is drawn.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from graspforce.plotting import draw_planar_grasp
+    >>> axes = Figure().subplots()
+    >>> draw_planar_grasp(
+    ...     axes, [(-1, 0), (1, 0)], [(1, 0), (-1, 0)], 0.5, 4.0, [(1, 0.5), (1, -0.5)], metres_per_newton=0.1
+    ... )
+    >>> len(axes.patches)
+    2
     """
     where, inward = np.asarray(positions, dtype=float), np.asarray(normals, dtype=float)
     across = np.stack([-inward[:, 1], inward[:, 0]], axis=1)

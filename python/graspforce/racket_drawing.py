@@ -12,6 +12,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 
+from .paper import RACKET
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -25,8 +27,7 @@ _LABEL_DISTANCE = 0.011
 def draw_racket(axes: Axes) -> None:
     """Draw head, throat and handle, with the head's hole cut out and strung, in m."""
     axes.add_patch(Polygon(_outline(), facecolor=_FRAME, edgecolor=_EDGE, lw=0.7, zorder=1))
-    around = np.linspace(0, 2 * np.pi, 200)
-    hole = np.stack([0.12 * np.cos(around), np.where(around < np.pi, 0.15, 0.17) * np.sin(around)], axis=1)
+    hole = _hole()
     head = Polygon(hole, facecolor="white", edgecolor="none", zorder=1)
     axes.add_patch(head)
     spacing = np.arange(-0.165, 0.166, 0.015)
@@ -56,13 +57,19 @@ def label_contacts(axes: Axes, positions: NDArray[np.float64], normals: NDArray[
 
 def _outline() -> NDArray[np.float64]:
     """(n, 2) outer edge, from the top down the right side and back up the left."""
-    head = np.linspace(np.pi / 2, np.arcsin(-0.3), 60)
-    throat = np.linspace(0.5, 0.0, 40)
+    head, _, throat = RACKET["three fingers"].curves
     right = np.concatenate(
         [
-            np.stack([0.13 * np.cos(head), 0.16 * np.sin(head)], axis=1),
-            np.stack([0.68 * throat**3 + 0.015, 0.8 * throat**2 - 0.315], axis=1),
+            # The head's ellipse is left where a straight line joins it to the throat without a corner.
+            head.point(np.linspace(np.pi / 2, -0.3, 60)),
+            throat.point(np.linspace(0.5, 0.0, 40)),
             [[0.015, -0.515]],
         ]
     )
     return np.concatenate([right, right[::-1] * [-1, 1]])
+
+
+def _hole() -> NDArray[np.float64]:
+    """(n, 2) inner edge of the head: two half ellipses of different heights."""
+    upper, lower, *_ = RACKET["four fingers"].curves
+    return np.concatenate([upper.point(np.linspace(0, np.pi, 100)), lower.point(np.linspace(-np.pi, 0, 100))])

@@ -6,7 +6,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from .paper import RACKET_WRENCH
-from .reproduction import NOTES
+from .reproduction import NOTES, REPEATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -45,7 +45,7 @@ def _plan(run: PlanRun) -> str:
 
 def _times(plans: Iterable[PlanRun]) -> str:
     lines = [
-        "Time of a plan",
+        f"Time of a plan, median of {REPEATS} calls from Python",
         f"  {'grasp':<14} {'criterion':<10} {'published':>12} {'here':>12} {'candidates':>12}",
     ]
     for run in plans:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["NOTES", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
+__all__ = ["NOTES", "REPEATS", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
 
 _T = TypeVar("_T")
 _CRITERIA: tuple[Criterion, ...] = ("max", "sum")
@@ -34,6 +34,7 @@ _DIFFERS = (
     "or two of the printed constants changed that were tried. Both columns are shown; neither is claimed for "
     "the other."
 )
+REPEATS = 5
 NOTES = (_AGREES, _TIES, _DIFFERS)
 
 
@@ -138,7 +139,7 @@ class RacketRun:
         }
 
 
-def run_racket(*, repeats: int = 5) -> RacketRun:
+def run_racket(*, repeats: int = REPEATS) -> RacketRun:
     """Plan both grasps by both criteria and fill Table 1; times are the median of `repeats` runs.
 
     Examples

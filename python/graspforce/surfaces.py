@@ -65,7 +65,7 @@ class PlanarCurve:
         x, y = np.moveaxis(self.tangent(params), -1, 0)
         left = np.stack([-y, x], axis=-1)
         with np.errstate(invalid="ignore"):
-            unit = left / np.linalg.norm(left, axis=-1, keepdims=True)
+            unit: Array = left / np.linalg.norm(left, axis=-1, keepdims=True)
         # Adding zero turns -0.0 into 0.0, so that axis-parallel normals print as what they are.
         return (unit if self.object_side == "left" else -unit) + 0.0
 
