@@ -12,12 +12,11 @@ use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::minkowski::DEFAULT_MAX_POINTS;
-use crate::simplex::{Outcome, Simplex};
+use crate::simplex::{Outcome, Simplex, Target};
 use crate::wrench_set::Criterion;
 
-/// What a component of the wrench may have in a direction the grasp cannot act in at all, relative to the
-/// whole wrench: rounding of whoever computed it.
-const UNREACHABLE: f64 = 1e-10;
+/// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
+const UNBALANCED: f64 = 1e-10;
 
 /// How the linear program is solved. The answers agree; the work differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -208,19 +207,14 @@ impl<const D: usize> ForceDistributor<D> {
             return Ok(self.nothing_to_balance());
         }
         let mapped = self.equilibration.any(&(-external_wrench / scale));
-        let target = self.reachable(&mapped)?;
-        let size = target.amax();
-        if size == 0.0 {
-            return Ok(self.nothing_to_balance());
-        }
-        let (target, rank) = (target / size, self.equilibration.rank);
+        let Some((target, size)) = self.target(&mapped)? else { return Ok(self.nothing_to_balance()) };
         let Workspace { simplex, active } = &mut *workspace;
         let outcome = match &self.enumeration {
-            None => simplex.cold(&self.columns, &target, rank),
-            Some(enumeration) => enumeration.solve(simplex, &target, rank, active),
+            None => simplex.cold(&self.columns, &target),
+            Some(enumeration) => enumeration.solve(simplex, &target, active),
         };
         match outcome {
-            Outcome::Optimal => self.distribution(simplex, &target, scale * size),
+            Outcome::Optimal => self.distribution(simplex, scale * size),
             Outcome::Infeasible(z) => Err(self.infeasible(&z)),
             Outcome::Stalled => {
                 Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap: f64::INFINITY })
@@ -228,24 +222,28 @@ impl<const D: usize> ForceDistributor<D> {
         }
     }
 
-    /// The part of a mapped wrench that the grasp can act on; an error if the rest is more than rounding.
-    fn reachable(&self, mapped: &SVector<f64, D>) -> Result<SVector<f64, D>> {
+    /// The part of a mapped wrench that the grasp can act on, and its size; `None` if there is nothing to
+    /// balance, an error if what the grasp cannot act on is more than rounding.
+    fn target(&self, mapped: &SVector<f64, D>) -> Result<Option<(Target<D>, f64)>> {
         let rank = self.equilibration.rank;
-        let worst = (rank..D).fold(None, |worst: Option<usize>, k| match worst {
-            Some(other) if mapped[other].abs() >= mapped[k].abs() => Some(other),
-            _ => Some(k),
-        });
-        let mut target = *mapped;
-        if let Some(k) = worst {
-            let unscaled = self.equilibration.prescaled_norm(mapped);
-            if mapped[k].abs() > UNREACHABLE * unscaled {
+        let unscaled = self.equilibration.prescaled_norm(mapped);
+        let mut wrench = *mapped;
+        if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
+            if mapped[k].abs() > UNBALANCED * unscaled {
                 let mut z = SVector::zeros();
                 z[k] = mapped[k].signum();
                 return Err(self.infeasible(&z));
             }
-            target.rows_range_mut(rank..).fill(0.0);
+            wrench.rows_range_mut(rank..).fill(0.0);
         }
-        Ok(target)
+        let size = wrench.amax();
+        if size == 0.0 {
+            return Ok(None);
+        }
+        // Rounding in the wrench grows where a weak direction was strengthened.
+        let rounding = 4.0 * f64::EPSILON * unscaled / self.equilibration.weakest();
+        let tolerance = UNBALANCED + rounding / size;
+        Ok(Some((Target { wrench: wrench / size, rank, tolerance }, size)))
     }
 
     fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
@@ -269,12 +267,7 @@ impl<const D: usize> ForceDistributor<D> {
     }
 
     /// Forces from the levels (Eq. 31) and the certificate from the multipliers.
-    fn distribution(
-        &self,
-        simplex: &Simplex<D>,
-        target: &SVector<f64, D>,
-        scale: f64,
-    ) -> Result<Distribution<D>> {
+    fn distribution(&self, simplex: &Simplex<D>, scale: f64) -> Result<Distribution<D>> {
         let extreme_forces = self.grasp.extreme_forces()?;
         let mut forces = vec![ContactForce::zeros(); self.grasp.num_contacts()];
         let mut normals = vec![0.0; forces.len()];
@@ -297,9 +290,11 @@ impl<const D: usize> ForceDistributor<D> {
         let reach = self.columns.value(z, weight);
         // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
         let shrink = if weight > 0.0 { reach.max(1.0) } else { reach };
-        let lower = target.dot(z) / shrink * scale;
+        let lower = simplex.target.dot(z) / shrink * scale;
         let gap = ((sigma - lower) / sigma).abs();
-        if gap.is_nan() || gap > self.options.tolerance {
+        // Multipliers that large cannot be written down in double precision any better.
+        let tolerance = self.options.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
+        if gap.is_nan() || gap > tolerance {
             return Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap });
         }
         let dual = self.equilibration.dual(z);

@@ -13,7 +13,7 @@ use crate::equilibration::Equilibration;
 use crate::error::Result;
 use crate::grasp::Grasp;
 use crate::minkowski::MinkowskiSum;
-use crate::simplex::{Outcome, Simplex, TIE};
+use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
 const ACTIVE: f64 = 1e-5;
@@ -49,14 +49,13 @@ impl<const D: usize> Enumeration<D> {
     pub(crate) fn solve(
         &self,
         simplex: &mut Simplex<D>,
-        target: &SVector<f64, D>,
-        rank: usize,
+        target: &Target<D>,
         active: &mut Vec<u32>,
     ) -> Outcome<D> {
-        self.select(target, rank, active);
+        self.select(target, active);
         let mut pivots = 0;
         for _ in 0..MAX_ROUNDS {
-            let outcome = simplex.cold(&Restricted { all: self, active }, target, rank);
+            let outcome = simplex.cold(&Restricted { all: self, active }, target);
             pivots += simplex.pivots;
             simplex.pivots = pivots;
             if outcome != Outcome::Optimal {
@@ -68,18 +67,20 @@ impl<const D: usize> Enumeration<D> {
         }
         active.clear();
         active.extend(0..self.points.len() as u32);
-        let outcome = simplex.cold(&Restricted { all: self, active }, target, rank);
+        let outcome = simplex.cold(&Restricted { all: self, active }, target);
         simplex.pivots += pivots;
         outcome
     }
 
     /// The points on the hyperplane of Eq. 26; all of them where Clarabel finds none, for the simplex to
     /// tell an infeasible wrench from a hard one.
-    fn select(&self, target: &SVector<f64, D>, rank: usize, active: &mut Vec<u32>) {
+    fn select(&self, target: &Target<D>, active: &mut Vec<u32>) {
         active.clear();
-        let half_spaces =
-            HalfSpaces { normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])), rank };
-        if let Some(z) = conic::furthest_dual(target.as_slice(), half_spaces) {
+        let half_spaces = HalfSpaces {
+            normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])),
+            rank: target.rank,
+        };
+        if let Some(z) = conic::furthest_dual(target.wrench.as_slice(), half_spaces) {
             let z = SVector::<f64, D>::from_fn(|row, _| z.get(row).copied().unwrap_or(0.0));
             let near = (0_u32..).zip(&self.points);
             active.extend(
@@ -94,7 +95,7 @@ impl<const D: usize> Enumeration<D> {
     /// Adds the points whose reduced cost is wrong in either level; `false` if there are none.
     fn add_violated(&self, z: &[SVector<f64, D>; 2], active: &mut Vec<u32>) -> bool {
         let before = active.len();
-        let tolerance = TIE.max(5e-15 * z[0].lp_norm(1));
+        let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
         let second = 1e-9_f64.max(1e-12 * z[1].lp_norm(1));
         active.extend((0_u32..).zip(&self.points).filter_map(|(j, point)| {
             let gain = point.wrench.dot(&z[0]) - point.costs[0];

@@ -72,6 +72,11 @@ impl<const D: usize> Equilibration<D> {
         mapped.component_mul(&self.lengths).norm()
     }
 
+    /// Strength of the weakest direction in which the grasp can act, relative to the strongest contact.
+    pub(crate) fn weakest(&self) -> f64 {
+        self.lengths.rows_range(..self.rank).min()
+    }
+
     /// The multiplier `z` with `z . w = z' . T w`.
     pub(crate) fn dual(&self, multiplier: &SVector<f64, D>) -> SVector<f64, D> {
         self.map.tr_mul(multiplier)

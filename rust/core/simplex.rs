@@ -5,6 +5,8 @@
 //! Every answer is a basic solution, hence nonnegative; the pseudoinverse of Eqs. 27 to 29 is not, wherever
 //! more than `d` points of the set lie on one supporting hyperplane.
 
+use std::cmp::Ordering;
+
 use nalgebra::SVector;
 
 use crate::basis::Basis;
@@ -22,12 +24,17 @@ const OPTIMALITY: f64 = 1e-12;
 /// Columns whose first reduced cost is this small share the optimum of the objective.
 pub(crate) const TIE: f64 = 1e-11;
 
-/// What is left of artificial columns, relative to the largest component of the right-hand side, when a
-/// wrench counts as balanced.
-const FEASIBILITY: f64 = 1e-10;
-
 /// Pivot elements below this share of the largest are not trusted.
 const PIVOT: f64 = 1e-9;
+
+/// Levels that differ by this share of the largest are equal up to rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// Pivots after which ties in the ratio test are decided so that no cycle is possible.
+const PATIENCE: usize = 100;
+
+/// Pivots that the tie-break may take.
+const MAX_TIES: usize = 40;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +47,17 @@ pub(crate) enum Outcome<const R: usize> {
     Stalled,
 }
 
+/// The right-hand side `-w_ext` in equilibrated coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Target<const R: usize> {
+    /// Scaled to a largest component of one; zero beyond `rank`.
+    pub(crate) wrench: SVector<f64, R>,
+    /// Rows beyond this are zero in every column.
+    pub(crate) rank: usize,
+    /// How far from balance still counts as balanced: rounding of whoever computed the wrench.
+    pub(crate) tolerance: f64,
+}
+
 /// A basis with its levels (`alpha` of Eq. 24) and multipliers (`z_b` of Eq. 26, and the tie-break's).
 #[derive(Debug, Clone)]
 pub(crate) struct Simplex<const R: usize> {
@@ -47,7 +65,8 @@ pub(crate) struct Simplex<const R: usize> {
     pub(crate) levels: SVector<f64, R>,
     pub(crate) multipliers: [SVector<f64, R>; 2],
     pub(crate) pivots: usize,
-    target: SVector<f64, R>,
+    /// What the levels balance: the caller's right-hand side but for its rounding.
+    pub(crate) target: SVector<f64, R>,
     entering: Vec<u32>,
 }
 
@@ -63,19 +82,14 @@ impl<const R: usize> Simplex<R> {
         }
     }
 
-    /// Solves from artificial columns. `target` has a largest component of one and zeros beyond `rank`,
-    /// beyond which every column is zero, too.
-    pub(crate) fn cold(
-        &mut self,
-        pricing: &impl Pricing<R>,
-        target: &SVector<f64, R>,
-        rank: usize,
-    ) -> Outcome<R> {
+    /// Solves from artificial columns.
+    pub(crate) fn cold(&mut self, pricing: &impl Pricing<R>, target: &Target<R>) -> Outcome<R> {
+        let rank = target.rank;
         self.pivots = 0;
-        self.target = *target;
-        self.basis.reset(target);
-        self.levels = target.abs();
-        if let Err(outcome) = self.reach_feasibility(pricing, rank) {
+        self.target = target.wrench;
+        self.basis.reset(&target.wrench);
+        self.levels = target.wrench.abs();
+        if let Err(outcome) = self.reach_feasibility(pricing, target) {
             return outcome;
         }
         self.drive_out_artificials(pricing, rank);
@@ -83,12 +97,14 @@ impl<const R: usize> Simplex<R> {
     }
 
     /// The first phase: minimise the sum of artificial levels.
-    fn reach_feasibility(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Result<(), Outcome<R>> {
+    fn reach_feasibility(&mut self, pricing: &impl Pricing<R>, target: &Target<R>) -> Result<(), Outcome<R>> {
+        let rank = target.rank;
         let mut costs = self.basis.infeasibility(rank);
         let mut z = self.basis.multipliers(&costs);
         let mut fresh = true;
         while self.pivots < MAX_PIVOTS {
-            if costs.dot(&self.levels) <= FEASIBILITY {
+            let distance = costs.dot(&self.levels);
+            if distance <= f64::EPSILON {
                 return Ok(());
             }
             let column = pricing.furthest(&z, 0.0, &mut self.entering);
@@ -96,8 +112,13 @@ impl<const R: usize> Simplex<R> {
             let direction = self.basis.inverse * column.wrench;
             let row = self.leaving_row(&direction, 0);
             if gain <= 1e-13 * z.lp_norm(1) || row.is_none() {
+                if distance <= target.tolerance {
+                    return Ok(());
+                }
                 if fresh {
-                    return Err(Outcome::Infeasible(z));
+                    // A direction in which the wrench differs by no more than rounding separates nothing.
+                    let separated = distance > 1e-11 * z.lp_norm(1);
+                    return Err(if separated { Outcome::Infeasible(z) } else { Outcome::Stalled });
                 }
                 fresh = true;
                 self.refactorise();
@@ -124,6 +145,9 @@ impl<const R: usize> Simplex<R> {
             if !self.basis.artificial[row] {
                 continue;
             }
+            // What is left is rounding of the caller's wrench; balancing what is not must not make other
+            // levels negative later.
+            self.target -= self.basis.columns.column(row) * self.levels[row];
             self.levels[row] = 0.0;
             let along = self.basis.inverse.row(row).transpose();
             let length = along.lp_norm(1);
@@ -145,7 +169,7 @@ impl<const R: usize> Simplex<R> {
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
         let mut threshold = OPTIMALITY;
         let mut polished = true;
-        let mut doubtful = 0;
+        let (mut doubtful, mut ties) = (0, 0);
         let first = self.pivots;
         while self.pivots < MAX_PIVOTS {
             if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
@@ -155,17 +179,24 @@ impl<const R: usize> Simplex<R> {
             let noise = self.multipliers[0].lp_norm(1);
             let mut column = pricing.furthest(&self.multipliers[0], 1.0, &mut self.entering);
             let gain = column.wrench.dot(&self.multipliers[0]) - column.costs[0];
+            let improves = gain > threshold.max(5e-16 * noise);
             // Gains that rounding in the multipliers can feign are followed, but not for ever.
-            doubtful += usize::from(gain <= 4e-15 * noise);
-            if gain <= threshold.max(5e-16 * noise) || doubtful > 2 * R {
+            let feigned = gain <= 4e-15 * noise;
+            doubtful += usize::from(improves && feigned);
+            if !improves || (feigned && doubtful > 2 * R) {
                 if !polished {
                     polished = true;
                     self.polish();
                     continue;
                 }
-                let tolerance = TIE.max(5e-15 * noise);
+                let tolerance = TIE.max(2e-15 * noise);
+                if ties > MAX_TIES {
+                    return Outcome::Optimal;
+                }
                 let Some(tied) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
-                threshold = 2.0 * tolerance;
+                ties += 1;
+                // Where rounding lets the two costs undo each other, the objective has the last word.
+                threshold = if ties > MAX_TIES { OPTIMALITY } else { threshold.max(2.0 * tolerance) };
                 column = tied;
             }
             let direction = self.basis.inverse * column.wrench;
@@ -189,30 +220,29 @@ impl<const R: usize> Simplex<R> {
         (reach - column.costs[1] > TIE.max(noise)).then_some(column)
     }
 
-    /// The ratio test. Equal ratios are decided lexicographically on the rows of the inverse, which excludes
-    /// cycles; an artificial column before row `rank` leaves rather than change its level.
+    /// The ratio test. Rows that are as close up to rounding leave the choice to the largest pivot element; a
+    /// solve that takes suspiciously long decides lexicographically on the rows of the inverse instead, which
+    /// excludes cycles. An artificial column before row `rank` leaves rather than change its level.
     fn leaving_row(&self, direction: &SVector<f64, R>, rank: usize) -> Option<usize> {
-        let smallest = PIVOT * direction.amax();
-        let mut best: Option<(usize, f64)> = None;
-        for row in 0..R {
-            let u = direction[row];
-            if row < rank && self.basis.artificial[row] && u.abs() > smallest {
-                return Some(row);
-            }
-            if u <= smallest || u <= 0.0 {
-                continue;
-            }
-            let ratio = self.levels[row].max(0.0) / u;
-            let closer = match best {
-                None => true,
-                Some((other, least)) if ratio == least => self.precedes(row, other, u, direction[other]),
-                Some((_, least)) => ratio < least,
-            };
-            if closer {
-                best = Some((row, ratio));
-            }
+        let smallest = (PIVOT * direction.amax()).max(f64::MIN_POSITIVE);
+        if let Some(row) = (0..rank).find(|&r| self.basis.artificial[r] && direction[r].abs() > smallest) {
+            return Some(row);
         }
-        best.map(|(row, _)| row)
+        let ratio = |row: usize| self.levels[row].max(0.0) / direction[row];
+        let rounding = ROUNDING * self.levels.amax();
+        let rows = || (0..R).filter(|&row| direction[row] > smallest);
+        let bound = rows().map(|row| ratio(row) + rounding / direction[row]).fold(f64::INFINITY, f64::min);
+        let near = rows().filter(|&row| ratio(row) <= bound);
+        if self.pivots < PATIENCE {
+            return near.max_by(|&a, &b| direction[a].total_cmp(&direction[b]));
+        }
+        near.reduce(|best, row| {
+            let closer = match ratio(row).total_cmp(&ratio(best)) {
+                Ordering::Equal => self.precedes(row, best, direction[row], direction[best]),
+                order => order == Ordering::Less,
+            };
+            if closer { row } else { best }
+        })
     }
 
     fn precedes(&self, row: usize, other: usize, u: f64, v: f64) -> bool {
