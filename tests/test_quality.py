@@ -10,27 +10,11 @@ from scipy.spatial.transform import Rotation
 import graspforce as gf
 from conftest import SPATIAL
 from oracles import grasp_arguments, inner_radius, minkowski_points, primitive_wrenches
+from random_grasps import random_grasp
 
 CRITERIA = ["sum", "max"]
 # Past a few hundred points in six dimensions Qhull is slow, and soon fails.
 SMALL_SUMS = [case for case in SPATIAL if (case["edges"] + 1) ** len(case["positions"]) < 700]
-
-
-def random_grasp(seed, dim, count, edges):
-    """Contacts spread over an ellipsoid, normals near its own."""
-    rng = np.random.default_rng(seed)
-    outward = rng.normal(size=(count, dim))
-    outward /= np.linalg.norm(outward, axis=1)[:, None]
-    arguments = {
-        "positions": outward * rng.uniform(0.5, 1.5, dim),
-        "normals": -outward + 0.2 * rng.normal(size=(count, dim)),
-        "friction": rng.uniform(0.1, 1.0, count),
-        "max_normal_force": rng.uniform(0.5, 20.0, count),
-        "edges": edges,
-    }
-    if dim == 3:
-        arguments["tangents"] = rng.normal(size=(count, dim))
-    return arguments
 
 
 planar_or_spatial = st.builds(

@@ -34,8 +34,8 @@ fn symmetric_grasps_are_bracketed_within_the_work_limit() {
     let sum = tetrahedron.quality(Criterion::Sum).unwrap();
     let max = tetrahedron.quality(Criterion::Max).unwrap();
     // Bounds by inscribed and circumscribed polyhedral cones.
-    bracketed(&sum, 0.351865, 0.354791);
-    bracketed(&max, 1.11536, 1.154701);
+    bracketed(&sum, 0.351_865, 0.354_791);
+    bracketed(&max, 1.11536, 1.154_701);
     assert!(sum.converged && (sum.rho + 0.125_f64.sqrt()).abs() < 1e-6, "{sum:?}");
     assert!(max.converged && (max.rho + 2.0 / 3.0_f64.sqrt()).abs() < 2e-6, "{max:?}");
     let equator = sphere(&EQUATOR, Contact::cone).quality(Criterion::Max).unwrap();

@@ -211,39 +211,58 @@ fn furthest_of_face<const D: usize>(
     best.filter(|(value, ..)| !face.optional || *value > 0.0)
 }
 
-/// Whether the faces' forces are determined by their sum: the edges of all faces are linearly independent.
+/// Whether the faces' forces are determined by their sum: the edges that span the faces are linearly independent.
+///
+/// A face may have more points than its dimension asks for (all edges of a cone, say); how they share a force is
+/// of no concern, so each face counts by an independent part of its edges.
 fn independent<const D: usize>(question: &Question<'_, D>, faces: &[Face<D>], sum: bool) -> bool {
-    let mut edges: Vec<Wrench<D>> = Vec::new();
+    let mut all = Span::default();
     let mut shared = None;
     for (face, map) in faces.iter().zip(question.grasp.maps()) {
-        if face.whole {
-            let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
-            edges.extend(tangential.map(Matrix::into_owned));
-        }
-        let mut base = match (sum, face.optional) {
-            (true, _) => shared,
-            (false, true) => Some(Wrench::zeros()),
-            (false, false) => None,
-        };
-        for (wrench, _) in &face.points {
-            match base {
-                Some(base) => edges.push(wrench - base),
-                None => base = Some(*wrench),
+        let mut edges: Vec<Wrench<D>> = Vec::new();
+        let mut own = Span::default();
+        let first = face.points.first().map(|(wrench, _)| *wrench);
+        if let Some(first) = first {
+            if face.whole {
+                let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
+                edges.extend(tangential.map(Matrix::into_owned));
+            } else {
+                let within = face.points.iter().skip(1).map(|(wrench, _)| wrench - first);
+                edges.extend(within.filter(|edge| own.admit(&question.metric.to_euclidean(edge))));
+            }
+            match (sum, face.optional, shared) {
+                (true, _, Some(shared)) => edges.push(first - shared),
+                (true, _, None) => shared = Some(first),
+                (false, true, _) => edges.push(first),
+                (false, false, _) => {}
             }
         }
-        shared = shared.or(base);
+        if !edges.iter().all(|edge| all.admit(&question.metric.to_euclidean(edge))) {
+            return false;
+        }
     }
-    let mut basis: Vec<Wrench<D>> = Vec::with_capacity(D);
-    edges.iter().all(|edge| {
-        let mut rest = question.metric.to_euclidean(edge);
-        let length = rest.norm();
-        for direction in &basis {
+    true
+}
+
+/// An orthonormal basis of the vectors admitted so far.
+#[derive(Default)]
+struct Span<const D: usize> {
+    basis: Vec<Wrench<D>>,
+}
+
+impl<const D: usize> Span<D> {
+    /// Adds a vector; false where it lies in the span already.
+    fn admit(&mut self, vector: &Wrench<D>) -> bool {
+        let mut rest = *vector;
+        for direction in &self.basis {
             rest -= direction * direction.dot(&rest);
         }
-        let fresh = rest.norm() > 1e-7 * length;
-        basis.push(rest.normalize());
+        let fresh = rest.norm() > 1e-7 * vector.norm();
+        if fresh {
+            self.basis.push(rest.normalize());
+        }
         fresh
-    })
+    }
 }
 
 /// The force and torque parts of a functional, in space.

@@ -1,15 +1,16 @@
 //! `graspforce.Grasp`.
 
 use graspforce::{Closure, Contact, DEFAULT_MAX_POINTS, Error, Grasp, GraspOptions, MinkowskiSum};
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use nalgebra::SVector;
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::matrix;
+use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::minkowski::PyMinkowskiSum;
-use crate::quality::{AnyOptions, PyQuality, quality_of, quality_options};
+use crate::quality::{AnyOptions, PyQuality, parse_criterion, quality_of, quality_options};
 
 /// A grasp of either wrench dimension.
 #[derive(Debug, Clone)]
@@ -306,6 +307,78 @@ impl PyGrasp {
                 Ok(PyQuality::new(owner, AnyOptions::Spatial(options), &quality))
             }
         }
+    }
+
+    /// The largest multiple of each direction that the limited forces can resist as an external wrench.
+    ///
+    /// Parameters
+    /// ----------
+    /// directions : array_like
+    ///     (B, d) or (d,) wrenches of any length but zero, in N and N m.
+    /// criterion : {"max", "sum"}, optional
+    ///     What is limited to 1: each normalised normal force or their sum.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     (B,) or scalar array: multiples, zero where no forces balance the direction however strong they are.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     A direction is zero or not finite, or the shape is wrong.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> grasp.resistance([[0, -1, 0], [-1, 0, 0]]).round(9).tolist()
+    /// [1.0, 1.0]
+    #[pyo3(signature = (directions, criterion="max"))]
+    fn resistance<'py>(
+        &self,
+        py: Python<'py>,
+        directions: &Bound<'py, PyAny>,
+        criterion: &str,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let wrong = |message: String| invalid_input(py, message);
+        let criterion = parse_criterion("criterion", criterion).map_err(wrong)?;
+        let (d, array) = (self.wrench_dim(), float_array("directions", directions).map_err(wrong)?);
+        let single = match *array.shape() {
+            [columns] if columns == d => true,
+            [_, columns] if columns == d => false,
+            ref shape => {
+                return Err(wrong(format!("directions: shape {shape:?}, expected (B, {d}) or ({d},)")));
+            }
+        };
+        let multiples = with_grasp!(&self.inner, grasp => {
+            let rows: Vec<_> = contents(&array).chunks_exact(d).map(SVector::from_column_slice).collect();
+            py.detach(|| grasp.resistance(&rows, criterion))
+        });
+        let multiples = PyArray1::from_vec(py, multiples.map_err(|error| to_python(py, &error))?);
+        if single { multiples.get_item(0) } else { Ok(multiples.into_any()) }
+    }
+
+    /// The other numbers a grasp is judged by: singular values, isotropy, volumes.
+    ///
+    /// Returns
+    /// -------
+    /// graspforce.metrics.Metrics
+    ///     With their definitions.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> round(grasp.metrics().isotropy, 9)
+    /// 1.0
+    fn metrics<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.metrics")?.call_method1("metrics_of", (slf,))
+    }
+
+    /// Singular values of the grasp matrix in the norm of the length scale, largest first.
+    fn _singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, with_grasp!(&self.inner, grasp => grasp.singular_values()))
     }
 
     /// All points of the Minkowski sum of the contacts' wrenches, by Algorithm 1 in its order.
