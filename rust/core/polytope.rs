@@ -367,12 +367,13 @@ impl<const D: usize> Polytope<D> {
         z: &Wrench<D>,
         mut value: impl FnMut(&Wrench<D>) -> f64,
     ) -> bool {
-        let thin = radius * (1.0 + 1e-7);
+        // Around a smooth minimum, too, directions close to it are nearly as bad: those are no rivals.
+        let thin = radius * (1.0 + 1e-9);
         self.facets
             .iter()
             .filter(|facet| facet.round != 0 && facet.distance <= thin)
             .map(|facet| facet.plane * facet.distance)
-            .any(|other| (other - z).norm() > 1e-4 && value(&other) <= thin)
+            .any(|other| (other - z).norm() > 1e-3 && value(&other) <= thin)
     }
 
     /// The radius of a ball that no facet enters.
