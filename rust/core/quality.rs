@@ -71,6 +71,8 @@ pub struct Quality<const D: usize> {
     pub wrench: Wrench<D>,
     /// Calls of the support oracle.
     pub supports: usize,
+    /// Facets made on the way; zero where the answer did not need a polytope.
+    pub facets: usize,
     /// The norm in which all this is measured.
     pub metric: Metric<D>,
 }
@@ -233,6 +235,7 @@ impl<'a, const D: usize> Question<'a, D> {
             direction,
             wrench: direction * radius.upper,
             supports: radius.supports,
+            facets: radius.facets,
             metric: self.metric,
         }
     }
@@ -274,6 +277,7 @@ impl<'a, const D: usize> Question<'a, D> {
             direction,
             wrench: direction * -rho,
             supports,
+            facets: 0,
             metric: self.metric,
         }
     }

@@ -1,0 +1,129 @@
+//! How long certified quality takes on random grasps, and how it grows: `cargo bench --bench quality`, and
+//! `cargo bench --bench quality -- growth` for the table over contacts and edges.
+
+mod common;
+
+use std::time::Instant;
+
+use graspforce::{Contact, Criterion, Grasp, Quality, QualityOptions, QualityWorkspace};
+use nalgebra::Vector3;
+
+const BOTH: [Criterion; 2] = [Criterion::Max, Criterion::Sum];
+
+fn main() {
+    if std::env::args().any(|argument| argument == "growth") {
+        growth();
+    } else {
+        random_grasps();
+        symmetric_cones();
+    }
+}
+
+/// Times of one criterion over all grasps, each asked `rounds` times after one warm-up.
+struct Timing {
+    median: f64,
+    mean: f64,
+    p99: f64,
+    supports: usize,
+    converged: f64,
+}
+
+fn timing(grasps: &[Grasp<6>], criterion: Criterion, rounds: usize) -> Timing {
+    let mut workspace = QualityWorkspace::default();
+    let options = QualityOptions::new(criterion);
+    let mut ask = |grasp: &Grasp<6>| -> (f64, Quality<6>) {
+        let start = Instant::now();
+        let quality = grasp.quality_with(&options, &mut workspace).expect("default options are valid");
+        (start.elapsed().as_secs_f64() * 1e6, quality)
+    };
+    for grasp in grasps.iter().take(20) {
+        ask(grasp);
+    }
+    let answers: Vec<_> = (0..rounds).flat_map(|_| grasps).map(ask).collect();
+    let mut times: Vec<_> = answers.iter().map(|(time, _)| *time).collect();
+    let mut supports: Vec<_> = answers.iter().map(|(_, quality)| quality.supports).collect();
+    times.sort_by(f64::total_cmp);
+    supports.sort_unstable();
+    let converged = answers.iter().filter(|(_, quality)| quality.converged).count();
+    Timing {
+        median: times[times.len() / 2],
+        mean: times.iter().sum::<f64>() / times.len() as f64,
+        p99: times[times.len() * 99 / 100],
+        supports: supports[supports.len() / 2],
+        converged: converged as f64 / answers.len() as f64,
+    }
+}
+
+fn random_grasps() {
+    println!("\nRandom force-closure grasps on an ellipsoid, one core:\n");
+    println!("| contacts | cone | criterion | median us | mean us | p99 us | support points | converged |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for (contacts, edges) in [(4, 8), (4, 10), (8, 16), (4, 0)] {
+        let grasps = common::closed_grasps(7, 200, contacts, edges);
+        let cone = if edges == 0 { "true, rtol 1e-6".into() } else { format!("{edges} edges, rtol 1e-9") };
+        for criterion in BOTH {
+            let t = timing(&grasps, criterion, if edges == 0 { 2 } else { 5 });
+            println!(
+                "| {contacts} | {cone} | {criterion:?} | {:.1} | {:.1} | {:.1} | {} | {:.2} % |",
+                t.median,
+                t.mean,
+                t.p99,
+                t.supports,
+                100.0 * t.converged
+            );
+        }
+    }
+}
+
+fn symmetric_cones() {
+    println!(
+        "\nSymmetric grasps on the unit sphere with true cones (friction 0.5, limits 1 N), rtol 1e-6:\n"
+    );
+    println!("| grasp | criterion | epsilon from | to | ms | support points | converged |");
+    println!("|---|---|---|---|---|---|---|");
+    let tetrahedron = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let equator = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
+    let problems: [(&str, &[[f64; 3]], f64); 4] = [
+        ("tetrahedron", &tetrahedron, 0.0),
+        ("tetrahedron, soft fingers (0.2 m)", &tetrahedron, 0.2),
+        ("four on the equator", &equator, 0.0),
+        ("antipodal pair, soft fingers (0.3 m)", &equator[..2], 0.3),
+    ];
+    for (name, points, torsion) in problems {
+        let contacts: Vec<_> = points
+            .iter()
+            .map(|&point| {
+                let point = Vector3::from(point).normalize();
+                Contact::new(point, -point).torsion(torsion).cone()
+            })
+            .collect();
+        let grasp = Grasp::<6>::new(&contacts).expect("points of a sphere are valid contacts");
+        for criterion in BOTH {
+            let start = Instant::now();
+            let quality = grasp.quality(criterion).expect("default options are valid");
+            println!(
+                "| {name} | {criterion:?} | {:.8} | {:.8} | {:.0} | {} | {} |",
+                -quality.upper,
+                -quality.lower,
+                start.elapsed().as_secs_f64() * 1e3,
+                quality.supports,
+                if quality.converged { "yes" } else { "work limit" }
+            );
+        }
+    }
+}
+
+fn growth() {
+    println!("| contacts | edges | max: median us | support points | sum: median us | support points |");
+    println!("|---|---|---|---|---|---|");
+    for contacts in [3, 4, 5, 6, 8, 10, 12] {
+        for edges in [4, 8, 16, 32, 64] {
+            let grasps = common::closed_grasps(11, 40, contacts, edges);
+            let [max, sum] = BOTH.map(|criterion| timing(&grasps, criterion, 2));
+            println!(
+                "| {contacts} | {edges} | {:.1} | {} | {:.1} | {} |",
+                max.median, max.supports, sum.median, sum.supports
+            );
+        }
+    }
+}
