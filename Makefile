@@ -16,8 +16,9 @@ test: build
 	cargo test
 	$(PY) -m pytest
 
-bench:
+bench: build
 	cargo bench
+	$(PY) benches/quality.py
 
 lint: build
 	cargo fmt --all --check

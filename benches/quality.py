@@ -9,20 +9,24 @@ from __future__ import annotations
 import statistics
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 import graspforce as gf
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
 ROOT = Path(__file__).parents[1]
 MASK = (1 << 64) - 1
 
 
 def random_numbers(seed: int) -> Iterator[float]:
-    """The generator of ``benches/common``: the same seed makes the same grasps in both languages."""
+    """Repeat the generator of ``benches/common``: the same seed makes the same grasps in both languages."""
     state = (seed * 0x9E37_79B9_7F4A_7C15) & MASK | 1
     while True:
         state ^= state >> 12
@@ -66,7 +70,8 @@ def core_medians() -> dict[tuple[int, int, str], float]:
     command = ["cargo", "bench", "--quiet", "--bench", "quality"]
     text = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     print(text)
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if " edges, " in line]
+    lines = [line for line in text.splitlines() if " edges, " in line]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     return {(int(row[0]), int(row[1].split()[0]), row[2].lower()): float(row[3]) for row in rows}
 
 
@@ -74,42 +79,51 @@ def inner_radius(points: np.ndarray) -> float:
     return -ConvexHull(points).equations[:, -1].max()
 
 
-def main() -> None:
-    core = core_medians()
+def through_python(core: dict[tuple[int, int, str], float]) -> None:
     print("The same grasps through Python, medians:\n")
     print("| contacts | edges | criterion | core us | Python us | difference us |")
     print("|---|---|---|---|---|---|")
-    for contacts, edges in [(4, 8), (4, 10), (8, 16)]:
+    for (contacts, edges, criterion), alone in core.items():
         grasps = closed_grasps(7, 200, contacts, edges)
-        for criterion in ("max", "sum"):
-            times = [seconds(lambda g=g: g.quality(criterion)) for _ in range(5) for g in grasps]
-            here, alone = 1e6 * statistics.median(times), core[contacts, edges, criterion]
-            print(f"| {contacts} | {edges} | {criterion} | {alone:.1f} | {here:.1f} | {here - alone:.1f} |")
+        times = [seconds(partial(grasp.quality, criterion)) for _ in range(5) for grasp in grasps]
+        here = 1e6 * statistics.median(times)
+        print(f"| {contacts} | {edges} | {criterion} | {alone:.1f} | {here:.1f} | {here - alone:.1f} |")
 
+
+def union_beside_qhull() -> None:
     print("\nrho_sum beside Qhull on the same primitive wrenches (4 contacts, 8 edges, 100 grasps):\n")
     ours, theirs = [], []
     for grasp in closed_grasps(7, 100, 4, 8):
-        ours.append(seconds(lambda g=grasp: g.quality("sum")))
+        ours.append(seconds(partial(grasp.quality, "sum")))
         wrenches = grasp.primitive_wrenches
-        theirs.append(seconds(lambda w=wrenches: inner_radius(w)))
+        theirs.append(seconds(partial(inner_radius, wrenches)))
         assert abs(grasp.quality("sum").epsilon - inner_radius(wrenches)) < 1e-8
     ratio = statistics.median(t / o for t, o in zip(theirs, ours, strict=True))
-    print(f"ours {1e6 * statistics.median(ours):.0f} us, Qhull {1e6 * statistics.median(theirs):.0f} us: ", end="")
-    print(f"{ratio:.0f} times faster (median of pairs)")
+    medians = [1e6 * statistics.median(times) for times in (ours, theirs)]
+    print(f"ours {medians[0]:.0f} us, Qhull {medians[1]:.0f} us: {ratio:.0f} times faster (median of pairs)")
 
-    print("\nrho_max beside enumeration and Qhull (tetrahedron, 8 edges, 6,560 points):\n")
-    grasp = tetrahedron(8)
-    ours = [seconds(lambda: grasp.quality("max")) for _ in range(50)]
-    radius = 0.0
 
-    def enumerate_and_hull() -> None:
-        nonlocal radius
+def sum_beside_qhull(name: str, grasp: gf.Grasp) -> None:
+    ours = statistics.median(seconds(partial(grasp.quality, "max")) for _ in range(50))
+    start = time.perf_counter()
+    try:
         radius = inner_radius(grasp.minkowski_sum().wrenches)
-
-    theirs = [seconds(enumerate_and_hull)]
+    except QhullError as error:
+        print(f"{name}: ours {1e3 * ours:.2f} ms; Qhull fails with {str(error)[:6]}")
+        return
+    theirs = time.perf_counter() - start
     assert abs(grasp.quality("max").epsilon - radius) < 1e-8
-    best = statistics.median(ours)
-    print(f"ours {1e3 * best:.2f} ms, enumeration and Qhull {theirs[0]:.2f} s: {theirs[0] / best:.0f} times faster")
+    times = f"ours {1e3 * ours:.2f} ms, enumeration and Qhull {theirs:.2f} s"
+    print(f"{name}: {times}: {theirs / ours:.0f} times faster")
+
+
+def main() -> None:
+    through_python(core_medians())
+    union_beside_qhull()
+    print("\nrho_max beside enumeration and Qhull (4 contacts, 8 edges, 6,560 points):\n")
+    sum_beside_qhull("tetrahedron", tetrahedron(8))
+    for number, grasp in enumerate(closed_grasps(7, 3, 4, 8)):
+        sum_beside_qhull(f"random grasp {number}", grasp)
 
 
 if __name__ == "__main__":

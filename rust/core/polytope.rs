@@ -215,6 +215,7 @@ impl<const D: usize> Polytope<D> {
         self.points.extend(regular_simplex::<D>().iter().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
+            self.serial += 1;
             let facet = Facet {
                 plane: self.points[opposite] * (-(D as f64) / (size * size)),
                 distance: size / D as f64,
@@ -222,28 +223,13 @@ impl<const D: usize> Polytope<D> {
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
                 neighbours: std::array::from_fn(|slot| others(slot) as u32),
                 round: 1,
-                serial: 0,
+                serial: self.serial,
                 visible: false,
             };
-            self.insert(facet, f64::INFINITY);
-        }
-    }
-
-    fn insert(&mut self, mut facet: Facet<D>, interesting: f64) -> u32 {
-        self.serial += 1;
-        facet.serial = self.serial;
-        let index = if let Some(index) = self.free.pop() {
-            self.facets[index as usize] = facet;
-            index
-        } else {
             self.facets.push(facet);
-            self.facets.len() as u32 - 1
-        };
-        // What is further out than the radius can never be the nearest facet before the bracket closes.
-        if facet.distance < interesting {
-            self.heap.push(Candidate { distance: facet.distance, facet: index, serial: facet.serial });
+            let Facet { distance, serial, .. } = facet;
+            self.heap.push(Candidate { distance, facet: opposite as u32, serial });
         }
-        index
     }
 
     /// The live facet nearest to the origin, its plane freshly checked.
@@ -317,33 +303,49 @@ impl<const D: usize> Polytope<D> {
         let inside = &self.facets[inner as usize];
         let outside = &self.facets[outer as usize];
         let mut vertices = [apex; D];
-        let kept = inside.vertices.iter().enumerate().filter(|(k, _)| *k != slot);
-        for (vertex, (_, kept)) in vertices.iter_mut().zip(kept) {
-            *vertex = *kept;
+        for k in 0..D - 1 {
+            vertices[k] = inside.vertices[k + usize::from(k >= slot)];
         }
         let plane = self.tilted_plane(inside, outside, &vertices);
         let back = shared_slot(outside, inner, &vertices);
         let mut neighbours = [outer; D];
-        neighbours[..D - 1].fill(u32::MAX);
-        let facet = Facet {
+        let (made, serial) = self.next_slot();
+        self.facets[outer as usize].neighbours[back] = made;
+        let keys = sub_ridges(&vertices);
+        for slot in 0..D - 1 {
+            let side = Side { facet: made, slot: slot as u32 };
+            // A sub-ridge met for the first time gets its neighbour when it is met again.
+            neighbours[slot] = u32::MAX;
+            if let Some(partner) = self.horizon.toggle(keys[slot], side) {
+                neighbours[slot] = partner.facet;
+                self.facets[partner.facet as usize].neighbours[partner.slot as usize] = made;
+            }
+        }
+        let distance = plane.norm().recip();
+        self.facets[made as usize] = Facet {
             plane,
-            distance: plane.norm().recip(),
+            distance,
             reach: 1.0,
             vertices,
             neighbours,
             round: self.round,
-            serial: 0,
+            serial,
             visible: false,
         };
-        let made = self.insert(facet, interesting);
-        self.facets[outer as usize].neighbours[back] = made;
-        for slot in 0..D - 1 {
-            let side = Side { facet: made, slot: slot as u32 };
-            if let Some(partner) = self.horizon.toggle(sub_ridge(&vertices, slot), side) {
-                self.facets[made as usize].neighbours[slot] = partner.facet;
-                self.facets[partner.facet as usize].neighbours[partner.slot as usize] = made;
-            }
+        // What is further out than the radius can never be the nearest facet before the bracket closes.
+        if distance < interesting {
+            self.heap.push(Candidate { distance, facet: made, serial });
         }
+    }
+
+    /// A slot for a new facet, and the number that tells it from earlier ones there.
+    fn next_slot(&mut self) -> (u32, u32) {
+        self.serial += 1;
+        let index = self.free.pop().unwrap_or_else(|| {
+            self.facets.push(self.facets[0]);
+            self.facets.len() as u32 - 1
+        });
+        (index, self.serial)
     }
 
     /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
@@ -407,11 +409,24 @@ fn shared_slot<const D: usize>(outside: &Facet<D>, inner: u32, vertices: &[u16; 
         .unwrap_or(0)
 }
 
-/// The vertices of a new facet other than the apex and the one in `slot`, 16 bits each.
+/// For each slot but the apex's: the vertices of a new facet other than the apex and that one, 16 bits each.
 #[inline]
-fn sub_ridge<const D: usize>(vertices: &[u16; D], slot: usize) -> u64 {
-    let kept = vertices[..D - 1].iter().enumerate().filter(|(k, _)| *k != slot);
-    kept.fold(0, |key, (_, vertex)| key << 16 | u64::from(*vertex))
+fn sub_ridges<const D: usize>(vertices: &[u16; D]) -> [u64; D] {
+    let mut keys = [0; D];
+    let mut before = 0_u64;
+    for slot in 0..D - 1 {
+        keys[slot] = before;
+        before = before << 16 | u64::from(vertices[slot]);
+    }
+    let (mut after, mut bits) = (0_u64, 0);
+    for slot in (0..D - 1).rev() {
+        keys[slot] = if bits < 64 { keys[slot] << bits | after } else { after };
+        if bits < 64 {
+            after |= u64::from(vertices[slot]) << bits;
+        }
+        bits += 16;
+    }
+    keys
 }
 
 /// Unit vertices of a regular simplex, in a position that shares no symmetry with the axes.
