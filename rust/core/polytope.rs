@@ -303,8 +303,8 @@ impl<const D: usize> Polytope<D> {
         let inside = &self.facets[inner as usize];
         let outside = &self.facets[outer as usize];
         let mut vertices = [apex; D];
-        for k in 0..D - 1 {
-            vertices[k] = inside.vertices[k + usize::from(k >= slot)];
+        for (k, vertex) in vertices[..D - 1].iter_mut().enumerate() {
+            *vertex = inside.vertices[k + usize::from(k >= slot)];
         }
         let plane = self.tilted_plane(inside, outside, &vertices);
         let back = shared_slot(outside, inner, &vertices);
