@@ -6,6 +6,7 @@ They say nothing about force limits, and the first three nothing about friction;
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,7 +44,7 @@ class Metrics:
         :math:`\sigma_{\min} / \sigma_{\max}`, 1 where contact forces act alike in all directions.
     hull_volume : float or None
         Volume of the convex hull of the primitive wrenches and the origin, in the same norm. None without
-        SciPy, for true cones, and beyond 128 primitive wrenches.
+        SciPy, for true cones, beyond 128 primitive wrenches, and where Qhull fails.
     """
 
     smallest_singular_value: float
@@ -59,9 +60,11 @@ def metrics_of(grasp: Grasp) -> Metrics:
     # Fewer force components than wrench components leave some wrenches out of reach.
     spectrum = np.zeros(d)
     spectrum[: values.size] = values
+    with np.errstate(over="ignore", under="ignore"):
+        volume = float(np.prod(spectrum))
     return Metrics(
         smallest_singular_value=float(spectrum[-1]),
-        ellipsoid_volume=float(np.prod(spectrum)),
+        ellipsoid_volume=volume,
         isotropy=float(spectrum[-1] / spectrum[0]),
         hull_volume=_hull_volume(grasp),
     )
@@ -81,11 +84,11 @@ def _hull_volume(grasp: Grasp) -> float | None:
     points = np.vstack([np.zeros(grasp.wrench_dim), _scaled(wrenches, grasp)])
     if np.linalg.matrix_rank(points) < grasp.wrench_dim:
         return 0.0
-    try:
-        return float(ConvexHull(points).volume)
-    except QhullError:
-        # Joggled input: a volume to rounding, where coplanar facets defeat the exact merge.
-        return float(ConvexHull(points, qhull_options="QJ").volume)
+    # Joggled input ("QJ") gives a volume to rounding where coplanar facets defeat the exact merge.
+    for options in (None, "QJ"):
+        with contextlib.suppress(QhullError):
+            return float(ConvexHull(points, qhull_options=options).volume)
+    return None
 
 
 def _scaled(wrenches: NDArray[np.float64], grasp: Grasp) -> NDArray[np.float64]:

@@ -11,6 +11,9 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use crate::contact::{Contact, ContactForce, ForceModel};
 use crate::error::{Error, Result};
 
+/// Sizes whose squares neither overflow nor vanish.
+pub(crate) const REPRESENTABLE: std::ops::Range<f64> = 1e-140..1e140;
+
 /// A wrench: planar for `D = 3`, spatial for `D = 6`.
 pub type Wrench<const D: usize> = SVector<f64, D>;
 
@@ -128,11 +131,15 @@ impl<const D: usize> Grasp<D> {
         } else {
             self.edges.push(None);
         }
-        // The square of a wrench must be representable, or no norm of it is.
-        let reach = map.amax() * contact.max_normal_force * contact.friction.max(1.0);
+        // Squares of wrenches must be representable, or no norm of them is.
+        let arm = map.amax();
+        let reach = arm * contact.max_normal_force * contact.friction.max(1.0);
         let largest = self.primitive_wrenches[start..].iter().map(Wrench::amax).fold(reach, f64::max);
-        if largest.partial_cmp(&1e150) != Some(std::cmp::Ordering::Less) {
-            let reason = format!("its wrenches reach {largest:e}, beyond what can be computed with");
+        let limit = contact.max_normal_force;
+        if ![arm, limit, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
+            let reason = format!(
+                "its wrenches reach {largest:e} with arms of {arm:e}, beyond what can be computed with"
+            );
             return Err(Error::contact("positions", index, reason));
         }
         self.contacts.push(contact);

@@ -4,13 +4,11 @@
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
 use crate::grasp::Wrench;
+use crate::polytope::NOISE;
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
 pub(crate) const CORRAL: usize = 8;
-
-/// What rounding leaves uncertain in a distance, relative to the longest point.
-const NOISE: f64 = 8.0 * f64::EPSILON;
 
 const MAX_ITERATIONS: usize = 10_000;
 

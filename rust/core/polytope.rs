@@ -22,7 +22,7 @@ use crate::wrench_set::Support;
 const BEYOND: f64 = 1e-12;
 
 /// What rounding leaves uncertain in a distance, relative to the longest vertex.
-const NOISE: f64 = 8.0 * f64::EPSILON;
+pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
 
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;

@@ -5,12 +5,14 @@
 //! nearer than the union (every point of it is a sum of wrenches on the far side of the separating plane), so
 //! `rho_max = rho_sum` there and the union serves both.
 
+use std::cmp::Ordering;
+
 use crate::closure::{Closure, classify};
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::metric::Metric;
 use crate::nearest_point::nearest_point;
-use crate::polytope::{Expansion, Limits, Polytope, Radius};
+use crate::polytope::{Expansion, Limits, NOISE, Polytope, Radius};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// How quality is asked for.
@@ -144,6 +146,11 @@ impl<'a, const D: usize> Question<'a, D> {
         let limits = Limits { stop_below: options.stop_below, ..Limits::new(rtol) };
         let mut question = Self { grasp, set, metric, center: options.center, limits, scale: 0.0 };
         question.scale = question.largest_wrench();
+        if !REPRESENTABLE.contains(&question.scale) {
+            let reason =
+                format!("wrenches of norm {:e} are beyond what can be computed with", question.scale);
+            return Err(Error::grasp("length_scale", reason));
+        }
         Ok(question)
     }
 
@@ -178,15 +185,14 @@ impl<'a, const D: usize> Question<'a, D> {
         match (first, self.center) {
             (Expansion::Radius(radius), _) => self.inside(&radius, closure),
             (Expansion::Pierced { direction, .. }, Some(_)) => {
-                let negligible = 1e-12 * self.scale;
-                match self.small_radius(size, negligible, polytope) {
-                    Some(radius) => self.inside(&radius, closure),
-                    None => self.outside(closure, &direction),
+                match self.small_radius(size, 1e-12 * self.scale, polytope) {
+                    Ok(radius) => self.inside(&radius, closure),
+                    Err(_) => self.outside(closure, &direction),
                 }
             }
             (Expansion::Pierced { .. }, None) if closure == Closure::Force => {
-                let radius = self.small_radius(size, f64::MIN_POSITIVE, polytope);
-                self.inside(&radius.unwrap_or_else(|| self.unknown_radius()), closure)
+                let radius = self.small_radius(size, 1e-18 * self.scale, polytope);
+                self.inside(&radius.unwrap_or_else(|unresolved| unresolved), closure)
             }
             (Expansion::Pierced { .. }, None) => {
                 self.outside(closure, &self.metric.unit_of_functional(&verdict.direction))
@@ -200,27 +206,33 @@ impl<'a, const D: usize> Question<'a, D> {
             .has_rival(-quality.rho, &self.metric.to_euclidean(&quality.direction), |z| self.support(z).value)
     }
 
-    /// The radius of a set that is thin for its size: from ever smaller simplices.
-    fn small_radius(&self, size: f64, negligible: f64, polytope: &mut Polytope<D>) -> Option<Radius<D>> {
-        let mut size = size;
-        while size > negligible {
+    /// The radius of a set that is thin for its size: from ever smaller simplices. Where even a `negligible` one
+    /// does not fit, what is known of it.
+    fn small_radius(
+        &self,
+        mut size: f64,
+        negligible: f64,
+        polytope: &mut Polytope<D>,
+    ) -> std::result::Result<Radius<D>, Radius<D>> {
+        loop {
             match polytope.expand(size, &self.limits, |z| self.support(z)) {
-                Expansion::Radius(radius) => return Some(radius),
-                Expansion::Pierced { upper, .. } if upper <= negligible => return None,
-                Expansion::Pierced { upper, .. } => size = 1e-3 * size.min(upper),
+                Expansion::Radius(radius) => return Ok(radius),
+                Expansion::Pierced { upper, direction } => {
+                    size = 1e-3 * size.min(upper);
+                    // Not greater, rather than less: a size that is no number ends the search, too.
+                    if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
+                        let upper = upper.max(0.0);
+                        return Err(Radius {
+                            lower: 0.0,
+                            upper,
+                            direction,
+                            converged: false,
+                            supports: 0,
+                            facets: 0,
+                        });
+                    }
+                }
             }
-        }
-        None
-    }
-
-    fn unknown_radius(&self) -> Radius<D> {
-        Radius {
-            lower: 0.0,
-            upper: self.scale,
-            direction: Wrench::zeros(),
-            converged: false,
-            supports: 0,
-            facets: 0,
         }
     }
 
@@ -249,7 +261,8 @@ impl<'a, const D: usize> Question<'a, D> {
         if self.center.is_some() && nearest.upper <= 1e-12 * self.scale {
             return self.at_distance(0.0, 0.0, z, closure, (nearest.supports, true));
         }
-        let z = nearest.point / -nearest.upper;
+        // A distance that is all rounding has no direction of its own.
+        let z = if nearest.upper > NOISE * self.scale { nearest.point / -nearest.upper } else { *z };
         self.at_distance(
             nearest.upper,
             nearest.lower.max(0.0),
