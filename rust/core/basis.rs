@@ -39,6 +39,15 @@ impl<const R: usize> Basis<R> {
         self.edges.fill(UNUSED);
     }
 
+    /// Becomes a copy of another basis of the same grasp, without allocating.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.columns = other.columns;
+        self.inverse = other.inverse;
+        self.costs = other.costs;
+        self.artificial = other.artificial;
+        self.edges.copy_from_slice(&other.edges);
+    }
+
     /// Which edge of each contact the column in `row` uses.
     pub(crate) fn edges(&self, row: usize) -> &[u32] {
         &self.edges[row * self.contacts..(row + 1) * self.contacts]
@@ -67,7 +76,7 @@ impl<const R: usize> Basis<R> {
 
     /// Inverts the columns afresh; `false`, and nothing changed, if they have become dependent.
     pub(crate) fn refactorise(&mut self) -> bool {
-        match invert(&self.columns) {
+        match invert(&self.columns, 0.0) {
             Some(inverse) => {
                 self.inverse = inverse;
                 true
@@ -99,14 +108,17 @@ impl<const R: usize> Basis<R> {
     }
 }
 
-/// Gauss-Jordan elimination with row pivoting.
-fn invert<const R: usize>(matrix: &SMatrix<f64, R, R>) -> Option<SMatrix<f64, R, R>> {
+/// Gauss-Jordan elimination with row pivoting; `None` where no pivot exceeds `smallest`.
+pub(crate) fn invert<const R: usize>(
+    matrix: &SMatrix<f64, R, R>,
+    smallest: f64,
+) -> Option<SMatrix<f64, R, R>> {
     let mut a = *matrix;
     let mut inverse = SMatrix::<f64, R, R>::identity();
     for k in 0..R {
         let pivot = (k..R).fold(k, |best, i| if a[(i, k)].abs() > a[(best, k)].abs() { i } else { best });
         let scale = a[(pivot, k)];
-        if scale == 0.0 || !scale.is_finite() {
+        if !(scale.abs() > smallest && scale.is_finite()) {
             return None;
         }
         a.swap_rows(k, pivot);

@@ -17,6 +17,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 pub(crate) struct Equilibration<const D: usize> {
     map: SMatrix<f64, D, D>,
     lengths: SVector<f64, D>,
+    units: SVector<f64, D>,
     /// Rows beyond this are zero for every wrench the grasp can exert.
     pub(crate) rank: usize,
 }
@@ -52,7 +53,7 @@ impl<const D: usize> Equilibration<D> {
             axes.set_column(k, &axis);
             map.set_row(k, &axis.component_mul(&units).transpose());
         }
-        Self { map, lengths, rank }
+        Self { map, lengths, units, rank }
     }
 
     /// `T w` of a wrench that the grasp can exert.
@@ -75,6 +76,16 @@ impl<const D: usize> Equilibration<D> {
     /// Strength of the weakest direction in which the grasp can act, relative to the strongest contact.
     pub(crate) fn weakest(&self) -> f64 {
         self.lengths.rows_range(..self.rank).min()
+    }
+
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) fn units(&self) -> &SVector<f64, D> {
+        &self.units
+    }
+
+    /// The map `T` itself.
+    pub(crate) fn matrix(&self) -> &SMatrix<f64, D, D> {
+        &self.map
     }
 
     /// The multiplier `z` with `z . w = z' . T w`.

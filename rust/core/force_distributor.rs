@@ -1,0 +1,167 @@
+//! The distributor: one grasp, one objective, any number of external wrenches.
+
+use std::sync::{Arc, Mutex};
+
+use crate::columns::Objective;
+use crate::contact::ContactForce;
+use crate::distribution::{Distribution, DistributionOptions, check_options, check_wrench};
+use crate::error::{Error, Result};
+use crate::grasp::{Grasp, Wrench};
+use crate::law::objective_value;
+use crate::linear_program::{LinearProgram, LinearWorkspace};
+use crate::wrench_set::Criterion;
+
+/// Computes least contact forces for one grasp and any number of external wrenches.
+///
+/// ```
+/// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Wrench};
+/// use nalgebra::Vector3;
+///
+/// // Two fingers squeeze a disc of radius 1 from left and right and carry 1 N of weight.
+/// let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
+///     Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5).max_normal_force(4.0)
+/// });
+/// let grasp = Grasp::<3>::new(&fingers)?;
+/// let distributor = ForceDistributor::new(&grasp, Criterion::Max)?;
+/// let answer = distributor.solve(&Wrench::<3>::new(0.0, -1.0, 0.0))?;
+/// // Each finger lifts 0.5 N by friction and presses with 1 N of its 4 N.
+/// assert!((answer.sigma_max - 0.25).abs() < 1e-12);
+/// assert!((answer.forces[0][0] - 1.0).abs() < 1e-12);
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct ForceDistributor<const D: usize> {
+    grasp: Arc<Grasp<D>>,
+    objective: Criterion,
+    options: DistributionOptions,
+    program: Arc<LinearProgram<D>>,
+    workspace: Mutex<LinearWorkspace<D>>,
+}
+
+impl<const D: usize> ForceDistributor<D> {
+    /// Minimises the maximum (then the sum) or the sum of normalised normal forces of a grasp.
+    pub fn new(grasp: &Grasp<D>, objective: Criterion) -> Result<Self> {
+        Self::with_options(grasp, objective, DistributionOptions::default())
+    }
+
+    /// A distributor with its method, weight and limits.
+    pub fn with_options(
+        grasp: &Grasp<D>,
+        objective: Criterion,
+        options: DistributionOptions,
+    ) -> Result<Self> {
+        check_options(&options, objective)?;
+        let program = LinearProgram::new(grasp, Objective::new(objective, options.weight), &options)?;
+        let workspace = Mutex::new(program.workspace());
+        let (grasp, program) = (Arc::new(grasp.clone()), Arc::new(program));
+        Ok(Self { grasp, objective, options, program, workspace })
+    }
+
+    /// The grasp whose forces are distributed.
+    pub fn grasp(&self) -> &Grasp<D> {
+        &self.grasp
+    }
+
+    /// What is minimised.
+    pub fn objective(&self) -> Criterion {
+        self.objective
+    }
+
+    /// The options in force.
+    pub fn options(&self) -> &DistributionOptions {
+        &self.options
+    }
+
+    /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
+    pub fn solve(&self, external_wrench: &Wrench<D>) -> Result<Distribution<D>> {
+        let m = self.grasp.num_contacts();
+        if external_wrench.iter().all(|x| *x == 0.0) {
+            return Ok(nothing_to_balance(m));
+        }
+        let b = -external_wrench;
+        let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
+        let (region, pivots) =
+            self.program.locate(&mut workspace, &b).map_err(|e| named(e, external_wrench))?;
+        let components = self.grasp.force_components();
+        let mut rows = vec![0.0; m * components.len()];
+        let mut normals = vec![0.0; m];
+        region.forces.multiply(&b, &mut rows);
+        region.normals.multiply(&b, &mut normals);
+        let sigma_max = normals.iter().copied().fold(0.0, f64::max);
+        let sigma_sum = normals.iter().sum();
+        let sigma = objective_value(self.program.objective(), sigma_max, sigma_sum);
+        let lower = region.dual.dot(&b) / region.reach;
+        Ok(Distribution {
+            forces: rows.chunks(components.len()).map(|row| contact_force(row, components)).collect(),
+            sigma,
+            sigma_max,
+            sigma_sum,
+            dual: region.dual,
+            gap: ((sigma - lower) / sigma).abs(),
+            pivots,
+            unique: region.unique,
+        })
+    }
+
+    /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
+    ///
+    /// Nothing is allocated once the wrench's region is known, and on an error `forces` is untouched.
+    pub fn solve_into(&self, external_wrench: &Wrench<D>, forces: &mut [f64]) -> Result<f64> {
+        let length = self.grasp.num_contacts() * self.grasp.force_dim();
+        if forces.len() != length {
+            let reason = format!("{} numbers, expected {length}", forces.len());
+            return Err(Error::input("forces", reason));
+        }
+        let b = -external_wrench;
+        let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
+        let (region, _) = match self.program.locate(&mut workspace, &b) {
+            Ok(found) => found,
+            Err(_) if external_wrench.iter().all(|x| *x == 0.0) => {
+                forces.fill(0.0);
+                return Ok(0.0);
+            }
+            Err(error) => return Err(named(error, external_wrench)),
+        };
+        region.forces.multiply(&b, forces);
+        Ok(region.dual.dot(&b))
+    }
+}
+
+impl<const D: usize> Clone for ForceDistributor<D> {
+    /// An independent distributor: it shares no workspace with this one.
+    fn clone(&self) -> Self {
+        Self {
+            grasp: Arc::clone(&self.grasp),
+            objective: self.objective,
+            options: self.options.clone(),
+            program: Arc::clone(&self.program),
+            workspace: Mutex::new(self.program.workspace()),
+        }
+    }
+}
+
+/// A wrench that is not finite leads to some error or other; this is the one the caller should see.
+fn named<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
+    check_wrench(external_wrench).err().unwrap_or(error)
+}
+
+fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
+    let mut force = ContactForce::zeros();
+    for (&component, x) in components.iter().zip(row) {
+        force[component] = *x;
+    }
+    force
+}
+
+fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
+    Distribution {
+        forces: vec![ContactForce::zeros(); contacts],
+        sigma: 0.0,
+        sigma_max: 0.0,
+        sigma_sum: 0.0,
+        dual: Wrench::zeros(),
+        gap: 0.0,
+        pivots: 0,
+        unique: true,
+    }
+}

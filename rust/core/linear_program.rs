@@ -1,0 +1,272 @@
+//! Force distribution over finitely many extreme forces: from a wrench to the critical region it lies in.
+//!
+//! A wrench is looked up in the regions of the last answers; failing that, the dual simplex continues from the
+//! last basis for a few pivots; failing that, the primal simplex starts afresh. Whatever way leads to the
+//! multipliers, the region is then read off the face they describe, so the forces do not depend on it.
+
+use nalgebra::SVector;
+
+use crate::basis::Basis;
+use crate::columns::{ImplicitColumns, Objective};
+use crate::contact::ContactForce;
+use crate::distribution::{DistributionOptions, Method};
+use crate::enumerated::Enumeration;
+use crate::equilibration::Equilibration;
+use crate::error::{Error, Result};
+use crate::face::Face;
+use crate::grasp::{Grasp, Wrench};
+use crate::law::{self, Extremes};
+use crate::least_squares::least_squares_law;
+use crate::region::{Region, UNBALANCED};
+use crate::simplex::{Outcome, Simplex, Target};
+
+/// Regions remembered for wrenches that jump back.
+const REMEMBERED: usize = 16;
+
+/// Dual pivots before a cold start is the better bet.
+const DUAL_PIVOTS: usize = 3;
+
+/// How negative a normalised force may be, relative to the objective, before it is another region's.
+const INSIDE: f64 = 1e-11;
+
+/// What does not change while solving.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearProgram<const D: usize> {
+    equilibration: Equilibration<D>,
+    columns: ImplicitColumns<D>,
+    enumeration: Option<Enumeration<D>>,
+    extreme_forces: Vec<ContactForce>,
+    components: &'static [usize],
+    limits: Vec<f64>,
+    tolerance: f64,
+}
+
+/// What does.
+#[derive(Debug, Clone)]
+pub(crate) struct LinearWorkspace<const D: usize> {
+    simplex: Simplex<D>,
+    face: Face,
+    coefficients: Vec<SVector<f64, D>>,
+    active: Vec<u32>,
+    remembered: Vec<Remembered<D>>,
+    latest: usize,
+    clock: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Remembered<const D: usize> {
+    region: Region<D>,
+    basis: Basis<D>,
+    used: u64,
+}
+
+impl<const D: usize> LinearProgram<D> {
+    pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, options: &DistributionOptions) -> Result<Self> {
+        let wrenches = grasp.primitive_wrenches()?;
+        let equilibration = Equilibration::new(grasp, wrenches);
+        let mapped = wrenches.iter().map(|w| equilibration.wrench(w)).collect();
+        let enumeration = match options.method {
+            Method::Implicit => None,
+            Method::Enumerated => {
+                Some(Enumeration::new(grasp, objective, &equilibration, options.max_points)?)
+            }
+        };
+        Ok(Self {
+            columns: ImplicitColumns::new(objective, ImplicitColumns::<D>::ranges(grasp), mapped),
+            equilibration,
+            enumeration,
+            extreme_forces: grasp.extreme_forces()?.to_vec(),
+            components: grasp.force_components(),
+            limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            tolerance: options.tolerance,
+        })
+    }
+
+    pub(crate) fn objective(&self) -> Objective {
+        self.columns.objective
+    }
+
+    /// A workspace that will not allocate while it solves, unless the third level has to choose forces.
+    pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
+        let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
+        LinearWorkspace {
+            simplex: Simplex::new(contacts),
+            face: Face::with_capacity(contacts, edges + D * contacts),
+            coefficients: Vec::with_capacity(edges),
+            active: Vec::new(),
+            remembered: Vec::with_capacity(REMEMBERED),
+            latest: 0,
+            clock: 0,
+        }
+    }
+
+    /// The region of `b = -w_ext`, and the pivots it took to find it. `b` is not zero.
+    #[inline]
+    pub(crate) fn locate<'a>(
+        &self,
+        workspace: &'a mut LinearWorkspace<D>,
+        b: &Wrench<D>,
+    ) -> Result<(&'a Region<D>, usize)> {
+        let latest = workspace.latest;
+        if workspace.remembered.get(latest).is_some_and(|known| known.region.contains(b, INSIDE)) {
+            return Ok((&workspace.remembered[latest].region, 0));
+        }
+        self.locate_elsewhere(workspace, b)
+    }
+
+    fn locate_elsewhere<'a>(
+        &self,
+        workspace: &'a mut LinearWorkspace<D>,
+        b: &Wrench<D>,
+    ) -> Result<(&'a Region<D>, usize)> {
+        workspace.clock += 1;
+        let clock = workspace.clock;
+        if let Some(known) = workspace.remembered.get_mut(workspace.latest) {
+            known.used = clock - 1;
+        }
+        let found = workspace.remembered.iter().position(|known| known.region.contains(b, INSIDE));
+        let (slot, pivots) = if let Some(slot) = found {
+            (slot, 0)
+        } else {
+            if !(b.amax() > 0.0 && b.iter().all(|x| x.is_finite())) {
+                return Err(Error::input("external_wrench", "zero or not finite"));
+            }
+            let target = self.target(b)?;
+            self.solve(workspace, &target)?;
+            (self.remember(workspace)?, workspace.simplex.pivots)
+        };
+        workspace.latest = slot;
+        workspace.remembered[slot].used = clock;
+        Ok((&workspace.remembered[slot].region, pivots))
+    }
+
+    /// Leaves an optimal basis in the workspace's simplex.
+    fn solve(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
+        let LinearWorkspace { simplex, active, remembered, latest, .. } = workspace;
+        let outcome = if let Some(enumeration) = &self.enumeration {
+            enumeration.solve(simplex, target, active)
+        } else {
+            let warm = remembered.get(*latest).and_then(|known| {
+                simplex.restart(&known.basis);
+                simplex.warm(&self.columns, target, DUAL_PIVOTS)
+            });
+            match warm {
+                Some(outcome @ (Outcome::Optimal | Outcome::Infeasible(_))) => outcome,
+                _ => {
+                    let spent = simplex.pivots;
+                    let outcome = simplex.cold(&self.columns, target);
+                    simplex.pivots += spent;
+                    outcome
+                }
+            }
+        };
+        match outcome {
+            Outcome::Optimal => Ok(()),
+            Outcome::Infeasible(z) => Err(self.infeasible(&z)),
+            Outcome::Stalled => {
+                Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap: f64::INFINITY })
+            }
+        }
+    }
+
+    /// Writes the region of the simplex's answer over the one that was not used for the longest time.
+    fn remember(&self, workspace: &mut LinearWorkspace<D>) -> Result<usize> {
+        let LinearWorkspace { simplex, face, coefficients, remembered, .. } = workspace;
+        let slot = if remembered.len() < REMEMBERED {
+            remembered.push(Remembered {
+                region: Region::with_capacity(self.limits.len(), self.components.len()),
+                basis: simplex.basis.clone(),
+                used: 0,
+            });
+            remembered.len() - 1
+        } else {
+            (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0)
+        };
+        let known = &mut remembered[slot];
+        known.basis.copy_from(&simplex.basis);
+        let region = &mut known.region;
+        self.write_law(region, simplex, face, coefficients);
+        let z = &simplex.multipliers[0];
+        region.dual = self.equilibration.dual(z);
+        region.units = *self.equilibration.units();
+        for k in self.equilibration.rank..D {
+            region.equations.push(&self.equilibration.matrix().row(k).transpose());
+        }
+        let weight = self.columns.objective.weight();
+        let reach = self.columns.value(z, weight);
+        // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
+        region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
+        let gap = (1.0 - 1.0 / region.reach).abs();
+        // Multipliers that large cannot be written down in double precision any better.
+        let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
+        if gap.is_nan() || gap > tolerance {
+            region.clear();
+            region.dual = SVector::zeros();
+            return Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap });
+        }
+        Ok(slot)
+    }
+
+    /// The linear law of the forces on the face that the multipliers describe.
+    fn write_law(
+        &self,
+        region: &mut Region<D>,
+        simplex: &Simplex<D>,
+        face: &mut Face,
+        coefficients: &mut Vec<SVector<f64, D>>,
+    ) {
+        let extremes = Extremes { forces: &self.extreme_forces, components: self.components };
+        let map = self.equilibration.matrix();
+        face.read(&self.columns, simplex);
+        let unique = law::unique_law(face, &self.columns, self.equilibration.rank, coefficients)
+            .filter(|_| law::unbalanced(face, &self.columns, coefficients, &simplex.target) <= UNBALANCED);
+        region.unique = unique.is_some();
+        if let Some(level) = unique {
+            law::write_region(region, face, coefficients, &level, map, extremes);
+        } else if let Some(law) = least_squares_law(face, &self.columns, simplex, extremes, &self.limits) {
+            law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
+            for multiplier in &law.multipliers {
+                region.conditions.push(&map.tr_mul(multiplier));
+            }
+            for equation in &law.equations {
+                region.equations.push(&map.tr_mul(equation));
+            }
+        } else {
+            face.read_basis(&self.columns, simplex);
+            let level = law::basic_law(face, simplex, coefficients);
+            law::write_region(region, face, coefficients, &level, map, extremes);
+            for row in (0..self.equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
+                region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
+            }
+        }
+    }
+
+    /// `b` in equilibrated coordinates; an error if the grasp cannot act on it at all.
+    fn target(&self, b: &Wrench<D>) -> Result<Target<D>> {
+        let rank = self.equilibration.rank;
+        // Scaled first: a wrench may be as large or as small as numbers are.
+        let mapped = self.equilibration.any(&(b / b.amax()));
+        let unscaled = self.equilibration.prescaled_norm(&mapped);
+        let mut wrench = mapped;
+        if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
+            if mapped[k].abs() > UNBALANCED * unscaled {
+                let mut z = SVector::zeros();
+                z[k] = mapped[k].signum();
+                return Err(self.infeasible(&z));
+            }
+            wrench.rows_range_mut(rank..).fill(0.0);
+        }
+        let size = wrench.amax();
+        // Rounding in the wrench grows where a weak direction was strengthened.
+        let rounding = 4.0 * f64::EPSILON * unscaled / self.equilibration.weakest();
+        let tolerance = UNBALANCED + rounding / size;
+        Ok(Target { wrench: wrench / size, rank, tolerance })
+    }
+
+    fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
+        let direction = self.equilibration.dual(multiplier);
+        // Scaled before its length is taken: the square of a component may not be representable.
+        let direction = (direction / direction.amax()).normalize();
+        Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
+    }
+}
