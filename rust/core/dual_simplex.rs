@@ -21,12 +21,16 @@ impl<const R: usize> Simplex<R> {
         target: &Target<R>,
         cap: usize,
     ) -> Option<Outcome<R>> {
+        self.pivots = 0;
         if self.basis.artificial[..target.rank].contains(&true) {
             return None;
         }
-        self.pivots = 0;
         self.target = target.wrench;
         self.levels = self.basis.levels(&target.wrench);
+        let negative = self.levels.iter().filter(|level| **level < 0.0).count();
+        if negative > cap {
+            return None;
+        }
         for _ in 0..=cap {
             let (row, level) = self.levels.argmin();
             if level >= -1e-13 * self.levels.amax() {

@@ -8,6 +8,7 @@
 use nalgebra::SVector;
 
 use crate::columns::{ImplicitColumns, Objective, UNUSED};
+use crate::interior::Interior;
 use crate::simplex::{Simplex, TIE};
 
 /// Levels below this share of their sum do not count as used.
@@ -28,6 +29,8 @@ pub(crate) enum Role {
 #[derive(Debug, Clone)]
 pub(crate) struct Face {
     pub(crate) roles: Vec<Role>,
+    /// Whether a contact's edges are coordinates of forces anywhere inside its cone.
+    pub(crate) inside: Vec<bool>,
     edges: Vec<u32>,
     starts: Vec<usize>,
     /// Whether the objective knows a maximum that a free contact must not exceed.
@@ -38,6 +41,7 @@ impl Face {
     pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
         Self {
             roles: Vec::with_capacity(contacts),
+            inside: Vec::with_capacity(contacts),
             edges: Vec::with_capacity(edges),
             starts: Vec::with_capacity(contacts + 1),
             limited: true,
@@ -49,13 +53,23 @@ impl Face {
         &self.edges[self.starts[contact]..self.starts[contact + 1]]
     }
 
-    /// Reads the face off an optimal simplex state.
-    pub(crate) fn read<const R: usize>(&mut self, columns: &ImplicitColumns<R>, simplex: &Simplex<R>) {
-        self.limited = columns.objective != Objective::Sum;
+    fn clear(&mut self, objective: Objective) {
+        self.limited = objective != Objective::Sum;
         self.roles.clear();
+        self.inside.clear();
         self.edges.clear();
         self.starts.clear();
         self.starts.push(0);
+    }
+
+    /// Reads the face off an optimal simplex state.
+    pub(crate) fn read<const R: usize>(
+        &mut self,
+        columns: &ImplicitColumns<R>,
+        simplex: &Simplex<R>,
+        interiors: &[Option<Interior>],
+    ) {
+        self.clear(columns.objective);
         let used = UNUSED_LEVEL * simplex.levels.lp_norm(1);
         for contact in 0..columns.contacts.len() {
             let role = self.read_contact(columns, &simplex.multipliers, contact);
@@ -79,6 +93,12 @@ impl Face {
                 self.edges.truncate(start);
             }
             self.edges[start..].sort_unstable();
+            let interior = interiors[contact].as_ref().filter(|_| self.edges.len() > start + 3);
+            if let Some(interior) = interior {
+                self.edges.truncate(start);
+                self.edges.extend(interior.edges);
+            }
+            self.inside.push(interior.is_some());
             self.roles.push(role);
             self.starts.push(self.edges.len());
         }
@@ -87,11 +107,8 @@ impl Face {
     /// The extreme forces and roles of one basis, ties left aside: a face of this one where rounding forbids
     /// to tell more.
     pub(crate) fn read_basis<const R: usize>(&mut self, columns: &ImplicitColumns<R>, simplex: &Simplex<R>) {
-        self.limited = columns.objective != Objective::Sum;
-        self.roles.clear();
-        self.edges.clear();
-        self.starts.clear();
-        self.starts.push(0);
+        self.clear(columns.objective);
+        self.inside.resize(columns.contacts.len(), false);
         for contact in 0..columns.contacts.len() {
             let start = self.edges.len();
             let mut every = true;

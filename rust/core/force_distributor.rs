@@ -57,6 +57,13 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(Self { grasp, objective, options, program, workspace })
     }
 
+    /// Forgets what earlier wrenches taught, so that the next solve starts cold. The answers do not change.
+    pub fn forget(&self) {
+        if let Ok(mut workspace) = self.workspace.try_lock() {
+            workspace.forget();
+        }
+    }
+
     /// The grasp whose forces are distributed.
     pub fn grasp(&self) -> &Grasp<D> {
         &self.grasp

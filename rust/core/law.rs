@@ -11,6 +11,7 @@ use crate::basis::invert;
 use crate::columns::{ImplicitColumns, Objective};
 use crate::contact::ContactForce;
 use crate::face::{Face, Role};
+use crate::interior::Interior;
 use crate::region::Region;
 use crate::simplex::Simplex;
 
@@ -24,6 +25,8 @@ pub(crate) struct Extremes<'a> {
     pub(crate) forces: &'a [ContactForce],
     /// Which components of a contact force exist.
     pub(crate) components: &'static [usize],
+    /// The cones whose interior is described by facets.
+    pub(crate) interiors: &'a [Option<Interior>],
 }
 
 /// The unique law of a face, if its unknowns are independent: coefficients of each active extreme force, in
@@ -153,21 +156,30 @@ pub(crate) fn write_region<const R: usize>(
     extremes: Extremes<'_>,
 ) {
     region.clear();
-    let mut coefficients = coefficients.iter();
+    let mut next = 0;
     let level = map.tr_mul(level);
     for (contact, role) in face.roles.iter().enumerate() {
         let mut force = [SVector::<f64, R>::zeros(); 4];
         let mut normal = SVector::<f64, R>::zeros();
         let edges = face.edges(contact);
-        for (&edge, coefficient) in edges.iter().zip(&mut coefficients) {
-            let coefficient = map.tr_mul(coefficient);
+        let first = next;
+        for &edge in edges {
+            let coefficient = map.tr_mul(&coefficients[next]);
+            next += 1;
             // A contact with one active force presses as hard as that force is used: one condition for both.
-            if !(edges.len() == 1 && *role == Role::Saturated) {
+            if !face.inside[contact] && !(edges.len() == 1 && *role == Role::Saturated) {
                 region.conditions.push(&coefficient);
             }
             normal += coefficient;
             for (row, component) in force.iter_mut().zip(extremes.forces[edge as usize].iter()) {
                 *row += coefficient * *component;
+            }
+        }
+        if let Some(interior) = extremes.interiors[contact].as_ref().filter(|_| face.inside[contact]) {
+            let own: [_; 3] = std::array::from_fn(|k| map.tr_mul(&coefficients[first + k]));
+            for facet in &interior.facets {
+                let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2];
+                region.conditions.push(&row);
             }
         }
         if face.limited && *role == Role::Free {

@@ -118,26 +118,48 @@ fn program<const R: usize>(
     let free: Vec<usize> = with_role(Role::Free).filter(|_| face.limited).collect();
     let mut equations = DMatrix::zeros(R + saturated.len(), n);
     let mut objective = DMatrix::zeros(k * limits.len() + edges.len(), n);
-    let mut constraints = DMatrix::zeros(edges.len() + free.len(), n);
+    let signs = signs(face, extremes, edges);
+    let mut constraints = DMatrix::zeros(signs.len() + free.len(), n);
+    for (row, weights) in signs.iter().enumerate() {
+        for &(j, weight) in weights {
+            constraints[(row, j)] = weight;
+        }
+    }
     for (j, &(contact, edge)) in edges.iter().enumerate() {
         equations.view_mut((0, j), (R, 1)).copy_from(&columns.wrenches[edge as usize]);
         for (row, &component) in extremes.components.iter().enumerate() {
             objective[(k * contact + row, j)] = extremes.forces[edge as usize][component] / limits[contact];
         }
         objective[(k * limits.len() + j, j)] = COEFFICIENT_WEIGHT;
-        constraints[(j, j)] = 1.0;
         if let Some(row) = saturated.iter().position(|&i| i == contact) {
             equations[(R + row, j)] = 1.0;
         }
         if let Some(row) = free.iter().position(|&i| i == contact) {
-            constraints[(edges.len() + row, j)] = -1.0;
+            constraints[(signs.len() + row, j)] = -1.0;
         }
     }
     if face.limited {
         equations.view_mut((R, n - 1), (saturated.len(), 1)).fill(-1.0);
-        constraints.view_mut((edges.len(), n - 1), (free.len(), 1)).fill(1.0);
+        constraints.view_mut((signs.len(), n - 1), (free.len(), 1)).fill(1.0);
     }
     Program { equations, objective, constraints }
+}
+
+/// What must not be negative: a coefficient, or for a force inside its cone its distance from a facet.
+fn signs(face: &Face, extremes: Extremes<'_>, edges: &[(usize, u32)]) -> Vec<Vec<(usize, f64)>> {
+    let mut signs = Vec::new();
+    let mut j = 0;
+    while let Some(&(contact, _)) = edges.get(j) {
+        let interior = extremes.interiors[contact].as_ref().filter(|_| face.inside[contact]);
+        if let Some(interior) = interior {
+            signs.extend(interior.facets.iter().map(|facet| (j..).zip(facet.iter().copied()).collect()));
+            j += 3;
+        } else {
+            signs.push(vec![(j, 1.0)]);
+            j += 1;
+        }
+    }
+    signs
 }
 
 /// Orthonormal bases of the row space of a matrix and of its complement.

@@ -22,6 +22,7 @@ mod face;
 mod force_distributor;
 mod gradient;
 mod grasp;
+mod interior;
 mod law;
 mod least_squares;
 mod linear;

@@ -15,6 +15,7 @@ use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::face::Face;
 use crate::grasp::{Grasp, Wrench};
+use crate::interior::Interior;
 use crate::law::{self, Extremes};
 use crate::least_squares::least_squares_law;
 use crate::region::{Region, UNBALANCED};
@@ -24,7 +25,7 @@ use crate::simplex::{Outcome, Simplex, Target};
 const REMEMBERED: usize = 16;
 
 /// Dual pivots before a cold start is the better bet.
-const DUAL_PIVOTS: usize = 3;
+const DUAL_PIVOTS: usize = 2;
 
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
@@ -37,6 +38,7 @@ pub(crate) struct LinearProgram<const D: usize> {
     enumeration: Option<Enumeration<D>>,
     extreme_forces: Vec<ContactForce>,
     components: &'static [usize],
+    interiors: Vec<Option<Interior>>,
     limits: Vec<f64>,
     tolerance: f64,
 }
@@ -60,6 +62,24 @@ struct Remembered<const D: usize> {
     used: u64,
 }
 
+impl<const D: usize> Remembered<D> {
+    /// A region with this multiplier contains nothing, and a basis of artificial columns starts nothing.
+    fn forget(&mut self) {
+        self.region.dual = SVector::zeros();
+        self.basis.artificial = [true; D];
+        self.used = 0;
+    }
+}
+
+impl<const D: usize> LinearWorkspace<D> {
+    /// Drops the known regions, but not their memory.
+    pub(crate) fn forget(&mut self) {
+        for known in &mut self.remembered {
+            known.forget();
+        }
+    }
+}
+
 impl<const D: usize> LinearProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, options: &DistributionOptions) -> Result<Self> {
         let wrenches = grasp.primitive_wrenches()?;
@@ -77,6 +97,9 @@ impl<const D: usize> LinearProgram<D> {
             enumeration,
             extreme_forces: grasp.extreme_forces()?.to_vec(),
             components: grasp.force_components(),
+            interiors: (0..grasp.num_contacts())
+                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
+                .collect(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             tolerance: options.tolerance,
         })
@@ -89,12 +112,17 @@ impl<const D: usize> LinearProgram<D> {
     /// A workspace that will not allocate while it solves, unless the third level has to choose forces.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
+        let unknown = Remembered {
+            region: Region::with_capacity(contacts, edges, self.components.len()),
+            basis: Basis::new(contacts),
+            used: 0,
+        };
         LinearWorkspace {
             simplex: Simplex::new(contacts),
             face: Face::with_capacity(contacts, edges + D * contacts),
             coefficients: Vec::with_capacity(edges),
             active: Vec::new(),
-            remembered: Vec::with_capacity(REMEMBERED),
+            remembered: vec![unknown; REMEMBERED],
             latest: 0,
             clock: 0,
         }
@@ -108,7 +136,7 @@ impl<const D: usize> LinearProgram<D> {
         b: &Wrench<D>,
     ) -> Result<(&'a Region<D>, usize)> {
         let latest = workspace.latest;
-        if workspace.remembered.get(latest).is_some_and(|known| known.region.contains(b, INSIDE)) {
+        if workspace.remembered[latest].region.contains(b, INSIDE) {
             return Ok((&workspace.remembered[latest].region, 0));
         }
         self.locate_elsewhere(workspace, b)
@@ -121,9 +149,7 @@ impl<const D: usize> LinearProgram<D> {
     ) -> Result<(&'a Region<D>, usize)> {
         workspace.clock += 1;
         let clock = workspace.clock;
-        if let Some(known) = workspace.remembered.get_mut(workspace.latest) {
-            known.used = clock - 1;
-        }
+        workspace.remembered[workspace.latest].used = clock - 1;
         let found = workspace.remembered.iter().position(|known| known.region.contains(b, INSIDE));
         let (slot, pivots) = if let Some(slot) = found {
             (slot, 0)
@@ -146,11 +172,8 @@ impl<const D: usize> LinearProgram<D> {
         let outcome = if let Some(enumeration) = &self.enumeration {
             enumeration.solve(simplex, target, active)
         } else {
-            let warm = remembered.get(*latest).and_then(|known| {
-                simplex.restart(&known.basis);
-                simplex.warm(&self.columns, target, DUAL_PIVOTS)
-            });
-            match warm {
+            simplex.restart(&remembered[*latest].basis);
+            match simplex.warm(&self.columns, target, DUAL_PIVOTS) {
                 Some(outcome @ (Outcome::Optimal | Outcome::Infeasible(_))) => outcome,
                 _ => {
                     let spent = simplex.pivots;
@@ -172,16 +195,7 @@ impl<const D: usize> LinearProgram<D> {
     /// Writes the region of the simplex's answer over the one that was not used for the longest time.
     fn remember(&self, workspace: &mut LinearWorkspace<D>) -> Result<usize> {
         let LinearWorkspace { simplex, face, coefficients, remembered, .. } = workspace;
-        let slot = if remembered.len() < REMEMBERED {
-            remembered.push(Remembered {
-                region: Region::with_capacity(self.limits.len(), self.components.len()),
-                basis: simplex.basis.clone(),
-                used: 0,
-            });
-            remembered.len() - 1
-        } else {
-            (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0)
-        };
+        let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
         let region = &mut known.region;
@@ -200,8 +214,7 @@ impl<const D: usize> LinearProgram<D> {
         // Multipliers that large cannot be written down in double precision any better.
         let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
         if gap.is_nan() || gap > tolerance {
-            region.clear();
-            region.dual = SVector::zeros();
+            known.forget();
             return Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap });
         }
         Ok(slot)
@@ -215,9 +228,13 @@ impl<const D: usize> LinearProgram<D> {
         face: &mut Face,
         coefficients: &mut Vec<SVector<f64, D>>,
     ) {
-        let extremes = Extremes { forces: &self.extreme_forces, components: self.components };
+        let extremes = Extremes {
+            forces: &self.extreme_forces,
+            components: self.components,
+            interiors: &self.interiors,
+        };
         let map = self.equilibration.matrix();
-        face.read(&self.columns, simplex);
+        face.read(&self.columns, simplex, &self.interiors);
         let unique = law::unique_law(face, &self.columns, self.equilibration.rank, coefficients)
             .filter(|_| law::unbalanced(face, &self.columns, coefficients, &simplex.target) <= UNBALANCED);
         region.unique = unique.is_some();

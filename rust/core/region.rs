@@ -14,10 +14,19 @@ pub(crate) const UNBALANCED: f64 = 1e-10;
 const LANES: usize = 4;
 
 /// Rows of a matrix with `R` columns, in blocks that fill vector registers.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Rows<const R: usize> {
     blocks: Vec<Block<R>>,
     count: usize,
+}
+
+impl<const R: usize> Clone for Rows<R> {
+    /// Keeps the capacity, so that a clone does not allocate later either.
+    fn clone(&self) -> Self {
+        let mut blocks = Vec::with_capacity(self.blocks.capacity());
+        blocks.extend_from_slice(&self.blocks);
+        Self { blocks, count: self.count }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -109,9 +118,9 @@ pub(crate) struct Region<const R: usize> {
 }
 
 impl<const R: usize> Region<R> {
-    pub(crate) fn with_capacity(contacts: usize, force_dim: usize) -> Self {
+    pub(crate) fn with_capacity(contacts: usize, edges: usize, force_dim: usize) -> Self {
         Self {
-            conditions: Rows::with_capacity(2 * R + 2 * contacts),
+            conditions: Rows::with_capacity(2 * R + contacts + edges),
             equations: Rows::with_capacity(R),
             forces: Rows::with_capacity(force_dim * contacts),
             normals: Rows::with_capacity(contacts),
