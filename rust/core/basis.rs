@@ -10,6 +10,8 @@ pub(crate) struct Basis<const R: usize> {
     pub(crate) columns: SMatrix<f64, R, R>,
     pub(crate) inverse: SMatrix<f64, R, R>,
     pub(crate) costs: [SVector<f64, R>; 2],
+    /// Where each column was priced.
+    pub(crate) directions: SMatrix<f64, R, R>,
     /// Columns that are no points of the set: signed unit vectors of the first phase.
     pub(crate) artificial: [bool; R],
     edges: Vec<u32>,
@@ -22,6 +24,7 @@ impl<const R: usize> Basis<R> {
             columns: SMatrix::identity(),
             inverse: SMatrix::identity(),
             costs: [SVector::zeros(); 2],
+            directions: SMatrix::zeros(),
             artificial: [true; R],
             edges: vec![UNUSED; R * contacts],
             contacts,
@@ -44,6 +47,7 @@ impl<const R: usize> Basis<R> {
         self.columns = other.columns;
         self.inverse = other.inverse;
         self.costs = other.costs;
+        self.directions = other.directions;
         self.artificial = other.artificial;
         self.edges.copy_from_slice(&other.edges);
     }
@@ -67,6 +71,7 @@ impl<const R: usize> Basis<R> {
         self.inverse -= others * leaving;
         self.inverse.set_row(row, &leaving);
         self.columns.set_column(row, &column.wrench);
+        self.directions.set_column(row, &column.direction);
         for (costs, cost) in self.costs.iter_mut().zip(column.costs) {
             costs[row] = cost;
         }

@@ -24,6 +24,8 @@ const LANES: usize = 4;
 pub(crate) struct Column<const R: usize> {
     pub(crate) wrench: SVector<f64, R>,
     pub(crate) costs: [f64; 2],
+    /// Where it was priced, for columns that are not made of listed edges.
+    pub(crate) direction: SVector<f64, R>,
 }
 
 /// Where the simplex finds its columns.
@@ -41,6 +43,11 @@ pub(crate) trait Pricing<const R: usize> {
         tolerance: f64,
         edges: &mut [u32],
     ) -> Option<Column<R>>;
+
+    /// Reduced costs below this are no improvement, relative to an objective of one.
+    fn optimality(&self) -> f64 {
+        1e-12
+    }
 }
 
 /// What a column costs and how contacts combine to one.
@@ -132,7 +139,7 @@ impl<const R: usize> ImplicitColumns<R> {
 
     fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
         edges.fill(UNUSED);
-        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2] };
+        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2], direction: SVector::zeros() };
         let (mut count, mut fallback) = (0, (f64::NEG_INFINITY, 0, 0));
         for (contact, slot) in edges.iter_mut().enumerate() {
             let (value, edge) = self.best(contact, z);
@@ -154,7 +161,7 @@ impl<const R: usize> ImplicitColumns<R> {
     fn single(&self, contact: usize, edge: usize, edges: &mut [u32]) -> Column<R> {
         edges.fill(UNUSED);
         edges[contact] = edge as u32;
-        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1) }
+        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1), direction: SVector::zeros() }
     }
 }
 
@@ -201,7 +208,11 @@ impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
                 count += 1;
             }
         }
-        (count > 0).then(|| Column { wrench, costs: self.objective.costs(count) })
+        (count > 0).then(|| Column {
+            wrench,
+            costs: self.objective.costs(count),
+            direction: SVector::zeros(),
+        })
     }
 }
 

@@ -65,7 +65,7 @@ impl<const R: usize> Simplex<R> {
             let next = pricing.furthest(&moved, 1.0, &mut self.candidate);
             let excess = next.wrench.dot(&moved) - next.costs[0];
             let slope = next.wrench.dot(e);
-            if excess <= 1e-12_f64.max(1e-15 * moved.lp_norm(1)) {
+            if excess <= pricing.optimality().max(1e-15 * moved.lp_norm(1)) {
                 return Some(column);
             }
             if slope <= 0.0 {

@@ -165,7 +165,10 @@ type Points<const D: usize> = (Vec<Column<D>>, Vec<u32>, Vec<(u32, u32)>);
 fn union<const D: usize>(grasp: &Grasp<D>, equilibration: &Equilibration<D>) -> Result<Points<D>> {
     let wrenches = grasp.primitive_wrenches()?;
     let costs = Objective::Sum.costs(1);
-    let points = wrenches.iter().map(|w| Column { wrench: equilibration.wrench(w), costs }).collect();
+    let points = wrenches
+        .iter()
+        .map(|w| Column { wrench: equilibration.wrench(w), costs, direction: SVector::zeros() })
+        .collect();
     let ranges = (0..grasp.num_contacts()).filter_map(|i| Some((i, grasp.edges(i)?)));
     let entries = ranges.flat_map(|(i, range)| range.map(move |edge| (i as u32, edge as u32))).collect();
     Ok((points, (0..=wrenches.len() as u32).collect(), entries))
@@ -183,6 +186,7 @@ fn minkowski<const D: usize>(
     let points = (0..sum.len()).map(|j| Column {
         wrench: equilibration.wrench(&sum.wrenches()[j]),
         costs: objective.costs((sum.ends()[j] - sum.starts()[j]) as usize),
+        direction: SVector::zeros(),
     });
     let starts = sum.starts().iter().chain(sum.ends().last()).copied().collect();
     let entries = sum.contacts().iter().zip(sum.edges()).map(|(&i, &h)| (i, firsts[i as usize] + h));

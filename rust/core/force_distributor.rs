@@ -3,8 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use crate::columns::Objective;
+use crate::cone_program::{ConeAnswer, ConeProgram, ConeWorkspace};
 use crate::contact::ContactForce;
-use crate::distribution::{Distribution, DistributionOptions, check_options, check_wrench};
+use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::law::objective_value;
@@ -34,8 +35,32 @@ pub struct ForceDistributor<const D: usize> {
     grasp: Arc<Grasp<D>>,
     objective: Criterion,
     options: DistributionOptions,
-    program: Arc<LinearProgram<D>>,
-    workspace: Mutex<LinearWorkspace<D>>,
+    program: Arc<Program<D>>,
+    workspace: Mutex<Workspace<D>>,
+}
+
+/// The program of a grasp with finitely many extreme forces, or with true cones.
+#[derive(Debug)]
+enum Program<const D: usize> {
+    Linear(LinearProgram<D>),
+    Cone(ConeProgram<D>),
+}
+
+#[derive(Debug)]
+enum Workspace<const D: usize> {
+    Linear(Box<LinearWorkspace<D>>),
+    Cone(Box<ConeWorkspace<D>>, Vec<ContactForce>),
+}
+
+impl<const D: usize> Program<D> {
+    fn workspace(&self, contacts: usize) -> Workspace<D> {
+        match self {
+            Self::Linear(program) => Workspace::Linear(Box::new(program.workspace())),
+            Self::Cone(program) => {
+                Workspace::Cone(Box::new(program.workspace()), vec![ContactForce::zeros(); contacts])
+            }
+        }
+    }
 }
 
 impl<const D: usize> ForceDistributor<D> {
@@ -51,8 +76,16 @@ impl<const D: usize> ForceDistributor<D> {
         options: DistributionOptions,
     ) -> Result<Self> {
         check_options(&options, objective)?;
-        let program = LinearProgram::new(grasp, Objective::new(objective, options.weight), &options)?;
-        let workspace = Mutex::new(program.workspace());
+        let program_objective = Objective::new(objective, options.weight);
+        let program = if grasp.is_finite() {
+            Program::Linear(LinearProgram::new(grasp, program_objective, &options)?)
+        } else if options.method == Method::Implicit {
+            Program::Cone(ConeProgram::new(grasp, program_objective, options.tolerance))
+        } else {
+            grasp.require_finite("points of the wrench set to list")?;
+            return Err(Error::grasp("edges", "true cones have no points to list"));
+        };
+        let workspace = Mutex::new(program.workspace(grasp.num_contacts()));
         let (grasp, program) = (Arc::new(grasp.clone()), Arc::new(program));
         Ok(Self { grasp, objective, options, program, workspace })
     }
@@ -60,7 +93,10 @@ impl<const D: usize> ForceDistributor<D> {
     /// Forgets what earlier wrenches taught, so that the next solve starts cold. The answers do not change.
     pub fn forget(&self) {
         if let Ok(mut workspace) = self.workspace.try_lock() {
-            workspace.forget();
+            match &mut *workspace {
+                Workspace::Linear(workspace) => workspace.forget(),
+                Workspace::Cone(workspace, _) => workspace.forget(),
+            }
         }
     }
 
@@ -85,19 +121,39 @@ impl<const D: usize> ForceDistributor<D> {
         if external_wrench.iter().all(|x| *x == 0.0) {
             return Ok(nothing_to_balance(m));
         }
-        let b = -external_wrench;
         let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
-        let (region, pivots) =
-            self.program.locate(&mut workspace, &b).map_err(|e| named(e, external_wrench))?;
+        let b = -external_wrench;
+        match (&*self.program, &mut *workspace) {
+            (Program::Linear(program), Workspace::Linear(workspace)) => {
+                self.solve_linear(program, workspace, &b)
+            }
+            (Program::Cone(program), Workspace::Cone(workspace, _)) => {
+                let mut forces = vec![ContactForce::zeros(); m];
+                let answer = program.solve(workspace, &b, &mut forces)?;
+                Ok(self.cone_distribution(program, &answer, forces))
+            }
+            _ => Err(Error::Busy),
+        }
+        .map_err(|error| named(error, external_wrench))
+    }
+
+    fn solve_linear(
+        &self,
+        program: &LinearProgram<D>,
+        workspace: &mut LinearWorkspace<D>,
+        b: &Wrench<D>,
+    ) -> Result<Distribution<D>> {
+        let m = self.grasp.num_contacts();
+        let (region, pivots) = program.locate(workspace, b)?;
         let components = self.grasp.force_components();
         let mut rows = vec![0.0; m * components.len()];
         let mut normals = vec![0.0; m];
-        region.forces.multiply(&b, &mut rows);
-        region.normals.multiply(&b, &mut normals);
+        region.forces.multiply(b, &mut rows);
+        region.normals.multiply(b, &mut normals);
         let sigma_max = normals.iter().copied().fold(0.0, f64::max);
         let sigma_sum = normals.iter().sum();
-        let sigma = objective_value(self.program.objective(), sigma_max, sigma_sum);
-        let lower = region.dual.dot(&b) / region.reach;
+        let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
+        let lower = region.dual.dot(b) / region.reach;
         Ok(Distribution {
             forces: rows.chunks(components.len()).map(|row| contact_force(row, components)).collect(),
             sigma,
@@ -108,6 +164,22 @@ impl<const D: usize> ForceDistributor<D> {
             pivots,
             unique: region.unique,
         })
+    }
+
+    fn cone_distribution(
+        &self,
+        program: &ConeProgram<D>,
+        answer: &ConeAnswer<D>,
+        forces: Vec<ContactForce>,
+    ) -> Distribution<D> {
+        let shares =
+            self.grasp.contacts().iter().zip(&forces).map(|(c, force)| force[0] / c.max_normal_force);
+        let (sigma_max, sigma_sum) =
+            shares.fold((0.0, 0.0), |(largest, sum), share| (f64::max(largest, share), sum + share));
+        let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
+        let gap = answer.gap.max((1.0 - answer.sigma / sigma).abs());
+        let (dual, pivots) = (answer.dual, answer.pivots);
+        Distribution { forces, sigma, sigma_max, sigma_sum, dual, gap, pivots, unique: false }
     }
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
@@ -121,16 +193,33 @@ impl<const D: usize> ForceDistributor<D> {
         }
         let b = -external_wrench;
         let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
-        let (region, _) = match self.program.locate(&mut workspace, &b) {
-            Ok(found) => found,
+        let solved = match (&*self.program, &mut *workspace) {
+            (Program::Linear(program), Workspace::Linear(workspace)) => {
+                program.locate(workspace, &b).map(|(region, _)| {
+                    region.forces.multiply(&b, forces);
+                    region.dual.dot(&b)
+                })
+            }
+            (Program::Cone(program), Workspace::Cone(workspace, found)) => {
+                program.solve(workspace, &b, found).map(|answer| {
+                    let components = self.grasp.force_components();
+                    for (row, force) in forces.chunks_mut(components.len()).zip(&*found) {
+                        for (x, &component) in row.iter_mut().zip(components) {
+                            *x = force[component];
+                        }
+                    }
+                    answer.sigma
+                })
+            }
+            _ => Err(Error::Busy),
+        };
+        match solved {
             Err(_) if external_wrench.iter().all(|x| *x == 0.0) => {
                 forces.fill(0.0);
-                return Ok(0.0);
+                Ok(0.0)
             }
-            Err(error) => return Err(named(error, external_wrench)),
-        };
-        region.forces.multiply(&b, forces);
-        Ok(region.dual.dot(&b))
+            solved => solved.map_err(|error| named(error, external_wrench)),
+        }
     }
 }
 
@@ -142,7 +231,7 @@ impl<const D: usize> Clone for ForceDistributor<D> {
             objective: self.objective,
             options: self.options.clone(),
             program: Arc::clone(&self.program),
-            workspace: Mutex::new(self.program.workspace()),
+            workspace: Mutex::new(self.program.workspace(self.grasp.num_contacts())),
         }
     }
 }

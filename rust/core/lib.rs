@@ -11,6 +11,8 @@ mod basis;
 mod batch;
 mod closure;
 mod columns;
+mod cone_columns;
+mod cone_program;
 mod conic;
 mod contact;
 mod distribution;

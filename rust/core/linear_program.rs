@@ -154,10 +154,7 @@ impl<const D: usize> LinearProgram<D> {
         let (slot, pivots) = if let Some(slot) = found {
             (slot, 0)
         } else {
-            if !(b.amax() > 0.0 && b.iter().all(|x| x.is_finite())) {
-                return Err(Error::input("external_wrench", "zero or not finite"));
-            }
-            let target = self.target(b)?;
+            let target = self.equilibration.reachable(b)?.target;
             self.solve(workspace, &target)?;
             (self.remember(workspace)?, workspace.simplex.pivots)
         };
@@ -185,7 +182,7 @@ impl<const D: usize> LinearProgram<D> {
         };
         match outcome {
             Outcome::Optimal => Ok(()),
-            Outcome::Infeasible(z) => Err(self.infeasible(&z)),
+            Outcome::Infeasible(z) => Err(self.equilibration.infeasible(&z)),
             Outcome::Stalled => {
                 Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap: f64::INFINITY })
             }
@@ -256,34 +253,5 @@ impl<const D: usize> LinearProgram<D> {
                 region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
             }
         }
-    }
-
-    /// `b` in equilibrated coordinates; an error if the grasp cannot act on it at all.
-    fn target(&self, b: &Wrench<D>) -> Result<Target<D>> {
-        let rank = self.equilibration.rank;
-        // Scaled first: a wrench may be as large or as small as numbers are.
-        let mapped = self.equilibration.any(&(b / b.amax()));
-        let unscaled = self.equilibration.prescaled_norm(&mapped);
-        let mut wrench = mapped;
-        if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
-            if mapped[k].abs() > UNBALANCED * unscaled {
-                let mut z = SVector::zeros();
-                z[k] = mapped[k].signum();
-                return Err(self.infeasible(&z));
-            }
-            wrench.rows_range_mut(rank..).fill(0.0);
-        }
-        let size = wrench.amax();
-        // Rounding in the wrench grows where a weak direction was strengthened.
-        let rounding = 4.0 * f64::EPSILON * unscaled / self.equilibration.weakest();
-        let tolerance = UNBALANCED + rounding / size;
-        Ok(Target { wrench: wrench / size, rank, tolerance })
-    }
-
-    fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
-        let direction = self.equilibration.dual(multiplier);
-        // Scaled before its length is taken: the square of a component may not be representable.
-        let direction = (direction / direction.amax()).normalize();
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
     }
 }

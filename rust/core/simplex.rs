@@ -18,9 +18,6 @@ pub(crate) const MAX_PIVOTS: usize = 1000;
 /// Pivots after which rounding in the updated inverse is cleared.
 const REFACTORISE_EVERY: usize = 50;
 
-/// Reduced costs below this are no improvement, relative to an objective of one.
-const OPTIMALITY: f64 = 1e-12;
-
 /// Columns whose first reduced cost is this small share the optimum of the objective.
 pub(crate) const TIE: f64 = 1e-11;
 
@@ -175,7 +172,7 @@ impl<const R: usize> Simplex<R> {
         self.refactorise();
         self.refresh_multipliers();
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
-        let mut threshold = OPTIMALITY;
+        let mut threshold = pricing.optimality();
         let mut polished = true;
         let (mut doubtful, mut ties) = (0, 0);
         let first = self.pivots;
@@ -204,7 +201,8 @@ impl<const R: usize> Simplex<R> {
                 let Some(tied) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
                 ties += 1;
                 // Where rounding lets the two costs undo each other, the objective has the last word.
-                threshold = if ties > MAX_TIES { OPTIMALITY } else { threshold.max(2.0 * tolerance) };
+                threshold =
+                    if ties > MAX_TIES { pricing.optimality() } else { threshold.max(2.0 * tolerance) };
                 column = tied;
             }
             let direction = self.basis.inverse * column.wrench;
