@@ -1,6 +1,6 @@
 //! The distributor: one grasp, one objective, any number of external wrenches.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use crate::columns::Objective;
 use crate::cone_program::{ConeAnswer, ConeProgram, ConeWorkspace};
@@ -191,9 +191,18 @@ impl<const D: usize> ForceDistributor<D> {
             let reason = format!("{} numbers, expected {length}", forces.len());
             return Err(Error::input("forces", reason));
         }
-        let b = -external_wrench;
         let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
-        let solved = match (&*self.program, &mut *workspace) {
+        self.solve_in(&mut workspace, external_wrench, forces)
+    }
+
+    fn solve_in(
+        &self,
+        workspace: &mut Workspace<D>,
+        external_wrench: &Wrench<D>,
+        forces: &mut [f64],
+    ) -> Result<f64> {
+        let b = -external_wrench;
+        let solved = match (&*self.program, workspace) {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 program.locate(workspace, &b).map(|(region, _)| {
                     region.forces.multiply(&b, forces);
@@ -220,6 +229,43 @@ impl<const D: usize> ForceDistributor<D> {
             }
             solved => solved.map_err(|error| named(error, external_wrench)),
         }
+    }
+}
+
+/// A distributor held for many solves in a row.
+pub(crate) struct Session<'a, const D: usize> {
+    distributor: &'a ForceDistributor<D>,
+    workspace: MutexGuard<'a, Workspace<D>>,
+    normals: Vec<f64>,
+}
+
+impl<const D: usize> ForceDistributor<D> {
+    pub(crate) fn session(&self) -> Result<Session<'_, D>> {
+        let workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
+        Ok(Session { distributor: self, workspace, normals: vec![0.0; self.grasp.num_contacts()] })
+    }
+}
+
+impl<const D: usize> Session<'_, D> {
+    /// Writes the forces; returns the largest normalised normal force and their sum.
+    pub(crate) fn solve(&mut self, external_wrench: &Wrench<D>, forces: &mut [f64]) -> Result<(f64, f64)> {
+        let sigma = self.distributor.solve_in(&mut self.workspace, external_wrench, forces)?;
+        if sigma == 0.0 {
+            return Ok((0.0, 0.0));
+        }
+        match &*self.workspace {
+            Workspace::Linear(workspace) => {
+                workspace.latest().normals.multiply(&-external_wrench, &mut self.normals);
+            }
+            Workspace::Cone(_, found) => {
+                let contacts = self.distributor.grasp.contacts().iter().zip(found);
+                for (normal, (contact, force)) in self.normals.iter_mut().zip(contacts) {
+                    *normal = force[0] / contact.max_normal_force;
+                }
+            }
+        }
+        let levels = self.normals.iter();
+        Ok(levels.fold((0.0, 0.0), |(largest, sum), level| (f64::max(largest, *level), sum + level)))
     }
 }
 

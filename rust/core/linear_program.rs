@@ -72,6 +72,11 @@ impl<const D: usize> Remembered<D> {
 }
 
 impl<const D: usize> LinearWorkspace<D> {
+    /// The region of the last wrench.
+    pub(crate) fn latest(&self) -> &Region<D> {
+        &self.remembered[self.latest].region
+    }
+
     /// Drops the known regions, but not their memory.
     pub(crate) fn forget(&mut self) {
         for known in &mut self.remembered {
