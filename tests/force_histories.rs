@@ -150,3 +150,26 @@ fn two_threads_get_right_answers_or_are_told_that_the_distributor_is_busy() {
     });
     assert!(solved > 0);
 }
+
+#[test]
+fn contacts_that_slide_a_little_keep_the_answer_of_a_new_distributor() {
+    let moved = |shift: f64| {
+        let contacts: Vec<_> = square(8)
+            .contacts()
+            .iter()
+            .map(|c| Contact { position: c.position + Vector3::new(0.0, shift, 0.3 * shift), ..c.clone() })
+            .collect();
+        Grasp::<6>::new(&contacts).unwrap()
+    };
+    let mut distributor = ForceDistributor::new(&moved(0.0), Criterion::Max).unwrap();
+    for k in 0..200 {
+        let grasp = moved(0.0005 * f64::from(k));
+        distributor.update(&grasp).unwrap();
+        let external = path(0.02 * f64::from(k));
+        let kept = distributor.solve(&external).unwrap();
+        let fresh = ForceDistributor::new(&grasp, Criterion::Max).unwrap().solve(&external).unwrap();
+        for (a, b) in kept.forces.iter().zip(&fresh.forces) {
+            assert!((a - b).amax() <= 1e-9 * fresh.sigma_max.max(1.0), "{k}: {a} {b}");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Seeded problems that the benchmarks share.
 #![allow(dead_code, reason = "each benchmark uses its own part")]
 
-pub mod tile;
+pub(crate) mod tile;
 
 use graspforce::{Contact, Grasp};
 use nalgebra::Vector3;

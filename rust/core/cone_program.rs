@@ -74,15 +74,12 @@ impl<const D: usize> ConeProgram<D> {
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
         let ConeWorkspace { simplex, last } = workspace;
         simplex.restart(last);
-        let outcome = match simplex.warm(&self.columns, &target, DUAL_PIVOTS) {
-            Some(Outcome::Optimal) => Outcome::Optimal,
-            _ => {
-                let spent = simplex.pivots;
-                let outcome = simplex.cold(&self.columns, &target);
-                simplex.pivots += spent;
-                outcome
-            }
-        };
+        let mut outcome = simplex.warm(&self.columns, &target, DUAL_PIVOTS).unwrap_or(Outcome::Stalled);
+        if outcome != Outcome::Optimal {
+            let spent = simplex.pivots;
+            outcome = simplex.cold(&self.columns, &target);
+            simplex.pivots += spent;
+        }
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&z));
         }

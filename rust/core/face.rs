@@ -71,7 +71,7 @@ impl Face {
     ) {
         self.clear(columns.objective);
         let used = UNUSED_LEVEL * simplex.levels.lp_norm(1);
-        for contact in 0..columns.contacts.len() {
+        for (contact, interior) in interiors.iter().enumerate() {
             let role = self.read_contact(columns, &simplex.multipliers, contact);
             let start = self.starts[contact];
             // The solution at hand lies on the face whatever rounding says of its reduced costs.
@@ -93,7 +93,7 @@ impl Face {
                 self.edges.truncate(start);
             }
             self.edges[start..].sort_unstable();
-            let interior = interiors[contact].as_ref().filter(|_| self.edges.len() > start + 3);
+            let interior = interior.as_ref().filter(|_| self.edges.len() > start + 3);
             if let Some(interior) = interior {
                 self.edges.truncate(start);
                 self.edges.extend(interior.edges);

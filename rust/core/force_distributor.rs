@@ -1,6 +1,6 @@
 //! The distributor: one grasp, one objective, any number of external wrenches.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::columns::Objective;
 use crate::cone_program::{ConeAnswer, ConeProgram, ConeWorkspace};
@@ -42,7 +42,7 @@ pub struct ForceDistributor<const D: usize> {
 /// The program of a grasp with finitely many extreme forces, or with true cones.
 #[derive(Debug)]
 enum Program<const D: usize> {
-    Linear(LinearProgram<D>),
+    Linear(Box<LinearProgram<D>>),
     Cone(ConeProgram<D>),
 }
 
@@ -78,7 +78,7 @@ impl<const D: usize> ForceDistributor<D> {
         check_options(&options, objective)?;
         let program_objective = Objective::new(objective, options.weight);
         let program = if grasp.is_finite() {
-            Program::Linear(LinearProgram::new(grasp, program_objective, &options)?)
+            Program::Linear(Box::new(LinearProgram::new(grasp, program_objective, &options)?))
         } else if options.method == Method::Implicit {
             Program::Cone(ConeProgram::new(grasp, program_objective, options.tolerance))
         } else {
@@ -88,6 +88,21 @@ impl<const D: usize> ForceDistributor<D> {
         let workspace = Mutex::new(program.workspace(grasp.num_contacts()));
         let (grasp, program) = (Arc::new(grasp.clone()), Arc::new(program));
         Ok(Self { grasp, objective, options, program, workspace })
+    }
+
+    /// Goes on with another grasp, in which contacts have rolled or slid a little: the last basis is kept where
+    /// contacts and edges are as many as before. On an error nothing changes.
+    pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
+        let mut updated = Self::with_options(grasp, self.objective, self.options.clone())?;
+        let old = self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let (Program::Linear(new), Program::Linear(program), Workspace::Linear(old)) =
+            (&*updated.program, &*self.program, old)
+            && new.matches(program)
+        {
+            updated.workspace = Mutex::new(Workspace::Linear(Box::new(new.adopt(old))));
+        }
+        *self = updated;
+        Ok(())
     }
 
     /// Forgets what earlier wrenches taught, so that the next solve starts cold. The answers do not change.

@@ -42,7 +42,7 @@ pub(crate) fn unique_law<const R: usize>(
     let mut matrix = unknowns(face, columns, rank)?;
     // Columns of unit size, so that a weak contact's unknowns are as independent as a strong one's.
     let sizes = SVector::<f64, R>::from_fn(|k, _| matrix.column(k).amax());
-    if !(sizes.min() > 0.0) {
+    if sizes.iter().any(|size| size.is_nan() || *size <= 0.0) {
         return None;
     }
     for (mut column, size) in matrix.column_iter_mut().zip(sizes.iter()) {
@@ -167,7 +167,8 @@ pub(crate) fn write_region<const R: usize>(
             let coefficient = map.tr_mul(&coefficients[next]);
             next += 1;
             // A contact with one active force presses as hard as that force is used: one condition for both.
-            if !face.inside[contact] && !(edges.len() == 1 && *role == Role::Saturated) {
+            let implied = face.inside[contact] || (edges.len() == 1 && *role == Role::Saturated);
+            if !implied {
                 region.conditions.push(&coefficient);
             }
             normal += coefficient;

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use crate::basis::Basis;
-use crate::columns::{ImplicitColumns, Objective};
+use crate::columns::{ImplicitColumns, Objective, UNUSED};
 use crate::contact::ContactForce;
 use crate::distribution::{DistributionOptions, Method};
 use crate::enumerated::Enumeration;
@@ -133,6 +133,28 @@ impl<const D: usize> LinearProgram<D> {
         }
     }
 
+    /// A workspace that starts from the last basis of another one, whose grasp has the same contacts and edges
+    /// at slightly other places.
+    pub(crate) fn adopt(&self, other: &LinearWorkspace<D>) -> LinearWorkspace<D> {
+        let mut workspace = self.workspace();
+        let known = &mut workspace.remembered[0];
+        known.basis.copy_from(&other.remembered[other.latest].basis);
+        for row in (0..D).filter(|&row| !known.basis.artificial[row]) {
+            let used = known.basis.edges(row).iter().filter(|edge| **edge != UNUSED);
+            let wrench: SVector<f64, D> = used.map(|edge| self.columns.wrenches[*edge as usize]).sum();
+            known.basis.columns.set_column(row, &wrench);
+        }
+        if !known.basis.refactorise() {
+            known.forget();
+        }
+        workspace
+    }
+
+    /// Whether two programs number the same edges in the same way.
+    pub(crate) fn matches(&self, other: &Self) -> bool {
+        self.columns.contacts == other.columns.contacts && self.equilibration.rank == other.equilibration.rank
+    }
+
     /// The region of `b = -w_ext`, and the pivots it took to find it. `b` is not zero.
     #[inline]
     pub(crate) fn locate<'a>(
@@ -175,15 +197,13 @@ impl<const D: usize> LinearProgram<D> {
             enumeration.solve(simplex, target, active)
         } else {
             simplex.restart(&remembered[*latest].basis);
-            match simplex.warm(&self.columns, target, DUAL_PIVOTS) {
-                Some(outcome @ (Outcome::Optimal | Outcome::Infeasible(_))) => outcome,
-                _ => {
-                    let spent = simplex.pivots;
-                    let outcome = simplex.cold(&self.columns, target);
-                    simplex.pivots += spent;
-                    outcome
-                }
+            let mut outcome = simplex.warm(&self.columns, target, DUAL_PIVOTS).unwrap_or(Outcome::Stalled);
+            if outcome != Outcome::Optimal {
+                let spent = simplex.pivots;
+                outcome = simplex.cold(&self.columns, target);
+                simplex.pivots += spent;
             }
+            outcome
         };
         match outcome {
             Outcome::Optimal => Ok(()),
