@@ -233,12 +233,12 @@ fn best_of_blocks<const R: usize>(blocks: &[[[f64; LANES]; R]], z: &SVector<f64,
             at[lane] = if better { index } else { at[lane] };
         }
     }
-    let mut winner = (best[0], at[0] as usize * LANES);
-    for lane in 1..LANES {
-        let edge = at[lane] as usize * LANES + lane;
-        if best[lane] > winner.0 || (best[lane] == winner.0 && edge < winner.1) {
-            winner = (best[lane], edge);
-        }
+    // Without branches: which lane wins is as good as random. Among equals the lowest index does.
+    let most = best.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut edge = u64::MAX;
+    for (lane, (value, index)) in (0_u64..).zip(best.iter().zip(at)) {
+        let candidate = if *value == most { index * LANES as u64 + lane } else { u64::MAX };
+        edge = edge.min(candidate);
     }
-    winner
+    (most, if edge == u64::MAX { 0 } else { edge as usize })
 }

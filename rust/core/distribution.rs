@@ -18,6 +18,10 @@ pub enum Method {
     /// The paper's: all points of the wrench set listed offline, `z_b` of Eq. 26 by an interior-point solver
     /// online, and forces from the points on its hyperplane.
     Enumerated,
+    /// The paper's reduction (section 4.2): offline, the points that sample wrenches need, completed until the
+    /// origin is interior; online, the program over these alone. An answer that the whole set does not
+    /// confirm is computed over the whole set.
+    Reduced,
 }
 
 /// Options of a [`ForceDistributor`].
@@ -31,13 +35,21 @@ pub struct DistributionOptions {
     pub weight: f64,
     /// Largest relative gap that counts as solved.
     pub tolerance: f64,
-    /// Largest number of points that [`Method::Enumerated`] may list.
+    /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
     pub max_points: u128,
+    /// External wrenches that choose the points of [`Method::Reduced`].
+    pub samples: Vec<Vec<f64>>,
 }
 
 impl Default for DistributionOptions {
     fn default() -> Self {
-        Self { method: Method::default(), weight: 0.0, tolerance: 1e-9, max_points: DEFAULT_MAX_POINTS }
+        Self {
+            method: Method::default(),
+            weight: 0.0,
+            tolerance: 1e-9,
+            max_points: DEFAULT_MAX_POINTS,
+            samples: Vec::new(),
+        }
     }
 }
 
@@ -58,6 +70,8 @@ pub struct Distribution<const D: usize> {
     pub gap: f64,
     /// Simplex pivots that this solve took.
     pub pivots: usize,
+    /// Whether [`Method::Reduced`] had to ask the whole set for this answer.
+    pub fell_back: bool,
     /// Whether the objective and its tie-break alone determine the forces. Where they do not, the least
     /// `sum_i |f_i|^2 / f_i^U^2` does.
     pub unique: bool,

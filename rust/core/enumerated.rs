@@ -21,6 +21,9 @@ const ACTIVE: f64 = 1e-5;
 /// Rounds of adding the points that the multipliers violate; after the last, all points take part.
 const MAX_ROUNDS: usize = 20;
 
+/// Points that complete the reduced set along one direction.
+const MAX_COMPLETION: usize = 100;
+
 /// Every point of the wrench set, in equilibrated coordinates, with the edges that make it.
 #[derive(Debug, Clone)]
 pub(crate) struct Enumeration<const D: usize> {
@@ -70,6 +73,55 @@ impl<const D: usize> Enumeration<D> {
         let outcome = simplex.cold(&Restricted { all: self, active }, target);
         simplex.pivots += pivots;
         outcome
+    }
+
+    /// The points that some targets need, completed until every direction can be balanced (section 4.2).
+    pub(crate) fn reduce(&self, simplex: &mut Simplex<D>, targets: &[Target<D>], rank: usize) -> Vec<u32> {
+        let (mut kept, mut active) = (Vec::new(), Vec::new());
+        for target in targets {
+            self.select(target, &mut active);
+            if active.len() < self.points.len() {
+                kept.append(&mut active);
+            }
+        }
+        kept.sort_unstable();
+        kept.dedup();
+        // Directions that positively span the wrench space: with these, nothing is out of reach.
+        for k in 0..=rank {
+            let mut wrench = SVector::<f64, D>::zeros();
+            match k {
+                k if k < rank => wrench[k] = 1.0,
+                _ => wrench.rows_range_mut(..rank).fill(-1.0),
+            }
+            let target = Target { wrench, rank, tolerance: 1e-10 };
+            for _ in 0..MAX_COMPLETION {
+                let separating = match kept.is_empty() {
+                    true => wrench,
+                    false => match simplex.cold(&Restricted { all: self, active: &kept }, &target) {
+                        Outcome::Infeasible(z) => z,
+                        _ => break,
+                    },
+                };
+                let reach = |j: &u32| self.points[*j as usize].wrench.dot(&separating);
+                let furthest = (0..self.points.len() as u32).max_by(|a, b| reach(a).total_cmp(&reach(b)));
+                match furthest.filter(|j| reach(j) > 0.0 && !kept.contains(j)) {
+                    Some(furthest) => kept.push(furthest),
+                    // The grasp itself is not force-closure along this direction.
+                    None => break,
+                }
+            }
+        }
+        kept
+    }
+
+    /// Solves over some of the points; whether the others could do better is for the caller to ask.
+    pub(crate) fn solve_reduced(
+        &self,
+        simplex: &mut Simplex<D>,
+        target: &Target<D>,
+        kept: &[u32],
+    ) -> Outcome<D> {
+        simplex.cold(&Restricted { all: self, active: kept }, target)
     }
 
     /// The points on the hyperplane of Eq. 26; all of them where Clarabel finds none, for the simplex to

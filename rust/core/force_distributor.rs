@@ -120,6 +120,15 @@ impl<const D: usize> ForceDistributor<D> {
         &self.grasp
     }
 
+    /// The points that [`Method::Reduced`] keeps, as indices into the [`MinkowskiSum`](crate::MinkowskiSum)
+    /// (with [`Criterion::Sum`], into the primitive wrenches); `None` with other methods.
+    pub fn reduced_points(&self) -> Option<&[u32]> {
+        match &*self.program {
+            Program::Linear(program) => program.reduced.as_deref(),
+            Program::Cone(_) => None,
+        }
+    }
+
     /// What is minimised.
     pub fn objective(&self) -> Criterion {
         self.objective
@@ -178,6 +187,7 @@ impl<const D: usize> ForceDistributor<D> {
             gap: ((sigma - lower) / sigma).abs(),
             pivots,
             unique: region.unique,
+            fell_back: region.fell_back,
         })
     }
 
@@ -194,7 +204,17 @@ impl<const D: usize> ForceDistributor<D> {
         let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
         let gap = answer.gap.max((1.0 - answer.sigma / sigma).abs());
         let (dual, pivots) = (answer.dual, answer.pivots);
-        Distribution { forces, sigma, sigma_max, sigma_sum, dual, gap, pivots, unique: false }
+        Distribution {
+            forces,
+            sigma,
+            sigma_max,
+            sigma_sum,
+            dual,
+            gap,
+            pivots,
+            unique: false,
+            fell_back: false,
+        }
     }
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
@@ -320,5 +340,6 @@ fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
         gap: 0.0,
         pivots: 0,
         unique: true,
+        fell_back: false,
     }
 }

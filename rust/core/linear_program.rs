@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use crate::basis::Basis;
-use crate::columns::{ImplicitColumns, Objective, UNUSED};
+use crate::columns::{ImplicitColumns, Objective, Pricing, UNUSED};
 use crate::contact::ContactForce;
 use crate::distribution::{DistributionOptions, Method};
 use crate::enumerated::Enumeration;
@@ -19,7 +19,7 @@ use crate::interior::Interior;
 use crate::law::{self, Extremes};
 use crate::least_squares::least_squares_law;
 use crate::region::{Region, UNBALANCED};
-use crate::simplex::{Outcome, Simplex, Target};
+use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// Regions remembered for wrenches that jump back.
 const REMEMBERED: usize = 16;
@@ -36,6 +36,8 @@ pub(crate) struct LinearProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ImplicitColumns<D>,
     enumeration: Option<Enumeration<D>>,
+    /// The points kept by the reduction of section 4.2.
+    pub(crate) reduced: Option<Vec<u32>>,
     extreme_forces: Vec<ContactForce>,
     components: &'static [usize],
     interiors: Vec<Option<Interior>>,
@@ -52,6 +54,8 @@ pub(crate) struct LinearWorkspace<const D: usize> {
     active: Vec<u32>,
     remembered: Vec<Remembered<D>>,
     latest: usize,
+    /// Whether the reduced set gave the last answer that was not known already.
+    pub(crate) confirmed: bool,
     clock: u64,
 }
 
@@ -92,14 +96,23 @@ impl<const D: usize> LinearProgram<D> {
         let mapped = wrenches.iter().map(|w| equilibration.wrench(w)).collect();
         let enumeration = match options.method {
             Method::Implicit => None,
-            Method::Enumerated => {
+            Method::Enumerated | Method::Reduced => {
                 Some(Enumeration::new(grasp, objective, &equilibration, options.max_points)?)
             }
+        };
+        let reduced = match &enumeration {
+            Some(enumeration) if options.method == Method::Reduced => {
+                let targets = sample_targets(&equilibration, &options.samples)?;
+                let mut simplex = Simplex::new(grasp.num_contacts());
+                Some(enumeration.reduce(&mut simplex, &targets, equilibration.rank))
+            }
+            _ => None,
         };
         Ok(Self {
             columns: ImplicitColumns::new(objective, ImplicitColumns::<D>::ranges(grasp), mapped),
             equilibration,
             enumeration,
+            reduced,
             extreme_forces: grasp.extreme_forces()?.to_vec(),
             components: grasp.force_components(),
             interiors: (0..grasp.num_contacts())
@@ -129,6 +142,7 @@ impl<const D: usize> LinearProgram<D> {
             active: Vec::new(),
             remembered: vec![unknown; REMEMBERED],
             latest: 0,
+            confirmed: true,
             clock: 0,
         }
     }
@@ -193,7 +207,11 @@ impl<const D: usize> LinearProgram<D> {
     /// Leaves an optimal basis in the workspace's simplex.
     fn solve(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
         let LinearWorkspace { simplex, active, remembered, latest, .. } = workspace;
-        let outcome = if let Some(enumeration) = &self.enumeration {
+        let outcome = if let (Some(enumeration), Some(kept)) = (&self.enumeration, &self.reduced) {
+            let outcome = enumeration.solve_reduced(simplex, target, kept);
+            workspace.confirmed = outcome == Outcome::Optimal && self.confirms(simplex);
+            if workspace.confirmed { outcome } else { simplex.cold(&self.columns, target) }
+        } else if let Some(enumeration) = &self.enumeration {
             enumeration.solve(simplex, target, active)
         } else {
             simplex.restart(&remembered[*latest].basis);
@@ -214,9 +232,19 @@ impl<const D: usize> LinearProgram<D> {
         }
     }
 
+    /// Whether no point of the whole set improves the objective or its tie-break.
+    fn confirms(&self, simplex: &mut Simplex<D>) -> bool {
+        let z = &simplex.multipliers;
+        let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
+        let column = self.columns.furthest(&z[0], 1.0, &mut simplex.entering);
+        let tied = self.columns.tie_break(z, tolerance, &mut simplex.entering);
+        column.wrench.dot(&z[0]) - column.costs[0] <= tolerance
+            && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= 100.0 * tolerance)
+    }
+
     /// Writes the region of the simplex's answer over the one that was not used for the longest time.
     fn remember(&self, workspace: &mut LinearWorkspace<D>) -> Result<usize> {
-        let LinearWorkspace { simplex, face, coefficients, remembered, .. } = workspace;
+        let LinearWorkspace { simplex, face, coefficients, remembered, confirmed, .. } = workspace;
         let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
@@ -224,6 +252,7 @@ impl<const D: usize> LinearProgram<D> {
         self.write_law(region, simplex, face, coefficients);
         let z = &simplex.multipliers[0];
         region.dual = self.equilibration.dual(z);
+        region.fell_back = !*confirmed;
         region.units = *self.equilibration.units();
         for k in self.equilibration.rank..D {
             region.equations.push(&self.equilibration.matrix().row(k).transpose());
@@ -279,4 +308,19 @@ impl<const D: usize> LinearProgram<D> {
             }
         }
     }
+}
+
+/// The wrenches that choose the reduced set, as right-hand sides.
+fn sample_targets<const D: usize>(
+    equilibration: &Equilibration<D>,
+    samples: &[Vec<f64>],
+) -> Result<Vec<Target<D>>> {
+    let target = |(row, sample): (usize, &Vec<f64>)| {
+        if sample.len() != D {
+            let reason = format!("{} components, expected {D}", sample.len());
+            return Err(Error::InvalidInput { argument: "samples", row: Some(row), reason });
+        }
+        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target)
+    };
+    samples.iter().enumerate().map(target).collect()
 }

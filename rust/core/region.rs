@@ -113,6 +113,8 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) reach: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
+    /// Whether the reduced set could not give the answer.
+    pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
 }
@@ -127,6 +129,7 @@ impl<const R: usize> Region<R> {
             dual: SVector::zeros(),
             reach: 1.0,
             unique: true,
+            fell_back: false,
             units: SVector::repeat(1.0),
         }
     }
