@@ -43,13 +43,16 @@ struct State {
 /// objective : {"max", "sum"}, optional
 ///     Minimise the maximum of normalised normal forces (Eq. 7; among its optima, then the sum) or their sum
 ///     (Eq. 6).
-/// method : {"implicit", "enumerated"}, optional
+/// method : {"implicit", "enumerated", "reduced"}, optional
 ///     "implicit" is a simplex method that asks the support oracle for its columns. "enumerated" is the paper's:
 ///     all points of the wrench set listed in advance, ``z_b`` of Eq. 26 by an interior-point solver, forces
-///     from the points on its hyperplane. The answers agree.
+///     from the points on its hyperplane. "reduced" keeps only the points that ``samples`` need, completed until
+///     the origin is interior (section 4.2), and asks the whole set where these do not suffice. The answers agree.
 /// weight : float, optional
 ///     With "max": minimise the maximum plus ``weight`` times the sum, a family that leads from one objective to
 ///     the other. Zero means the maximum and, among its optima, the least sum.
+/// samples : array_like, optional
+///     (S, d) external wrenches that choose the points of "reduced".
 /// tol : float, optional
 ///     Largest relative gap between the objective and its proven lower bound. True cones (``edges=None``) take
 ///     the longer the smaller it is; 1e-6 is enough for control.
@@ -92,12 +95,13 @@ pub struct PyForceDistributor {
     /// "max" or "sum".
     #[pyo3(get)]
     objective: &'static str,
-    /// "implicit" or "enumerated".
+    /// "implicit", "enumerated" or "reduced".
     #[pyo3(get)]
     method: &'static str,
     /// What the sum weighs beside the maximum.
     #[pyo3(get)]
     weight: f64,
+    samples: Vec<Vec<f64>>,
     /// Largest relative gap that counts as solved.
     #[pyo3(get)]
     tol: f64,
@@ -106,13 +110,14 @@ pub struct PyForceDistributor {
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, tol=1e-9))]
+    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, samples=None, tol=1e-9))]
     fn new(
         py: Python<'_>,
         grasp: Py<PyGrasp>,
         objective: &str,
         method: &str,
         weight: f64,
+        samples: Option<&Bound<'_, PyAny>>,
         tol: f64,
     ) -> PyResult<Self> {
         let criterion =
@@ -120,8 +125,10 @@ impl PyForceDistributor {
         let (method, name) = match method {
             "implicit" => (Method::Implicit, "implicit"),
             "enumerated" => (Method::Enumerated, "enumerated"),
+            "reduced" => (Method::Reduced, "reduced"),
             other => {
-                let message = format!("method: {other:?} is neither \"implicit\" nor \"enumerated\"");
+                let message =
+                    format!("method: {other:?} is none of \"implicit\", \"enumerated\" and \"reduced\"");
                 return Err(invalid_input(py, message));
             }
         };
@@ -129,19 +136,34 @@ impl PyForceDistributor {
         options.method = method;
         options.weight = weight;
         options.tolerance = tol;
+        if let Some(samples) = samples {
+            options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
+        }
+        let samples = options.samples.clone();
         let inner = py.detach(|| match &grasp.get().inner {
             AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
             AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
         });
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
-        Ok(Self { state: RwLock::new(State { inner, grasp }), objective, method: name, weight, tol })
+        Ok(Self { state: RwLock::new(State { inner, grasp }), objective, method: name, weight, samples, tol })
     }
 
     /// The grasp whose forces are distributed.
     #[getter]
     fn grasp(&self, py: Python<'_>) -> PyResult<Py<PyGrasp>> {
         Ok(self.state(py)?.grasp.clone_ref(py))
+    }
+
+    /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
+    #[getter]
+    fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
+        let state = self.state(py)?;
+        let points = match &state.inner {
+            Any::Planar(distributor) => distributor.reduced_points(),
+            Any::Spatial(distributor) => distributor.reduced_points(),
+        };
+        Ok(points.map(|points| PyArray1::from_slice(py, points)))
     }
 
     /// Least contact forces that balance an external wrench (Eq. 11).
@@ -297,11 +319,13 @@ impl PyForceDistributor {
         let state = self.state(py)?;
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
         let (objective, method) = (self.objective, self.method);
-        Ok(Self { state: RwLock::new(state), objective, method, weight: self.weight, tol: self.tol })
+        let (weight, samples, tol) = (self.weight, self.samples.clone(), self.tol);
+        Ok(Self { state: RwLock::new(state), objective, method, weight, samples, tol })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
-        let arguments = (self.grasp(py)?, self.objective, self.method, self.weight, self.tol);
+        let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
+        let arguments = (self.grasp(py)?, self.objective, self.method, self.weight, samples, self.tol);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
 
@@ -337,6 +361,16 @@ impl PyForceSteps {
             None => Ok(None),
             Some(wrench) => self.distributor.get().solve(py, &wrench?).map(Some),
         }
+    }
+}
+
+fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
+    let array = float_array(argument, value)?;
+    match array.shape() {
+        &[_, columns] if columns > 0 => {
+            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
+        }
+        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
     }
 }
 
@@ -459,6 +493,8 @@ fn solve<const D: usize>(
 ///     Relative distance between the objective and the lower bound that ``dual`` proves.
 /// pivots : int
 ///     Simplex pivots this solve took; 0 where a known region held the wrench.
+/// fell_back : bool
+///     "reduced" had to ask the whole set for this answer.
 /// unique : bool
 ///     The objective and its tie-break alone determine the forces.
 /// within_limits : bool
@@ -487,6 +523,9 @@ pub struct PyForceSolution {
     /// Simplex pivots this solve took.
     #[pyo3(get)]
     pivots: usize,
+    /// "reduced" had to ask the whole set for this answer.
+    #[pyo3(get)]
+    fell_back: bool,
     /// The objective and its tie-break alone determine the forces.
     #[pyo3(get)]
     unique: bool,
@@ -566,6 +605,7 @@ impl PyForceSolution {
             gap: distribution.gap,
             pivots: distribution.pivots,
             unique: distribution.unique,
+            fell_back: distribution.fell_back,
             within_limits: distribution.within_limits(),
             forces: distribution.forces,
         }
