@@ -10,8 +10,10 @@ Importing the package needs NumPy alone: figures, oracles and viewers are import
 
 from . import surfaces
 from ._core import (
+    ForceBatch,
     ForceDistributor,
     ForceSolution,
+    ForceSteps,
     Gradient,
     Grasp,
     MinkowskiSum,
@@ -33,8 +35,10 @@ from .planning import Iterate, Plan, plan
 
 __all__ = [
     "BusyError",
+    "ForceBatch",
     "ForceDistributor",
     "ForceSolution",
+    "ForceSteps",
     "Gradient",
     "Grasp",
     "GraspForceError",
