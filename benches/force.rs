@@ -17,7 +17,11 @@ fn wrenches(seed: u64, count: usize) -> Vec<Wrench<6>> {
 }
 
 fn run(bench: &mut Bench, name: &str, grasp: &Grasp<6>, wrenches: &[Wrench<6>], fresh: bool) {
-    let distributor = ForceDistributor::new(grasp, Criterion::Max).expect("a valid grasp");
+    let mut options = DistributionOptions::default();
+    if !grasp.is_finite() {
+        options.tolerance = 1e-6;
+    }
+    let distributor = ForceDistributor::with_options(grasp, Criterion::Max, options).expect("a valid grasp");
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
     let mut next = wrenches.iter().cycle();
     bench.bench_function(name, |b| {
@@ -41,6 +45,10 @@ fn force_distribution(bench: &mut Bench) {
     run(bench, "force/cold_on_the_tile", &grasp, &jumps, true);
     let large = common::closed_grasps(3, 1, 8, 16).remove(0);
     run(bench, "force/cold_8_contacts_16_edges", &large, &jumps, true);
+
+    let cones = tile(OPTIMUM, 0);
+    run(bench, "force/true_cones_trajectory_at_1_khz", &cones, &trajectory, false);
+    run(bench, "force/true_cones_cold_along_the_trajectory", &cones, &trajectory, true);
 
     let mut options = DistributionOptions::default();
     options.method = Method::Enumerated;

@@ -58,9 +58,9 @@ impl<const D: usize> ForceDistributor<D> {
         let rows = external_wrenches.len();
         let stride = self.grasp().num_contacts() * self.grasp().force_dim();
         let mut batch = DistributionBatch {
-            forces: vec![f64::NAN; rows * stride],
-            sigma_max: vec![f64::NAN; rows],
-            sigma_sum: vec![f64::NAN; rows],
+            forces: vec![0.0; rows * stride],
+            sigma_max: vec![0.0; rows],
+            sigma_sum: vec![0.0; rows],
             status: vec![RowStatus::Refused; rows],
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
@@ -89,15 +89,17 @@ impl<const D: usize> ForceDistributor<D> {
         let mut session = self.session()?;
         let rows = forces.chunks_mut(forces.len() / wrenches.len().max(1));
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
-            status[k] = match session.solve(wrench, row) {
-                Ok(levels) => {
-                    (sigma_max[k], sigma_sum[k]) = levels;
-                    RowStatus::Solved
-                }
+            let solved = session.solve(wrench, row);
+            status[k] = match &solved {
+                Ok(_) => RowStatus::Solved,
                 Err(Error::InfeasibleWrench { .. }) => RowStatus::Infeasible,
                 Err(Error::InvalidInput { .. }) => RowStatus::Refused,
                 Err(_) => RowStatus::NotConverged,
             };
+            if solved.is_err() {
+                row.fill(f64::NAN);
+            }
+            (sigma_max[k], sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
         }
         Ok(())
     }

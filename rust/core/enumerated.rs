@@ -95,12 +95,12 @@ impl<const D: usize> Enumeration<D> {
             }
             let target = Target { wrench, rank, tolerance: 1e-10 };
             for _ in 0..MAX_COMPLETION {
-                let separating = match kept.is_empty() {
-                    true => wrench,
-                    false => match simplex.cold(&Restricted { all: self, active: &kept }, &target) {
-                        Outcome::Infeasible(z) => z,
-                        _ => break,
-                    },
+                let separating = if kept.is_empty() {
+                    wrench
+                } else {
+                    let restricted = Restricted { all: self, active: &kept };
+                    let Outcome::Infeasible(z) = simplex.cold(&restricted, &target) else { break };
+                    z
                 };
                 let reach = |j: &u32| self.points[*j as usize].wrench.dot(&separating);
                 let furthest = (0..self.points.len() as u32).max_by(|a, b| reach(a).total_cmp(&reach(b)));

@@ -169,9 +169,7 @@ impl<const R: usize> Simplex<R> {
 
     /// The second phase: the objective, then the tie-break among its optimal columns.
     pub(crate) fn optimise(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Outcome<R> {
-        if self.pivots >= REFACTORISE_EVERY / 2 {
-            self.refactorise();
-        }
+        self.refactorise();
         self.refresh_multipliers();
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
         let mut threshold = pricing.optimality();
