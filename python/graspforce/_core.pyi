@@ -1,5 +1,5 @@
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, final
+from typing import Any, Literal, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,7 @@ _Indices = NDArray[np.int32]
 _Criterion = Literal["max", "sum"]
 
 __all__ = [
+    "CandidateSearch",
     "ForceDistributor",
     "ForceSolution",
     "Gradient",
@@ -206,3 +207,43 @@ class ForceSolution:
     def within_limits(self) -> bool: ...
     @property
     def slip_margin(self) -> _Floats: ...
+
+@type_check_only
+class _Winner(TypedDict):
+    index: int
+    rho: float
+    center_rho: float
+    candidates: int
+    rejected: int
+    polytopes: int
+    converged: int
+
+@final
+class CandidateSearch:
+    def __new__(
+        cls,
+        dim: int,
+        criterion: _Criterion = "max",
+        rtol: float | None = None,
+        center: ArrayLike | None = None,
+        metric: ArrayLike | None = None,
+        *,
+        prune: bool = True,
+    ) -> CandidateSearch: ...
+    def best(
+        self,
+        positions: ArrayLike,
+        normals: ArrayLike,
+        friction: ArrayLike = 0.5,
+        max_normal_force: ArrayLike = 1.0,
+        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
+        torsion: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        origin: ArrayLike | None = None,
+        length_scale: float = 1.0,
+        friction_margin: float = 1.0,
+        extreme_forces: Sequence[ArrayLike] | None = None,
+        *,
+        center_index: int = 0,
+        center_rho: float | None = None,
+    ) -> _Winner: ...

@@ -28,6 +28,7 @@ mod polytope;
 mod quality;
 mod resistance;
 mod ridge_table;
+mod search;
 mod simplex;
 mod wrench_set;
 
@@ -41,4 +42,5 @@ pub use grasp::{ContactMap, Grasp, GraspOptions, Wrench, wrench_of_force};
 pub use metric::Metric;
 pub use minkowski::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
+pub use search::{CandidateSearch, SearchCounts, TIE, Winner};
 pub use wrench_set::{ContactSupport, Criterion, Support, WrenchSet};

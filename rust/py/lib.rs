@@ -14,6 +14,7 @@ mod grasp;
 mod minkowski;
 mod quality;
 mod quality_many;
+mod search;
 
 use pyo3::prelude::*;
 
@@ -28,5 +29,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<distribution::PyForceDistributor>()?;
     module.add_class::<distribution::PyForceSolution>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
+    module.add_class::<search::PyCandidateSearch>()?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }
