@@ -29,7 +29,10 @@ from .errors import (
     NotConvergedError,
     TooLargeError,
 )
+from .many_starts import PlanSet, plan_many
+from .placement import Placement, PlacementQuality
 from .planning import Iterate, Plan, plan
+from .refinement import Refinement, refine
 
 __all__ = [
     "BusyError",
@@ -44,12 +47,18 @@ __all__ = [
     "Iterate",
     "MinkowskiSum",
     "NotConvergedError",
+    "Placement",
+    "PlacementQuality",
     "Plan",
+    "PlanSet",
     "Quality",
     "QualityBatch",
+    "Refinement",
     "TooLargeError",
     "__version__",
     "plan",
+    "plan_many",
     "quality_many",
+    "refine",
     "surfaces",
 ]

@@ -19,6 +19,7 @@ __all__ = [
     "MinkowskiSum",
     "Quality",
     "QualityBatch",
+    "TriangleTree",
     "__version__",
     "quality_many",
 ]
@@ -109,6 +110,8 @@ class Gradient:
     def positions(self) -> _Floats: ...
     @property
     def normals(self) -> _Floats: ...
+    @property
+    def spins(self) -> _Floats: ...
     @property
     def unique(self) -> bool: ...
 
@@ -247,3 +250,8 @@ class CandidateSearch:
         center_index: int = 0,
         center_rho: float | None = None,
     ) -> _Winner: ...
+
+@final
+class TriangleTree:
+    def __new__(cls, vertices: ArrayLike, faces: ArrayLike) -> TriangleTree: ...
+    def closest(self, points: ArrayLike) -> tuple[_Floats, NDArray[np.int64], _Floats]: ...

@@ -38,9 +38,7 @@ def choose_blocks(num_params: int, num_contacts: int, max_candidates: int) -> Bl
         size = 1
         while 3 ** (size + 1) <= max_candidates:
             size += 1
-    return tuple(
-        tuple(range(start, min(start + size, num_params))) for start in range(0, num_params, size)
-    )
+    return tuple(tuple(range(start, min(start + size, num_params))) for start in range(0, num_params, size))
 
 
 def pattern(

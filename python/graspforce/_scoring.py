@@ -20,7 +20,11 @@ if TYPE_CHECKING:
     Contacts = dict[str, Array]
     Feasible = Callable[[Array, Array], ArrayLike]
 
-__all__ = ["CandidateSource", "Choice", "EpsilonScore", "Score", "SearchCounts"]
+__all__ = ["TIE", "CandidateSource", "Choice", "EpsilonScore", "Score", "SearchCounts"]
+
+
+# The core's; the paper does not say which of equally good candidates wins.
+TIE = 1e-9
 
 
 @dataclass(slots=True)
@@ -91,7 +95,8 @@ class EpsilonScore:
         if self._search is None:
             dim = contacts["positions"].shape[-1]
             self._search = CandidateSearch(dim, **self._question, prune=self._prune)
-        found = self._search.best(**options, **contacts, center_index=center, center_rho=known)
+        given: dict[str, Any] = {**options, **contacts}
+        found = self._search.best(**given, center_index=center, center_rho=known)
         counts.rejected += found["rejected"]
         counts.polytopes += found["polytopes"]
         counts.converged += found["converged"]
@@ -143,7 +148,8 @@ class CandidateSource:
             answer = np.asarray(self._feasible(positions.copy(), normals.copy()))
             if answer.shape != allowed.shape or answer.dtype.kind != "b":
                 raise InvalidInputError(
-                    f"feasible: returned {answer.dtype} of shape {answer.shape}, expected bool of {allowed.shape}"
+                    f"feasible: returned {answer.dtype} of shape {answer.shape}, expected bool of "
+                    f"{allowed.shape}"
                 )
             allowed &= answer
         return allowed
@@ -165,10 +171,9 @@ class CandidateSource:
         try:
             choice = score.best(self.options, contacts, at, known if inside else None, self.counts)
         except InvalidGraspError as error:
-            row = getattr(error, "row", None)
-            if row is None:
+            if error.row is None:
                 raise
-            row = int(rows[row])
+            row = int(rows[error.row])
             message = f"surface, row {row}, parameters {params[row].tolist()}: {error}"
             raise InvalidGraspError(message) from error
         return Choice(int(rows[choice.index]), choice.rho, choice.center_rho if inside else np.inf)

@@ -37,7 +37,15 @@ class GraspForceError(Exception):
 
 
 class InvalidGraspError(GraspForceError, ValueError):
-    """A grasp cannot be built from these contacts; the message names argument, contact and value."""
+    """A grasp cannot be built from these contacts; the message names argument, contact and value.
+
+    Attributes
+    ----------
+    row : int or None
+        Which of several grasps it is, where there were several.
+    """
+
+    row: int | None = None
 
 
 class InvalidInputError(GraspForceError, ValueError):

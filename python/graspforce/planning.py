@@ -1,7 +1,7 @@
 """Optimal grasp planning: the pattern search of section 3.4.
 
-Python moves the pattern; the core picks the best candidate of an iteration in one call, rejecting most of them
-by directions in which others were weak.
+Python moves the pattern; the core picks the best candidate of an iteration in one call, rejecting most of
+them by directions in which others were weak.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "
 """Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
 
 Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted"]
+
 
 class GraspOptions(TypedDict, total=False):
     """What `plan` passes on to every grasp it builds; see `graspforce.Grasp`."""
@@ -101,8 +102,8 @@ class Plan:
     counts : SearchCounts
         What the search cost: candidates, those rejected without a polytope, polytopes run and converged.
     blocks : tuple of tuple of int
-        Which parameters moved together: one block with all of them, or several where their pattern would be too
-        large; an iterate is then a sweep over all blocks.
+        Which parameters moved together: one block with all of them, or several where their pattern would be
+        too large; an iterate is then a sweep over all blocks.
     stopped : {"tolerance", "target", "time", "interrupted"}
         Why the search ended: its steps were within tolerance, or sooner.
     """
@@ -172,15 +173,16 @@ def plan(
     criterion : {"max", "sum"}
         Limit each normalised normal force (``rho_max``) or their sum (``rho_sum``).
     rtol, center, metric : optional
-        As for `Grasp.quality`: the width of each bracket, an external wrench that acts all the time, and the norm.
+        As for `Grasp.quality`: the width of each bracket, an external wrench that acts all the time, and the
+        norm.
     feasible : callable, optional
         Maps positions and normals (B, m, dim) to (B,) bool: reach, span, clearance. Only grasps it allows are
         compared.
     min_distance : float
         Least distance between any two contacts, in m.
     placement : Placement, optional
-        Compare grasps by their quality when contacts miss their place, instead of the nominal one. The ``rho`` of
-        the iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
+        Compare grasps by their quality when contacts miss their place, instead of the nominal one. The
+        ``rho`` of the iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
     target : float, optional
         Stop as soon as epsilon (``-rho``) reaches it.
     time_limit : float, optional
@@ -284,7 +286,8 @@ def pattern_search(
         num_contacts = source.contacts(center[None])["positions"].shape[1]
         blocks = choose_blocks(center.size, num_contacts, max_candidates)
 
-    state, stopped = _State(center, steps), "tolerance"
+    state = _State(center, steps)
+    stopped: Stopped = "tolerance"
     start = _counts_of(source.counts)
 
     def result(stopped: Stopped) -> Plan:

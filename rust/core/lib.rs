@@ -9,6 +9,7 @@
 
 mod basis;
 mod batch;
+mod closest_point;
 mod closure;
 mod columns;
 mod conic;
@@ -33,6 +34,7 @@ mod simplex;
 mod wrench_set;
 
 pub use batch::{BatchItem, quality_batch};
+pub use closest_point::{ClosestPoint, TriangleTree};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
 pub use distribution::{Distribution, DistributionOptions, ForceDistributor, Method};

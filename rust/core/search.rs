@@ -5,10 +5,12 @@
 //! for one oracle call each. The rest are visited in descending order of their upper bounds, which are refined
 //! only as far as the order needs; each polytope stops as soon as its own upper bound falls below the incumbent.
 //!
-//! **Nothing is rejected that could win.** A candidate goes only when it is proven worse than the incumbent by
-//! more than the tie tolerance, the width of both brackets and rounding together. Where every bracket converges,
-//! the winner is therefore the one that measuring all candidates would give, whatever the number of threads; only
-//! the counters depend on their timing.
+//! **Nothing is rejected that could win.** A candidate goes for good only when it is proven worse than the
+//! incumbent by more than the tie tolerance, the width of both brackets and rounding together. One that is no
+//! better than a measured candidate that wins ties against it (moving a contact which the worst direction does not
+//! load leaves `epsilon` as it is) is put aside, and taken up again should another winner leave it a chance. Where
+//! every bracket converges, the winner is therefore the one that measuring all candidates would give, whatever the
+//! number of threads; only the counters depend on their timing.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -25,6 +27,9 @@ pub const TIE: f64 = 1e-9;
 
 /// What rounding and the tolerance of closure leave uncertain, relative to the longest wrench.
 const UNCERTAIN: f64 = 1e-9;
+
+/// What rounding leaves uncertain between equal sums, relative to the longest wrench.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Directions kept from one iteration to the next.
 const POOL: usize = 50;
@@ -128,7 +133,12 @@ impl Ord for Waiting {
 
 /// What the threads share.
 struct Board<const D: usize> {
+    center: usize,
     waiting: BinaryHeap<Waiting>,
+    /// No better than what wins ties against them.
+    aside: Vec<Waiting>,
+    /// Whether candidates may still be put aside.
+    lenient: bool,
     pool: Vec<Critical<D>>,
     /// Exact qualities by candidate, as `epsilon`.
     measured: Vec<(usize, f64)>,
@@ -141,6 +151,13 @@ impl<const D: usize> CandidateSearch<D> {
     pub fn new(options: QualityOptions<D>, prune: bool) -> Result<Self> {
         options.check()?;
         Ok(Self { options, prune, pool: Vec::new(), workspaces: Vec::new() })
+    }
+
+    /// Works on all cores until no candidate waits.
+    fn run(&mut self, board: Board<D>, questions: &[Question<'_, D>]) -> Board<D> {
+        let (prune, board) = (self.prune, Mutex::new(board));
+        self.workspaces.par_iter_mut().for_each(|workspace| work(&board, questions, prune, workspace));
+        board.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The best of the candidates `grasp(0) .. grasp(count - 1)`, in parallel.
@@ -158,7 +175,8 @@ impl<const D: usize> CandidateSearch<D> {
         if center >= count {
             return Err((center, Error::input("center", format!("{center} is none of {count} candidates"))));
         }
-        let grasps: Vec<_> = (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
+        let grasps: Vec<_> =
+            (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
         let grasps: Vec<_> = grasps.into_iter().collect::<std::result::Result<_, _>>()?;
         let questions: Vec<_> = grasps
             .par_iter()
@@ -169,7 +187,10 @@ impl<const D: usize> CandidateSearch<D> {
         self.workspaces.resize_with(rayon::current_num_threads().min(count), QualityWorkspace::default);
 
         let mut board = Board {
+            center,
             waiting: BinaryHeap::new(),
+            aside: Vec::new(),
+            lenient: self.prune,
             pool: std::mem::take(&mut self.pool),
             measured: Vec::new(),
             incumbent: f64::NEG_INFINITY,
@@ -188,17 +209,18 @@ impl<const D: usize> CandidateSearch<D> {
             let blind = |index| Waiting { bound: f64::INFINITY, index, looked: usize::MAX, by: 0 };
             board.waiting = (0..count).filter(|i| *i != center).map(blind).collect();
         }
-        let (prune, board) = (self.prune, Mutex::new(board));
-        self.workspaces.par_iter_mut().for_each(|workspace| work(&board, &questions, prune, workspace));
-        let mut board = board.into_inner().unwrap_or_else(PoisonError::into_inner);
-
-        let best = board.incumbent;
-        let good = |epsilon: f64| epsilon >= best - TIE * best.abs();
-        let ties = board.measured.iter().filter(|(_, epsilon)| good(*epsilon));
-        let (index, epsilon) = match center_epsilon {
-            epsilon if good(epsilon) => (center, epsilon),
-            epsilon => ties.min_by_key(|(index, _)| *index).copied().unwrap_or((center, epsilon)),
-        };
+        let mut board = self.run(board, &questions);
+        let (mut index, mut epsilon) = board.winner();
+        let mut again = std::mem::take(&mut board.aside);
+        again.retain(|other| {
+            index != center && other.index < index && other.bound >= board.threshold(&questions[other.index])
+        });
+        if !again.is_empty() {
+            board.lenient = false;
+            board.waiting = again.into();
+            board = self.run(board, &questions);
+            (index, epsilon) = board.winner();
+        }
         board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
         board.pool.truncate(POOL);
         for critical in &mut board.pool {
@@ -210,6 +232,20 @@ impl<const D: usize> CandidateSearch<D> {
 }
 
 impl<const D: usize> Board<D> {
+    /// The centre where it is as good as the best, else the first of those that are.
+    fn winner(&self) -> (usize, f64) {
+        let least = self.incumbent - TIE * self.incumbent.abs();
+        let good = self.measured.iter().filter(|(_, epsilon)| *epsilon >= least);
+        let first = good.min_by_key(|(index, _)| (*index != self.center, *index));
+        first.copied().unwrap_or((self.center, self.incumbent))
+    }
+
+    /// The best that wins ties against this candidate: reaching no further, it need not be known exactly.
+    fn ceiling(&self, index: usize, question: &Question<'_, D>) -> f64 {
+        let prior = self.measured.iter().filter(|(other, _)| *other == self.center || *other < index);
+        prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDING * question.scale
+    }
+
     /// Measures a candidate on the spot, before the threads start.
     fn examine(
         &mut self,
@@ -274,10 +310,15 @@ fn work<const D: usize>(
         let Some(mut next) = shared.waiting.pop() else { return };
         let question = &questions[next.index];
         let threshold = if prune { shared.threshold(question) } else { f64::NEG_INFINITY };
-        if next.bound < threshold {
+        let enough =
+            if shared.lenient { threshold.max(shared.ceiling(next.index, question)) } else { threshold };
+        if next.bound < enough {
             shared.counts.rejected += 1;
             // Entries are only ever appended, so the number still names the direction.
             shared.pool[next.by].merit += 1.0;
+            if next.bound >= threshold {
+                shared.aside.push(next);
+            }
             continue;
         }
         if prune && next.looked < shared.pool.len() {
@@ -287,7 +328,7 @@ fn work<const D: usize>(
             drop(shared);
             for z in &unseen {
                 next.look(question.value(z));
-                if next.bound < threshold || next.bound < rival {
+                if next.bound < enough || next.bound < rival {
                     break;
                 }
             }
@@ -296,7 +337,11 @@ fn work<const D: usize>(
         }
         shared.counts.polytopes += 1;
         drop(shared);
-        let examination = question.examine(threshold, &mut workspace.polytope);
-        lock().record(next.index, question, &examination);
+        let examination = question.examine(enough, &mut workspace.polytope);
+        let mut shared = lock();
+        let reached = shared.record(next.index, question, &examination);
+        if matches!(examination, Examination::Below { .. }) && reached >= threshold {
+            shared.aside.push(Waiting { bound: reached, ..next });
+        }
     }
 }
