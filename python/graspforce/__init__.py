@@ -29,6 +29,7 @@ from .errors import (
     NotConvergedError,
     TooLargeError,
 )
+from .global_search import GlobalOptimum, plan_global
 from .many_starts import PlanSet, plan_many
 from .placement import Placement, PlacementQuality
 from .planning import Iterate, Plan, plan
@@ -38,6 +39,7 @@ __all__ = [
     "BusyError",
     "ForceDistributor",
     "ForceSolution",
+    "GlobalOptimum",
     "Gradient",
     "Grasp",
     "GraspForceError",
@@ -57,6 +59,7 @@ __all__ = [
     "TooLargeError",
     "__version__",
     "plan",
+    "plan_global",
     "plan_many",
     "quality_many",
     "refine",

@@ -11,6 +11,7 @@ _Indices = NDArray[np.int32]
 _Criterion = Literal["max", "sum"]
 
 __all__ = [
+    "BoxBound",
     "CandidateSearch",
     "ForceDistributor",
     "ForceSolution",
@@ -255,3 +256,32 @@ class CandidateSearch:
 class TriangleTree:
     def __new__(cls, vertices: ArrayLike, faces: ArrayLike) -> TriangleTree: ...
     def closest(self, points: ArrayLike) -> tuple[_Floats, NDArray[np.int64], _Floats]: ...
+
+@final
+class BoxBound:
+    def __new__(
+        cls,
+        dim: int,
+        criterion: _Criterion = "max",
+        center: ArrayLike | None = None,
+        metric: ArrayLike | None = None,
+    ) -> BoxBound: ...
+    def over(
+        self,
+        slacks: ArrayLike,
+        positions: ArrayLike,
+        normals: ArrayLike,
+        friction: ArrayLike = 0.5,
+        max_normal_force: ArrayLike = 1.0,
+        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
+        torsion: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        origin: ArrayLike | None = None,
+        length_scale: float = 1.0,
+        friction_margin: float = 1.0,
+        extreme_forces: Sequence[ArrayLike] | None = None,
+        *,
+        enough: float = 0.0,
+        axes: int | None = None,
+        safety: float = 1.5,
+    ) -> _Floats: ...

@@ -9,6 +9,7 @@
 
 mod basis;
 mod batch;
+mod box_bound;
 mod closest_point;
 mod closure;
 mod columns;
@@ -34,6 +35,7 @@ mod simplex;
 mod wrench_set;
 
 pub use batch::{BatchItem, quality_batch};
+pub use box_bound::{BoxBound, Stencil};
 pub use closest_point::{ClosestPoint, TriangleTree};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};

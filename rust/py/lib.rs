@@ -8,6 +8,7 @@
 
 mod arguments;
 mod arrays;
+mod box_bound;
 mod closest_point;
 mod distribution;
 mod errors;
@@ -31,6 +32,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<distribution::PyForceSolution>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
     module.add_class::<search::PyCandidateSearch>()?;
+    module.add_class::<box_bound::PyBoxBound>()?;
     module.add_class::<closest_point::PyTriangleTree>()?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }
