@@ -11,7 +11,7 @@ import time
 import graspforce as gf
 from graspforce.paper import TILE
 
-FRICTION = 0.68  # inferred: with the printed 0.2 no plan of the tile is force closure
+FRICTION = 0.68  # inferred: with the printed 0.2 the printed ends are not force closure
 
 
 def plan(criterion, prune):

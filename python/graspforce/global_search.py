@@ -161,7 +161,7 @@ def plan_global(
     if not 0 < gap < 1:
         raise InvalidInputError(f"gap: {gap} must lie between 0 and 1")
     source = CandidateSource(surface, grasp_options, feasible, min_distance)
-    question = {"criterion": criterion, "center": center, "metric": metric}
+    question: dict[str, Any] = {"criterion": criterion, "center": center, "metric": metric}
     began = time.monotonic()
     dim = source.contacts(start[None])["positions"].shape[-1]
     num_contacts = source.contacts(start[None])["positions"].shape[1]
@@ -328,4 +328,5 @@ def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
     size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
     ends = np.concatenate([positions / size, normals], axis=-1).reshape(2, len(lower), -1)
     change: Array = np.linalg.norm(ends[0] - ends[1], axis=-1) / np.maximum(half, np.finfo(float).tiny)
-    return change + 1e-3 * change.max()
+    rates: Array = change + 1e-3 * change.max()
+    return rates

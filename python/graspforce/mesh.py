@@ -5,6 +5,7 @@ Needs trimesh (the ``mesh`` extra) to read files and to check what was read.
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -29,6 +30,8 @@ _SIZES = (1e-3, 5.0)
 
 class MeshSurface:
     """The surface of a closed triangle mesh; a contact's three parameters are a point, projected on it.
+
+    A mesh of several closed parts stands for their union: faces inside another part are excluded.
 
     Parameters
     ----------
@@ -110,6 +113,8 @@ class MeshSurface:
                     f"allowed: {given.dtype} of shape {given.shape}, expected bool of {self.allowed.shape}"
                 )
             self.allowed &= given
+        if checked.is_watertight:
+            self.allowed &= ~_hidden(checked)
         if max_curvature is not None:
             self.allowed &= _curvature(checked) <= max_curvature
         if not self.allowed.any():
@@ -207,3 +212,36 @@ def _curvature(mesh: Any) -> Array:
     worst = np.zeros(len(mesh.faces))
     np.maximum.at(worst, pairs.ravel(), np.repeat(bend, 2))
     return worst
+
+
+def _hidden(mesh: Any) -> NDArray[np.bool_]:
+    """(F,) whether a face lies inside another closed part, by winding numbers of points just outside it."""
+    groups = importlib.import_module("trimesh.graph").connected_components(
+        mesh.face_adjacency, nodes=np.arange(len(mesh.faces)), min_len=1
+    )
+    hidden = np.zeros(len(mesh.faces), dtype=bool)
+    if len(groups) < 2:
+        return hidden
+    triangles = np.asarray(mesh.triangles)
+    # Parts often share a plane where they touch: there a face is hidden by its neighbour on the other side.
+    outside = np.asarray(mesh.triangles_center) + 1e-4 * mesh.extents.max() * np.asarray(mesh.face_normals)
+    part = np.empty(len(triangles), dtype=np.int64)
+    for number, group in enumerate(groups):
+        part[group] = number
+    for number, group in enumerate(groups):
+        corners = triangles[group]
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        near = ((outside >= low) & (outside <= high)).all(axis=1) & (part != number)
+        for rows in np.array_split(np.flatnonzero(near), max(1, near.sum() * len(group) // 2_000_000)):
+            hidden[rows] |= _winding_number(outside[rows], corners) > 0.5
+    return hidden
+
+
+def _winding_number(points: Array, triangles: Array) -> Array:
+    """How often closed triangles (F, 3, 3) wind around points (B, 3), by van Oosterom and Strackee."""
+    a, b, c = np.moveaxis(triangles[None] - points[:, None, None], 2, 0)
+    la, lb, lc = (np.linalg.norm(v, axis=-1) for v in (a, b, c))
+    volume = (a * np.cross(b, c)).sum(axis=-1)
+    rest = la * lb * lc + (a * b).sum(-1) * lc + (b * c).sum(-1) * la + (c * a).sum(-1) * lb
+    angles: Array = np.arctan2(volume, rest).sum(axis=1) / (2 * np.pi)
+    return angles
