@@ -208,12 +208,14 @@ def mirrored(
     point = finite_vector("through", through, size=across.size)
 
     def image(vectors: Array) -> Array:
-        if vectors.shape[-1] != across.size:
-            raise InvalidInputError(f"normal: {across.size} components for contacts in {vectors.shape[-1]}-D")
         return vectors - 2.0 * (vectors @ across)[..., None] * across
 
     def function(params: Array) -> tuple[Array, ...]:
         positions, *directions = (np.asarray(array, dtype=np.float64) for array in surface(params))
+        if positions.shape[-1] != across.size:
+            raise InvalidInputError(
+                f"normal: {across.size} components for contacts in {positions.shape[-1]}-D"
+            )
         images = [point + image(positions - point), *map(image, directions)]
         pairs = zip([positions, *directions], images, strict=True)
         return tuple(np.concatenate(pair, axis=1) for pair in pairs)

@@ -139,7 +139,10 @@ class MeshSurface:
             mesh = mesh.to_mesh()
         # Corners that differ only in texture or stored normals are one corner of the surface.
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        return cls(mesh, **options)
+        try:
+            return cls(mesh, **options)
+        except InvalidInputError as error:
+            raise InvalidInputError(f"path {path}: {error}") from error
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals into the object (B, 3) nearest to the points `params` (B, 3), in m."""

@@ -223,14 +223,14 @@ class _Ascent:
     def _spins(self, after: Array, before: Array) -> Array:
         """Angles (m,) by which contact frames spin about their normals beyond the smallest rotation."""
         new, old = self._source.grasp(after).frames, self._source.grasp(before).frames
-        n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
+        n_new, n_old, o_old = new[:, 0], old[:, 0], old[:, 1]
         # The smallest rotation from n_old to n_new, applied to o_old.
         axis = np.cross(n_old, n_new)
         cosine = (n_old * n_new).sum(axis=1, keepdims=True)
         along = (axis * o_old).sum(axis=1, keepdims=True)
         carried = o_old * cosine + np.cross(axis, o_old) + axis * along / (1 + cosine)
-        sine = (np.cross(carried, new[:, :, 1]) * n_new).sum(axis=1)
-        angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=1))
+        sine = (np.cross(carried, new[:, 1]) * n_new).sum(axis=1)
+        angles: Array = np.arctan2(sine, (carried * new[:, 1]).sum(axis=1))
         return angles
 
     def _uphill(self, gradients: Array, params: Array) -> Array:
