@@ -149,9 +149,9 @@ fn estimated_slack<const D: usize>(
             let places = arms.get(4 * axis..4 * axis + 4)?;
             let [low, left, right, high] = [0, 1, 2, 3].map(|at| sample_wrenches(&places[at], contact));
             let mut largest: f64 = 0.0;
-            for edge in 0..here.len() {
+            for (edge, middle) in here.iter().enumerate() {
                 for (outer, inner) in [(&low, &left), (&high, &right)] {
-                    let second = outer.get(edge)? - inner.get(edge)? * 2.0 + here[edge];
+                    let second = outer.get(edge)? - inner.get(edge)? * 2.0 + middle;
                     largest = largest.max(question.metric.norm(&second));
                 }
             }

@@ -3,7 +3,9 @@
 //! Only the winner has to be known exactly. For *any* unit `z`, `epsilon(c) <= p(z; c)`, and the directions in
 //! which one candidate is weakest are nearly the worst of its neighbours: a pool of them rejects most candidates
 //! for one oracle call each. The rest are visited in descending order of their upper bounds, which are refined
-//! only as far as the order needs; each polytope stops as soon as its own upper bound falls below the incumbent.
+//! only as far as the order needs. Before a polytope starts, the best direction known is turned downhill towards the
+//! bound that rejects (Polyak's subgradient step), which finds what the neighbours' directions narrowly miss; and each
+//! polytope stops as soon as its own upper bound falls below the incumbent.
 //!
 //! **Nothing is rejected that could win.** A candidate goes for good only when it is proven worse than the
 //! incumbent by more than the tie tolerance, the width of both brackets and rounding together. One that is no
@@ -34,6 +36,9 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Directions kept from one iteration to the next.
 const POOL: usize = 50;
 
+/// Oracle calls spent on turning a direction until it rejects: a small part of a polytope's.
+const TURNS: usize = 24;
+
 /// Oracle calls before candidates are first put in order.
 const FIRST_LOOK: usize = 6;
 
@@ -42,7 +47,7 @@ const FIRST_LOOK: usize = 6;
 pub struct SearchCounts {
     /// Candidates offered.
     pub candidates: usize,
-    /// Candidates rejected by directions that were critical before.
+    /// Candidates rejected by directions that were critical before, or by turning one of them.
     pub rejected: usize,
     /// Expanding polytopes started.
     pub polytopes: usize,
@@ -296,6 +301,29 @@ fn first_look<const D: usize>(index: usize, question: &Question<'_, D>, pool: &[
     waiting
 }
 
+/// Turns `z` downhill until `p(z) < enough`: Polyak's step, as if `enough` were the minimum.
+fn turned<const D: usize>(
+    question: &Question<'_, D>,
+    mut z: Wrench<D>,
+    enough: f64,
+) -> Option<(f64, Wrench<D>)> {
+    for _ in 0..TURNS {
+        let support = question.support(&z);
+        if support.value < enough {
+            return Some((support.value, z));
+        }
+        let slope = support.wrench - z * support.value;
+        let steepness = slope.norm_squared();
+        if steepness <= f64::MIN_POSITIVE {
+            return None;
+        }
+        // A little beyond, so that the bound is passed and not only approached.
+        let fall = support.value - enough + 1e-3 * enough.abs();
+        z = (z - slope * (fall / steepness)).try_normalize(0.0)?;
+    }
+    None
+}
+
 /// What a thread does until no candidate waits.
 fn work<const D: usize>(
     board: &Mutex<Board<D>>,
@@ -335,8 +363,18 @@ fn work<const D: usize>(
             lock().waiting.push(next);
             continue;
         }
-        shared.counts.polytopes += 1;
+        let start = shared.pool.get(next.by).filter(|_| prune).map(|critical| critical.z);
         drop(shared);
+        if let Some((bound, z)) = start.and_then(|z| turned(question, z, enough)) {
+            let mut shared = lock();
+            shared.counts.rejected += 1;
+            shared.pool.push(Critical { z, merit: 1.0 });
+            if bound >= threshold {
+                shared.aside.push(Waiting { bound, ..next });
+            }
+            continue;
+        }
+        lock().counts.polytopes += 1;
         let examination = question.examine(enough, &mut workspace.polytope);
         let mut shared = lock();
         let reached = shared.record(next.index, question, &examination);
