@@ -55,6 +55,21 @@ def test_one_picture_is_drawn_for_each_plan(reproduced):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in (folder / "pictures").iterdir())
 
 
+def test_the_tile_is_printed_as_printed_and_as_inferred(tmp_path):
+    text = run("reproduce", "tile", "--json", "tile.json", "--out", ".", cwd=tmp_path).stdout
+    for published in ("112.38 min", "53.67 min", "0.199200", "as printed", "inferred", "not force closure"):
+        assert published in text
+    for computed in ("3.310346", "-2.148574", "-0.971987"):
+        assert computed in text
+    assert max(map(len, text.splitlines())) <= 100
+    iterations = {(p["friction"], p["criterion"]): len(p["history"]) - 1
+                  for p in json.loads((tmp_path / "tile.json").read_text())["plans"]}  # fmt: skip
+    assert iterations[0.68, "max"] == 10
+    assert iterations[0.68, "sum"] == 19
+    pictures = sorted(path.name for path in tmp_path.glob("*.png"))
+    assert pictures == [f"tile-{c}-friction-{mu}.png" for c in ("max", "sum") for mu in ("0.2", "0.68")]
+
+
 def test_the_script_and_the_module_are_one_command(tmp_path):
     script = Path(sys.executable).with_name("graspforce")
     done = subprocess.run([script, "--version"], cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -28,7 +28,7 @@ def clean_environment():
 
 
 def test_importing_loads_nothing_optional():
-    optional = ["matplotlib", "scipy", "hypothesis", "trimesh", "mujoco", "dask"]
+    optional = ["matplotlib", "scipy", "hypothesis", "trimesh", "rich", "mujoco", "dask"]
     code = f"import sys, graspforce; print([m for m in {optional!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -31,7 +31,11 @@ from .errors import (
     NotConvergedError,
     TooLargeError,
 )
+from .global_search import GlobalOptimum, plan_global
+from .many_starts import PlanSet, plan_many
+from .placement import Placement, PlacementQuality
 from .planning import Iterate, Plan, plan
+from .refinement import Refinement, refine
 
 __all__ = [
     "BusyError",
@@ -39,6 +43,7 @@ __all__ = [
     "ForceDistributor",
     "ForceSolution",
     "ForceSteps",
+    "GlobalOptimum",
     "Gradient",
     "Grasp",
     "GraspForceError",
@@ -48,12 +53,19 @@ __all__ = [
     "Iterate",
     "MinkowskiSum",
     "NotConvergedError",
+    "Placement",
+    "PlacementQuality",
     "Plan",
+    "PlanSet",
     "Quality",
     "QualityBatch",
+    "Refinement",
     "TooLargeError",
     "__version__",
     "plan",
+    "plan_global",
+    "plan_many",
     "quality_many",
+    "refine",
     "surfaces",
 ]

@@ -1,5 +1,5 @@
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal, final
+from typing import Any, Literal, TypedDict, final, type_check_only
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,8 @@ _Indices = NDArray[np.int32]
 _Criterion = Literal["max", "sum"]
 
 __all__ = [
+    "BoxBound",
+    "CandidateSearch",
     "ForceBatch",
     "ForceDistributor",
     "ForceSolution",
@@ -20,6 +22,7 @@ __all__ = [
     "MinkowskiSum",
     "Quality",
     "QualityBatch",
+    "TriangleTree",
     "__version__",
     "quality_many",
 ]
@@ -110,6 +113,8 @@ class Gradient:
     def positions(self) -> _Floats: ...
     @property
     def normals(self) -> _Floats: ...
+    @property
+    def spins(self) -> _Floats: ...
     @property
     def unique(self) -> bool: ...
 
@@ -241,3 +246,77 @@ class ForceSolution:
     def within_limits(self) -> bool: ...
     @property
     def slip_margin(self) -> _Floats: ...
+
+@type_check_only
+class _Winner(TypedDict):
+    index: int
+    rho: float
+    center_rho: float
+    candidates: int
+    rejected: int
+    polytopes: int
+    converged: int
+
+@final
+class CandidateSearch:
+    def __new__(
+        cls,
+        dim: int,
+        criterion: _Criterion = "max",
+        rtol: float | None = None,
+        center: ArrayLike | None = None,
+        metric: ArrayLike | None = None,
+        *,
+        prune: bool = True,
+    ) -> CandidateSearch: ...
+    def best(
+        self,
+        positions: ArrayLike,
+        normals: ArrayLike,
+        friction: ArrayLike = 0.5,
+        max_normal_force: ArrayLike = 1.0,
+        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
+        torsion: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        origin: ArrayLike | None = None,
+        length_scale: float = 1.0,
+        friction_margin: float = 1.0,
+        extreme_forces: Sequence[ArrayLike] | None = None,
+        *,
+        center_index: int = 0,
+        center_rho: float | None = None,
+    ) -> _Winner: ...
+
+@final
+class TriangleTree:
+    def __new__(cls, vertices: ArrayLike, faces: ArrayLike) -> TriangleTree: ...
+    def closest(self, points: ArrayLike) -> tuple[_Floats, NDArray[np.int64], _Floats]: ...
+
+@final
+class BoxBound:
+    def __new__(
+        cls,
+        dim: int,
+        criterion: _Criterion = "max",
+        center: ArrayLike | None = None,
+        metric: ArrayLike | None = None,
+    ) -> BoxBound: ...
+    def over(
+        self,
+        slacks: ArrayLike,
+        positions: ArrayLike,
+        normals: ArrayLike,
+        friction: ArrayLike = 0.5,
+        max_normal_force: ArrayLike = 1.0,
+        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
+        torsion: ArrayLike | None = None,
+        tangents: ArrayLike | None = None,
+        origin: ArrayLike | None = None,
+        length_scale: float = 1.0,
+        friction_margin: float = 1.0,
+        extreme_forces: Sequence[ArrayLike] | None = None,
+        *,
+        enough: float = 0.0,
+        axes: int | None = None,
+        safety: float = 1.5,
+    ) -> _Floats: ...

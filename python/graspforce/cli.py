@@ -10,7 +10,7 @@ import importlib.util
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
 from .errors import GraspForceError
@@ -29,7 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.print_help()
         return 2
     try:
-        _reproduce_racket(options.json, options.out)
+        reproduce = _reproduce_racket if options.example == "racket" else _reproduce_tile
+        reproduce(options.json, options.out)
     except (GraspForceError, OSError) as error:
         print(f"graspforce: {error}", file=sys.stderr)
         return 1
@@ -48,7 +49,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Compute an example of the paper and print it beside the published numbers.",
     )
     reproduce.add_argument(
-        "example", choices=["racket"], help="racket: Example 1, planning and contact forces"
+        "example",
+        choices=["racket", "tile"],
+        help="racket: Example 1, planning and contact forces; tile: Example 2, planning in space",
     )
     reproduce.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
     reproduce.add_argument(
@@ -58,6 +61,38 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _reproduce_racket(json_file: Path | None, out: Path | None) -> None:
+    _require_matplotlib(out)
+
+    from .report import racket_report  # noqa: PLC0415
+    from .reproduction import run_racket  # noqa: PLC0415
+
+    run = run_racket()
+    print(racket_report(run))
+    _write_json(json_file, run.as_dict())
+    if out is not None:
+        from .plotting import save_plan_figures  # noqa: PLC0415
+
+        for path in save_plan_figures(run, out):
+            print(f"wrote {path}")
+
+
+def _reproduce_tile(json_file: Path | None, out: Path | None) -> None:
+    _require_matplotlib(out)
+
+    from .tile import run_tile  # noqa: PLC0415
+    from .tile_report import tile_report  # noqa: PLC0415
+
+    run = run_tile()
+    print(tile_report(run))
+    _write_json(json_file, run.as_dict())
+    if out is not None:
+        from .tile_drawing import save_tile_figures  # noqa: PLC0415
+
+        for path in save_tile_figures(run, out):
+            print(f"wrote {path}")
+
+
+def _require_matplotlib(out: Path | None) -> None:
     # Before minutes of someone's attention are spent: a missing extra is known from the start.
     if out is not None and importlib.util.find_spec("matplotlib") is None:
         message = (
@@ -65,17 +100,9 @@ def _reproduce_racket(json_file: Path | None, out: Path | None) -> None:
         )
         raise GraspForceError(message)
 
-    from .report import racket_report  # noqa: PLC0415
-    from .reproduction import run_racket  # noqa: PLC0415
 
-    run = run_racket()
-    print(racket_report(run))
+def _write_json(json_file: Path | None, numbers: dict[str, Any]) -> None:
     if json_file is not None:
         json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps(run.as_dict(), indent=2) + "\n", encoding="utf-8")
+        json_file.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
         print(f"\nwrote {json_file}")
-    if out is not None:
-        from .plotting import save_plan_figures  # noqa: PLC0415
-
-        for path in save_plan_figures(run, out):
-            print(f"wrote {path}")

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .planning import Plan
+
 __all__ = [
     "BusyError",
     "GraspForceError",
@@ -23,11 +25,27 @@ __all__ = [
 
 
 class GraspForceError(Exception):
-    """The root of every error this library raises on purpose."""
+    """The root of every error this library raises on purpose.
+
+    Attributes
+    ----------
+    partial : Plan or None
+        What a search had found before the error ended it; None elsewhere.
+    """
+
+    partial: Plan | None = None
 
 
 class InvalidGraspError(GraspForceError, ValueError):
-    """A grasp cannot be built from these contacts; the message names argument, contact and value."""
+    """A grasp cannot be built from these contacts; the message names argument, contact and value.
+
+    Attributes
+    ----------
+    row : int or None
+        Which of several grasps it is, where there were several.
+    """
+
+    row: int | None = None
 
 
 class InvalidInputError(GraspForceError, ValueError):

@@ -1,8 +1,8 @@
-"""Example 1 of the paper: its racket, its grasps, and what it printed.
+"""The paper's examples: its racket and its tile, their grasps, and what it printed.
 
 Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifingered grasping", Mechanism and
 Machine Theory 41 (2006) 1243-1257, section 5. Everything here is data as printed; what is computed from it is
-in `graspforce.reproduction`.
+in `graspforce.reproduction` and `graspforce.tile`.
 """
 
 from __future__ import annotations
@@ -14,14 +14,24 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .surfaces import PlanarCurve, ellipse, line, planar_contacts
+from .surfaces import ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-__all__ = ["RACKET", "RACKET_WRENCH", "TABLE_1", "PlanningProblem", "PublishedForces", "PublishedPlan"]
+__all__ = [
+    "RACKET",
+    "RACKET_WRENCH",
+    "TABLE_1",
+    "TILE",
+    "PlanningProblem",
+    "PublishedForces",
+    "PublishedPlan",
+    "TileProblem",
+    "tile_side",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +60,9 @@ class PlanningProblem:
     bounds: tuple[tuple[float, float], ...]
     published: Mapping[Literal["max", "sum"], PublishedPlan]
 
-    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
         """Parameters (B, m) to positions and normals (B, m, 2)."""
-        return planar_contacts(*self.curves)(params)
+        return contacts_on(*self.curves)(params)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,3 +155,72 @@ TABLE_1: Mapping[str, PublishedForces] = MappingProxyType(
     }
 )
 """Table 1, by the letters of Fig. 4."""
+
+
+@dataclass(frozen=True, slots=True)
+class TileProblem:
+    """The planning problem of Example 2: two contacts on top of a monkey saddle, two beneath, in pairs.
+
+    The parameters are ``[phi_1, psi_1, phi_3, psi_3]`` in m; contact 2 is opposite to contact 1 and contact 4
+    to contact 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``, and so on.
+    """
+
+    friction: float
+    max_normal_force: float
+    edges: int
+    initial: tuple[float, ...]
+    step: float
+    tolerance: float
+    bounds: tuple[tuple[float, float], ...]
+    published: Mapping[Literal["max", "sum"], PublishedPlan]
+
+    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Parameters (B, 4) to positions and normals (B, 4, 3)."""
+        return _TILE_SURFACE(params)
+
+
+def tile_side(side: Literal["upper", "lower"]) -> ParametricSurface:
+    """One side of the tile, ``z = 10 (phi^3 - 3 psi^2 phi) +- 0.005`` m, with normals into it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.paper import tile_side
+    >>> points, normals = tile_side("upper").contacts(np.zeros((1, 2)))
+    >>> points.tolist(), normals.tolist()
+    ([[0.0, 0.0, 0.005]], [[0.0, 0.0, -1.0]])
+    """
+    thickness = 0.005 if side == "upper" else -0.005
+
+    def point(params: NDArray[np.float64]) -> NDArray[np.float64]:
+        phi, psi = params.T
+        return np.stack([phi, psi, 10 * (phi**3 - 3 * psi**2 * phi) + thickness], axis=-1)
+
+    def upward(params: NDArray[np.float64]) -> NDArray[np.float64]:
+        phi, psi = params.T
+        return np.stack([-30 * (phi**2 - psi**2), 60 * phi * psi, np.ones_like(phi)], axis=-1)
+
+    return ParametricSurface(point, upward, object_side="against" if side == "upper" else "along")
+
+
+_TILE_SURFACE = tied(
+    contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower"))),
+    np.kron(np.eye(2), np.kron([[1.0], [-1.0]], np.eye(2))),
+)
+
+TILE = TileProblem(
+    friction=0.2,
+    max_normal_force=10.0,
+    edges=10,
+    initial=(0.0, 0.0, 0.0, 0.0),
+    step=0.2,
+    tolerance=0.001,
+    bounds=((-0.2, 0.2),) * 4,
+    published=MappingProxyType(
+        {
+            "max": PublishedPlan((-0.2, 0.0375, 0.1992, -0.2), iterations=10, seconds=112.38 * 60),
+            "sum": PublishedPlan((-0.2, 0.0531, -0.2, 0.2), iterations=11, seconds=53.67 * 60),
+        }
+    ),
+)
+"""Example 2 as printed."""

@@ -1,38 +1,53 @@
 """Optimal grasp planning: the pattern search of section 3.4.
 
-Python moves the pattern; every candidate of an iteration is measured in one call to the core, which works on
-all of them in parallel.
+Python moves the pattern; the core picks the best candidate of an iteration in one call, rejecting most of
+them by directions in which others were weak.
 """
 
 from __future__ import annotations
 
-import itertools
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 
-from ._checks import checked_contacts, finite_vector, search_bounds
-from ._core import Grasp, quality_many
-from .errors import InvalidGraspError, InvalidInputError
+from ._checks import finite_vector, search_bounds
+from ._pattern import Blocks, choose_blocks, pattern
+from ._scoring import CandidateSource, EpsilonScore, Score, SearchCounts
+from .errors import GraspForceError, InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Quality
+    from ._core import Grasp, Quality
+    from .placement import Placement
 
-__all__ = ["Criterion", "GraspOptions", "Iterate", "Plan", "Surface", "plan"]
+__all__ = [
+    "Criterion",
+    "Feasible",
+    "GraspOptions",
+    "Iterate",
+    "Plan",
+    "SearchCounts",
+    "Stopped",
+    "Surface",
+    "pattern_search",
+    "plan",
+]
 
 Criterion: TypeAlias = Literal["max", "sum"]
 
 Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
 """Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""
 
-# The paper does not say which of equally good candidates wins; see the notes of `plan`.
-_TIE = 1e-9
+Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "ArrayLike"]
+"""Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
+
+Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted"]
 
 
 class GraspOptions(TypedDict, total=False):
@@ -84,8 +99,13 @@ class Plan:
         One row per iterate, the initial one included.
     criterion : {"max", "sum"}
         Which quality was improved.
-    num_candidates : int
-        How many grasps were measured on the way.
+    counts : SearchCounts
+        What the search cost: candidates, those rejected without a polytope, polytopes run and converged.
+    blocks : tuple of tuple of int
+        Which parameters moved together: one block with all of them, or several where their pattern would be
+        too large; an iterate is then a sweep over all blocks.
+    stopped : {"tolerance", "target", "time", "interrupted"}
+        Why the search ended: its steps were within tolerance, or sooner.
     """
 
     params: NDArray[np.float64]
@@ -93,13 +113,22 @@ class Plan:
     grasp: Grasp
     history: tuple[Iterate, ...]
     criterion: Criterion
-    num_candidates: int
+    counts: SearchCounts
+    blocks: Blocks
+    stopped: Stopped
+
+    @property
+    def num_candidates(self) -> int:
+        """How many grasps were candidates on the way."""
+        return self.counts.candidates
 
     def __repr__(self) -> str:
         where = np.array2string(self.params, precision=6, separator=", ", max_line_width=10_000)
+        blocks = f", {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
+        early = "" if self.stopped == "tolerance" else f", stopped by {self.stopped}"
         return (
             f"Plan(params={where}, rho_{self.criterion}={self.quality.rho:.6g}, "
-            f"iterations={len(self.history) - 1}, candidates={self.num_candidates})"
+            f"iterations={len(self.history) - 1}, candidates={self.num_candidates}{blocks}{early})"
         )
 
 
@@ -112,11 +141,20 @@ def plan(
     criterion: Criterion = "max",
     *,
     rtol: float | None = None,
+    center: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
+    feasible: Feasible | None = None,
+    min_distance: float = 0.0,
+    placement: Placement | None = None,
+    target: float | None = None,
+    time_limit: float | None = None,
+    max_candidates: int = 729,
+    prune: bool = True,
     **grasp_options: Unpack[GraspOptions],
 ) -> Plan:
     r"""Search for the contact positions that minimise rho, by the OGP algorithm of section 3.4.
 
-    Each iteration measures all combinations of every parameter one step down, where it is, and one step up
+    Each iteration compares all combinations of every parameter one step down, where it is, and one step up
     (clipped to its bounds), moves to the best, and halves the step of each parameter that stayed. It stops
     when every step is within its tolerance.
 
@@ -124,8 +162,8 @@ def plan(
     ----------
     surface : callable
         Maps parameters (B, p) to positions (B, m, dim) in m and normals (B, m, dim) into the object, of any
-        length; spatial surfaces may return tangents (B, m, 3) as well. Tie parameters to each other by
-        computing several contacts from one.
+        length; spatial surfaces may return tangents (B, m, 3) as well. See `graspforce.surfaces` for curves,
+        surfaces, meshes and ties between contacts.
     initial : array_like
         (p,) where the search starts, within the bounds.
     step, tolerance : array_like
@@ -134,8 +172,26 @@ def plan(
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
         Limit each normalised normal force (``rho_max``) or their sum (``rho_sum``).
-    rtol : float, optional
-        Relative width of the bracket to which each quality is computed; by default as for `Grasp.quality`.
+    rtol, center, metric : optional
+        As for `Grasp.quality`: the width of each bracket, an external wrench that acts all the time, and the
+        norm.
+    feasible : callable, optional
+        Maps positions and normals (B, m, dim) to (B,) bool: reach, span, clearance. Only grasps it allows are
+        compared.
+    min_distance : float
+        Least distance between any two contacts, in m.
+    placement : Placement, optional
+        Compare grasps by their quality when contacts miss their place, instead of the nominal one. The
+        ``rho`` of the iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
+    target : float, optional
+        Stop as soon as epsilon (``-rho``) reaches it.
+    time_limit : float, optional
+        Stop after this many seconds, at the end of an iteration.
+    max_candidates : int
+        Largest number of candidates in one pattern. Where all parameters together would make more, they move
+        block by block; `Plan.blocks` says how.
+    prune : bool
+        Whether candidates that provably lose are left unmeasured. The plan is the same without, only slower.
     **grasp_options
         ``friction``, ``max_normal_force``, ``edges``, ``torsion``, ``tangents``, ``origin``,
         ``length_scale``, ``friction_margin`` and ``extreme_forces`` of `Grasp`.
@@ -143,13 +199,14 @@ def plan(
     Returns
     -------
     Plan
-        The best grasp found, its quality and the iterates.
+        The best grasp found, its quality and the iterates. Ctrl-C ends the search with the best so far.
 
     Raises
     ------
     InvalidInputError
         An argument has the wrong shape or is not finite, a step or tolerance is not positive, bounds are
-        reversed, the start is outside them, or the surface returns something else than finite contacts.
+        reversed, the start is outside them, the surface returns something else than finite contacts, or no
+        candidate is feasible. What was found before an error is its attribute ``partial``, a `Plan` or None.
     InvalidGraspError
         The contacts do not make a grasp (zero normals, negative friction, ...).
 
@@ -158,7 +215,11 @@ def plan(
     Section 3.4 leaves ties open. Candidates are numbered with offsets in the order (-, 0, +), the last
     parameter fastest; among those within 1e-9 (relative) of the best, the centre wins, else the lowest
     number. Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of
-    the pattern: other starts and steps may end better.
+    the pattern: other starts and steps may end better (`graspforce.plan_many`).
+
+    For any unit wrench direction z, epsilon is at most the support function p(z), so a direction in which one
+    candidate is weak bounds all others. Candidates are rejected only when proven worse than the best by more
+    than ties, brackets and rounding together leave open: wherever brackets converge, pruning changes nothing.
 
     Examples
     --------
@@ -177,75 +238,111 @@ def plan(
     """
     if criterion not in ("max", "sum"):
         raise InvalidInputError(f"criterion: {criterion!r} is neither 'max' nor 'sum'")
-    if not callable(surface):
-        raise InvalidInputError(f"surface: {surface!r} is not callable")
+    source = CandidateSource(surface, grasp_options, feasible, min_distance)
+    question = {"criterion": criterion, "rtol": rtol, "center": center, "metric": metric}
+    score: Score = EpsilonScore(prune=prune, **question)
+    if placement is not None:
+        score = placement.score(question)
+    deadline = None if time_limit is None else time.monotonic() + time_limit
+    return pattern_search(
+        source, score, question, initial, step, tolerance, bounds, target, deadline, max_candidates
+    )
+
+
+@dataclass(slots=True)
+class _State:
+    """Where a search is."""
+
+    center: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    rho: float | None = None
+    history: list[Iterate] = field(default_factory=list)
+
+
+def pattern_search(
+    source: CandidateSource,
+    score: Score,
+    question: dict[str, Any],
+    initial: ArrayLike,
+    step: ArrayLike,
+    tolerance: ArrayLike,
+    bounds: ArrayLike,
+    target: float | None = None,
+    deadline: float | None = None,
+    max_candidates: int = 729,
+) -> Plan:
+    """Run the search of `plan` with what it is made of; `deadline` is a `time.monotonic` value.
+
+    `question` holds the arguments of `Grasp.quality` for the end.
+    """
     center = finite_vector("initial", initial)
     steps = finite_vector("step", step, size=center.size, positive=True)
     tolerances = finite_vector("tolerance", tolerance, size=center.size, positive=True)
     lower, upper = search_bounds(bounds, center)
+    if max_candidates < 3:
+        raise InvalidInputError(f"max_candidates: {max_candidates} leaves no room for a pattern of 3")
+    blocks: Blocks = (tuple(range(center.size)),)
+    if 3**center.size > max_candidates:
+        num_contacts = source.contacts(center[None])["positions"].shape[1]
+        blocks = choose_blocks(center.size, num_contacts, max_candidates)
 
-    history: list[Iterate] = []
-    num_candidates = 0
-    while True:
-        candidates, center_at = _pattern(center, steps, lower, upper)
-        rho = _measure(surface, candidates, criterion, rtol, grasp_options)
-        num_candidates += len(rho)
-        if not history:
-            history.append(Iterate(center, float(rho[center_at]), steps))
-        winner = _winner(rho, center_at)
-        best = candidates[winner]
-        steps = np.where(best == center, steps / 2, steps)
-        center = best
-        history.append(Iterate(center, float(rho[winner]), steps))
-        if np.all(steps <= tolerances):
-            break
+    state = _State(center, steps)
+    stopped: Stopped = "tolerance"
+    start = _counts_of(source.counts)
 
-    grasp = _grasp_at(surface, center, grasp_options)
-    quality = grasp.quality(criterion, rtol=rtol)
-    return Plan(center, quality, grasp, tuple(history), criterion, num_candidates)
+    def result(stopped: Stopped) -> Plan:
+        grasp = source.grasp(state.center)
+        quality = grasp.quality(**question)
+        counts = SearchCounts(**{name: n - start[name] for name, n in _counts_of(source.counts).items()})
+        history, criterion = tuple(state.history), question["criterion"]
+        return Plan(state.center, quality, grasp, history, criterion, counts, blocks, stopped)
+
+    try:
+        while True:
+            _sweep(state, source, score, lower, upper, blocks)
+            if np.all(state.steps <= tolerances):
+                break
+            if target is not None and state.rho is not None and -state.rho >= target:
+                stopped = "target"
+                break
+            if deadline is not None and time.monotonic() >= deadline:
+                stopped = "time"
+                break
+    except KeyboardInterrupt:
+        if state.rho is None:
+            raise
+        stopped = "interrupted"
+    except GraspForceError as error:
+        error.partial = result("interrupted") if state.rho is not None else None
+        raise
+    if state.rho is None:
+        tried = source.counts.candidates - start["candidates"]
+        raise InvalidInputError(f"feasible: none of the {tried} candidates tried was feasible")
+    return result(stopped)
 
 
-def _pattern(
-    center: NDArray[np.float64],
-    steps: NDArray[np.float64],
+def _sweep(
+    state: _State,
+    source: CandidateSource,
+    score: Score,
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], int]:
-    """All candidates of an iteration (B, p), last parameter fastest, and which of them is the centre."""
-    down = np.maximum(lower, center - steps)
-    up = np.minimum(upper, center + steps)
-    # At a bound, or where a step is lost to rounding, two offsets coincide and one candidate is enough.
-    axes = [np.unique(values) for values in np.stack([down, center, up], axis=1)]
-    candidates = np.array(list(itertools.product(*axes)))
-    return candidates, int(np.flatnonzero((candidates == center).all(axis=1))[0])
+    blocks: Blocks,
+) -> None:
+    """One iterate: every block in turn moves to its best candidate."""
+    before, center, rho = state.center, state.center, state.rho
+    for block in blocks:
+        candidates, at = pattern(center, state.steps, lower, upper, block)
+        choice = source.best(candidates, at, rho, score)
+        if not state.history:
+            first = np.inf if choice is None else choice.center_rho
+            state.history.append(Iterate(center, first, state.steps))
+        if choice is not None:
+            center, rho = candidates[choice.index], choice.rho
+    state.steps = np.where(center == before, state.steps / 2, state.steps)
+    state.center, state.rho = center, rho
+    state.history.append(Iterate(center, np.inf if rho is None else rho, state.steps))
 
 
-def _winner(rho: NDArray[np.float64], center_at: int) -> int:
-    best = rho.min()
-    good = rho <= best + _TIE * abs(best)
-    return center_at if good[center_at] else int(np.argmax(good))
-
-
-def _measure(
-    surface: Surface,
-    candidates: NDArray[np.float64],
-    criterion: Criterion,
-    rtol: float | None,
-    options: GraspOptions,
-) -> NDArray[np.float64]:
-    contacts = checked_contacts(surface(candidates), candidates)
-    result = quality_many(**_with_contacts(options, contacts), criterion=criterion, rtol=rtol)
-    for row, reason in sorted(result.errors.items()):
-        raise InvalidGraspError(f"surface, row {row}, parameters {candidates[row].tolist()}: {reason}")
-    return result.rho
-
-
-def _grasp_at(surface: Surface, params: NDArray[np.float64], options: GraspOptions) -> Grasp:
-    contacts = checked_contacts(surface(params[None]), params[None])
-    return Grasp(**_with_contacts(options, {name: array[0] for name, array in contacts.items()}))
-
-
-def _with_contacts(options: GraspOptions, contacts: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
-    if "tangents" in contacts and options.get("tangents") is not None:
-        raise InvalidInputError("tangents: the surface returns tangents already")
-    return {**options, **contacts}
+def _counts_of(counts: SearchCounts) -> dict[str, int]:
+    return {name: getattr(counts, name) for name in SearchCounts.__slots__}

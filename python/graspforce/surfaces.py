@@ -1,17 +1,22 @@
-"""Where contacts can go: planar curves, and the surfaces that `graspforce.plan` searches.
+"""Where contacts can go: planar curves here; surfaces, meshes and arrangements of contacts re-exported.
 
-A curve maps parameters (B,) to points and unit normals (B, 2). `planar_contacts` puts one contact on each of
-several curves. Any function of the same form does as well: what is here is a convenience.
+A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2), a mesh points in space (B,
+3). `contacts_on` puts one contact on each of several; `tied` and `mirrored` make contacts depend on each
+other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from ._differences import curve_tangents
+from .arrangements import contacts_on, mirrored, tied
 from .errors import InvalidInputError
+from .mesh import MeshSurface
+from .spatial import ParametricSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,7 +25,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlanarCurve", "ellipse", "line", "planar_contacts"]
+__all__ = [
+    "MeshSurface",
+    "ParametricSurface",
+    "PlanarCurve",
+    "contacts_on",
+    "ellipse",
+    "line",
+    "mirrored",
+    "tied",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +45,14 @@ class PlanarCurve:
     ----------
     point : callable
         Parameters (B,) to points (B, 2) in m.
-    tangent : callable
+    tangent : callable, optional
         Parameters (B,) to tangents (B, 2) of any length. Where the derivative vanishes at a bound, give the
-        direction's limit: a quality needs a normal there, and cannot guess it.
+        direction's limit: a quality needs a normal there, and cannot guess it. By default computed from
+        `point` by differences, which reports such parameters as singular.
     object_side : {"left", "right"}
         On which side of the tangent the object lies; normals point there.
+    friction, max_normal_force : float, optional
+        Of a contact on this curve; see `contacts_on`.
 
     Examples
     --------
@@ -53,21 +70,29 @@ class PlanarCurve:
     """
 
     point: Callable[[Array], Array]
-    tangent: Callable[[Array], Array]
-    object_side: Literal["left", "right"]
+    tangent: Callable[[Array], Array] | None = None
+    object_side: Literal["left", "right"] = "left"
+    friction: float | None = None
+    max_normal_force: float | None = None
+    num_params: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         if self.object_side not in ("left", "right"):
             raise InvalidInputError(f"object_side: {self.object_side!r} is neither 'left' nor 'right'")
 
     def normals(self, params: Array) -> Array:
-        """Return unit normals (B, 2) into the object; not finite where the tangent has no direction."""
-        x, y = np.moveaxis(self.tangent(params), -1, 0)
+        """Return unit normals (B, 2) into the object; not finite where a given tangent has no direction."""
+        tangents = curve_tangents(self.point, params) if self.tangent is None else self.tangent(params)
+        x, y = np.moveaxis(tangents, -1, 0)
         left = np.stack([-y, x], axis=-1)
         with np.errstate(invalid="ignore"):
             unit: Array = left / np.linalg.norm(left, axis=-1, keepdims=True)
         # Adding zero turns -0.0 into 0.0, so that axis-parallel normals print as what they are.
         return (unit if self.object_side == "left" else -unit) + 0.0
+
+    def contacts(self, params: Array) -> tuple[Array, Array]:
+        """Points and unit normals (B, 2) at parameters (B, 1)."""
+        return self.point(params[:, 0]), self.normals(params[:, 0])
 
 
 def ellipse(
@@ -115,39 +140,3 @@ def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left",
         tangent=lambda s: np.broadcast_to(along, (*s.shape, 2)),
         object_side=object_side,
     )
-
-
-def planar_contacts(*curves: PlanarCurve) -> Callable[[Array], tuple[Array, Array]]:
-    """Surface with one contact on each curve and one parameter for each contact.
-
-    Parameters
-    ----------
-    *curves : PlanarCurve
-        The curve of each contact, in order.
-
-    Returns
-    -------
-    callable
-        Parameters (B, m) to positions (B, m, 2) in m and unit normals (B, m, 2), as `graspforce.plan` takes.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from graspforce.surfaces import ellipse, line, planar_contacts
-    >>> surface = planar_contacts(ellipse(1.0, 1.0), line((0, 0), (1, 0), object_side="left"))
-    >>> positions, normals = surface(np.zeros((5, 2)))
-    >>> positions.shape, normals.shape
-    ((5, 2, 2), (5, 2, 2))
-    """
-    if not curves:
-        raise InvalidInputError("curves: a grasp needs at least one contact")
-
-    def surface(params: Array) -> tuple[Array, Array]:
-        if params.ndim != 2 or params.shape[1] != len(curves):
-            raise InvalidInputError(f"params: shape {params.shape}, expected (B, {len(curves)})")
-        columns = list(zip(curves, params.T, strict=True))
-        positions = np.stack([curve.point(column) for curve, column in columns], axis=1)
-        normals = np.stack([curve.normals(column) for curve, column in columns], axis=1)
-        return positions, normals
-
-    return surface

@@ -7,7 +7,8 @@
 //!
 //! - `d epsilon / d r_i = F_i x b`;
 //! - `d epsilon / d n_i = (F_i x v_i) x n_i + tau_i (b - n_i (n_i . b))`, the frame turning with the normal by
-//!   the smallest rotation.
+//!   the smallest rotation;
+//! - `n_i . (F_i x v_i)` by rad that the frame spins about the normal, which edges feel and true cones do not.
 
 use nalgebra::{Matrix, Vector3};
 
@@ -25,6 +26,8 @@ pub struct Gradient {
     pub positions: Vec<Vector3<f64>>,
     /// Of each contact: change of `epsilon` by rad that its normal turns; orthogonal to the normal.
     pub normals: Vec<Vector3<f64>>,
+    /// Of each contact: change of `epsilon` by rad that its frame spins about its normal; zero for true cones.
+    pub spins: Vec<f64>,
     /// Whether `epsilon` is differentiable here. Where several directions are equally bad, or several forces
     /// reach the same boundary wrench, this is one element of the subdifferential.
     pub unique: bool,
@@ -62,6 +65,7 @@ impl<const D: usize> Grasp<D> {
         let mut gradient = Gradient {
             positions: Vec::with_capacity(self.num_contacts()),
             normals: Vec::with_capacity(self.num_contacts()),
+            spins: Vec::with_capacity(self.num_contacts()),
             unique: quality.rho != 0.0 && !rival && active.unique,
         };
         for ((contact, frame), force) in self.contacts().iter().zip(self.frames()).zip(&active.forces) {
@@ -71,6 +75,7 @@ impl<const D: usize> Grasp<D> {
             let torsion = force[3] * (b - n * n.dot(&b));
             gradient.positions.push(in_space::<D>(world.cross(&b)));
             gradient.normals.push(in_space::<D>(world.cross(&v).cross(&n) + torsion));
+            gradient.spins.push(if D == 3 { 0.0 } else { n.dot(&world.cross(&v)) });
         }
         Ok(gradient)
     }

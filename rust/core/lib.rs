@@ -9,6 +9,8 @@
 
 mod basis;
 mod batch;
+mod box_bound;
+mod closest_point;
 mod closure;
 mod columns;
 mod cone_columns;
@@ -40,10 +42,13 @@ mod quality;
 mod region;
 mod resistance;
 mod ridge_table;
+mod search;
 mod simplex;
 mod wrench_set;
 
 pub use batch::{BatchItem, quality_batch};
+pub use box_bound::{BoxBound, Stencil};
+pub use closest_point::{ClosestPoint, TriangleTree};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
 pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
 pub use distribution::{Distribution, DistributionOptions, Method};
@@ -56,4 +61,5 @@ pub use joint_torques::torque_limited_forces;
 pub use metric::Metric;
 pub use minkowski::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
+pub use search::{CandidateSearch, SearchCounts, TIE, Winner};
 pub use wrench_set::{ContactSupport, Criterion, Support, WrenchSet};

@@ -125,6 +125,14 @@ impl<const D: usize> Grasp<D> {
     }
 }
 
+/// What looking at a grasp with an incumbent in mind yields.
+pub(crate) enum Examination<const D: usize> {
+    /// `epsilon <= upper`, too little; along the unit `direction` (in Euclidean coordinates).
+    Below { upper: f64, direction: Wrench<D> },
+    /// The quality, as if there were no incumbent.
+    Answer(Box<Quality<D>>),
+}
+
 /// A wrench set in the coordinates where the metric is Euclidean.
 pub(crate) struct Question<'a, const D: usize> {
     pub(crate) grasp: &'a Grasp<D>,
@@ -173,10 +181,45 @@ impl<'a, const D: usize> Question<'a, D> {
         Support { value, wrench }
     }
 
+    /// `p(z)` alone, for unit `z`.
+    pub(crate) fn value(&self, z: &Wrench<D>) -> f64 {
+        let functional = self.metric.functional(z);
+        let value = self.set.value(&functional);
+        self.center.map_or(value, |center| value.max(0.0) + functional.dot(&center))
+    }
+
+    /// Relative width of the bracket that counts as converged.
+    pub(crate) fn rtol(&self) -> f64 {
+        self.limits.rtol
+    }
+
     pub(crate) fn answer(&self, polytope: &mut Polytope<D>) -> Quality<D> {
-        // A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
-        let size = 1e-3 * self.scale;
-        let first = polytope.expand(size, &self.limits, |z| self.support(z));
+        let first = polytope.expand(self.first_size(), &self.limits, |z| self.support(z));
+        self.conclude(first, polytope)
+    }
+
+    /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
+    pub(crate) fn examine(&self, stop_below: f64, polytope: &mut Polytope<D>) -> Examination<D> {
+        let limits = Limits { stop_below, ..self.limits };
+        let first = polytope.expand(self.first_size(), &limits, |z| self.support(z));
+        match first {
+            Expansion::Pierced { upper, direction } if upper < stop_below => {
+                Examination::Below { upper, direction }
+            }
+            Expansion::Radius(Radius { converged: false, upper, direction, .. }) if upper < stop_below => {
+                Examination::Below { upper, direction }
+            }
+            _ => Examination::Answer(Box::new(self.conclude(first, polytope))),
+        }
+    }
+
+    /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
+    fn first_size(&self) -> f64 {
+        1e-3 * self.scale
+    }
+
+    fn conclude(&self, first: Expansion<D>, polytope: &mut Polytope<D>) -> Quality<D> {
+        let size = self.first_size();
         if let (Expansion::Radius(radius), None) = (first, self.center) {
             return self.inside(&radius, Closure::Force);
         }

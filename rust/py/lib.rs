@@ -8,12 +8,15 @@
 
 mod arguments;
 mod arrays;
+mod box_bound;
+mod closest_point;
 mod distribution;
 mod errors;
 mod grasp;
 mod minkowski;
 mod quality;
 mod quality_many;
+mod search;
 
 use pyo3::prelude::*;
 
@@ -30,5 +33,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<distribution::PyForceBatch>()?;
     module.add_class::<distribution::PyForceSteps>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
+    module.add_class::<search::PyCandidateSearch>()?;
+    module.add_class::<box_bound::PyBoxBound>()?;
+    module.add_class::<closest_point::PyTriangleTree>()?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }

@@ -230,6 +230,9 @@ where
 /// normals : numpy.ndarray
 ///     (m, dim) change of epsilon by rad that each normal turns, orthogonal to it; the contact frame turns with
 ///     it by the smallest rotation.
+/// spins : numpy.ndarray
+///     (m,) change of epsilon by rad that each contact frame spins about its normal: edges turn with it. Zero for
+///     planar contacts, and for true cones.
 /// unique : bool
 ///     Whether epsilon is differentiable here. Where several directions are equally bad, or several forces reach
 ///     the same boundary wrench (symmetric grasps), this is one element of the subdifferential.
@@ -251,6 +254,12 @@ impl PyGradient {
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.rows(py, &self.gradient.normals)
+    }
+
+    /// (m,) change of epsilon by rad that each contact frame spins about its normal.
+    #[getter]
+    fn spins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.gradient.spins)
     }
 
     /// Whether epsilon is differentiable here.

@@ -1,0 +1,44 @@
+"""Meshes to grasp, read from the installed ``pybullet`` package; nothing of it is part of this project."""
+
+import importlib.util
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import trimesh
+
+from graspforce.surfaces import MeshSurface
+
+
+def data_folder():
+    """Return where pybullet keeps its meshes, without importing it."""
+    found = importlib.util.find_spec("pybullet_data")
+    if found is None or not found.submodule_search_locations:
+        raise SystemExit("these examples read meshes of pybullet: pip install pybullet")
+    return Path(found.submodule_search_locations[0])
+
+
+def named(name, size, subdivisions=0, **options):
+    """Surface of a file of the package, scaled to a largest extent of `size` m, about its centre."""
+    mesh = trimesh.load_mesh(data_folder() / name)
+    if isinstance(mesh, trimesh.Scene):
+        mesh = mesh.to_mesh()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return prepared(mesh, size / mesh.extents.max(), subdivisions, **options)
+
+
+def random_object(number, **options):
+    """One of the thousand random objects, at the scale its own description says."""
+    folder = data_folder() / "random_urdfs" / f"{number:03d}"
+    description = ET.parse(folder / f"{number:03d}.urdf")
+    part = description.find(".//collision/geometry/mesh")
+    mesh = trimesh.load_mesh(folder / part.get("filename"))
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return prepared(mesh, float(part.get("scale").split()[0]), **options)
+
+
+def prepared(mesh, scale, subdivisions=0, **options):
+    """Centre, refine and check a mesh."""
+    for _ in range(subdivisions):
+        mesh = mesh.subdivide()
+    mesh.apply_translation(-mesh.bounds.mean(axis=0))
+    return MeshSurface(mesh, unit=scale, **options)

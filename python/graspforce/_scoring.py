@@ -1,0 +1,179 @@
+"""How the planner chooses among candidates: surfaces, feasibility, and the measure of what is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from ._checks import checked_contacts
+from ._core import CandidateSearch, Grasp
+from .errors import InvalidGraspError, InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+    Contacts = dict[str, Array]
+    Feasible = Callable[[Array, Array], ArrayLike]
+
+__all__ = ["TIE", "CandidateSource", "Choice", "EpsilonScore", "Score", "SearchCounts"]
+
+
+# The core's; the paper does not say which of equally good candidates wins.
+TIE = 1e-9
+
+
+@dataclass(slots=True)
+class SearchCounts:
+    """What a search cost.
+
+    Attributes
+    ----------
+    candidates : int
+        Grasps offered, after merging those that coincide.
+    infeasible : int
+        Those refused by the caller's predicate or the distance between contacts.
+    rejected : int
+        Those proven too weak along a direction in which others had been weak.
+    polytopes : int
+        Expanding polytopes started.
+    converged : int
+        Polytopes that ran until their bracket closed; the rest fell behind the incumbent first.
+    """
+
+    candidates: int = 0
+    infeasible: int = 0
+    rejected: int = 0
+    polytopes: int = 0
+    converged: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The winner among candidates, and the centre's quality (infinite where that is infeasible)."""
+
+    index: int
+    rho: float
+    center_rho: float
+
+
+class Score(Protocol):
+    """A measure of grasps, smaller is better, that picks the best of many."""
+
+    def best(
+        self,
+        options: Mapping[str, Any],
+        contacts: Contacts,
+        center: int,
+        known: float | None,
+        counts: SearchCounts,
+    ) -> Choice:
+        """Pick the best row; the centre wins ties, else the lowest row."""
+        ...
+
+
+class EpsilonScore:
+    """The certified quality itself, by the core's pruned search."""
+
+    def __init__(self, *, prune: bool, **question: Any) -> None:
+        self._prune, self._question = prune, question
+        self._search: CandidateSearch | None = None
+
+    def best(
+        self,
+        options: Mapping[str, Any],
+        contacts: Contacts,
+        center: int,
+        known: float | None,
+        counts: SearchCounts,
+    ) -> Choice:
+        """Pick the best row by rho; the pool of critical directions lasts from call to call."""
+        if self._search is None:
+            dim = contacts["positions"].shape[-1]
+            self._search = CandidateSearch(dim, **self._question, prune=self._prune)
+        given: dict[str, Any] = {**options, **contacts}
+        found = self._search.best(**given, center_index=center, center_rho=known)
+        counts.rejected += found["rejected"]
+        counts.polytopes += found["polytopes"]
+        counts.converged += found["converged"]
+        return Choice(found["index"], found["rho"], found["center_rho"])
+
+
+class CandidateSource:
+    """Candidates from parameters: the surface's contacts, checked, and the best of the feasible ones."""
+
+    def __init__(
+        self,
+        surface: Callable[[Array], tuple[ArrayLike, ...]],
+        options: Mapping[str, Any],
+        feasible: Feasible | None = None,
+        min_distance: float = 0.0,
+    ) -> None:
+        if not callable(surface):
+            raise InvalidInputError(f"surface: {surface!r} is not callable")
+        if feasible is not None and not callable(feasible):
+            raise InvalidInputError(f"feasible: {feasible!r} is not callable")
+        if not 0 <= min_distance < np.inf:
+            raise InvalidInputError(f"min_distance: {min_distance} must be finite and not negative")
+        self._surface, self._feasible, self._min_distance = surface, feasible, min_distance
+        # A surface may know the friction and limits of its contacts; what the caller says comes first.
+        self.options = {**getattr(surface, "grasp_options", {}), **options}
+        self.counts = SearchCounts()
+
+    def contacts(self, params: Array) -> Contacts:
+        """Contacts of (B, p) parameters, checked."""
+        contacts = checked_contacts(self._surface(params), params)
+        if "tangents" in contacts and self.options.get("tangents") is not None:
+            raise InvalidInputError("tangents: the surface returns tangents already")
+        return contacts
+
+    def grasp(self, params: Array) -> Grasp:
+        """Grasp at (p,) parameters."""
+        contacts = self.contacts(params[None])
+        return Grasp(**{**self.options, **{name: array[0] for name, array in contacts.items()}})
+
+    def feasible(self, contacts: Contacts) -> NDArray[np.bool_]:
+        """Which rows the caller allows."""
+        positions, normals = contacts["positions"], contacts["normals"]
+        allowed = np.ones(len(positions), dtype=bool)
+        if self._min_distance > 0 and positions.shape[1] > 1:
+            first, second = np.triu_indices(positions.shape[1], k=1)
+            apart = np.linalg.norm(positions[:, first] - positions[:, second], axis=-1)
+            allowed &= (apart >= self._min_distance).all(axis=1)
+        if self._feasible is not None and allowed.any():
+            answer = np.asarray(self._feasible(positions.copy(), normals.copy()))
+            if answer.shape != allowed.shape or answer.dtype.kind != "b":
+                raise InvalidInputError(
+                    f"feasible: returned {answer.dtype} of shape {answer.shape}, expected bool of "
+                    f"{allowed.shape}"
+                )
+            allowed &= answer
+        return allowed
+
+    def best(self, params: Array, center: int, known: float | None, score: Score) -> Choice | None:
+        """Pick the best of the candidates (B, p) that are feasible; None where none is."""
+        contacts = self.contacts(params)
+        self.counts.candidates += len(params)
+        rows = np.flatnonzero(self.feasible(contacts))
+        self.counts.infeasible += len(params) - len(rows)
+        if not len(rows):
+            return None
+        where = np.flatnonzero(rows == center)
+        inside = len(where) > 0
+        if len(rows) < len(params):
+            contacts = {name: array[rows] for name, array in contacts.items()}
+        # Among candidates without their centre no other one deserves its privilege but the lowest.
+        at = int(where[0]) if inside else 0
+        try:
+            choice = score.best(self.options, contacts, at, known if inside else None, self.counts)
+        except InvalidGraspError as error:
+            if error.row is None:
+                raise
+            row = int(rows[error.row])
+            message = f"surface, row {row}, parameters {params[row].tolist()}: {error}"
+            raise InvalidGraspError(message) from error
+        return Choice(int(rows[choice.index]), choice.rho, choice.center_rho if inside else np.inf)

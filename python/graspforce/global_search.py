@@ -1,0 +1,332 @@
+"""Branch and bound: the best grasp within a box of a few parameters, with a certified gap.
+
+The bound of a box is derived in the core (`BoxBound`): the quality of the hull of the wrench sets at the
+box's vertices, plus what interpolation between vertices leaves open, half the curvature of the primitive
+wrenches times the squares of the box's half-widths. The certificate is therefore as good as the curvature:
+bounds that the caller derived make it a proof. By default the curvature of each box is estimated by second
+differences along its axes, and the certificate holds on the assumption that nowhere in a box the wrenches
+bend more than `safety` times that.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from ._checks import finite_array, search_bounds
+from ._core import BoxBound
+from ._scoring import CandidateSource, EpsilonScore
+from .errors import InvalidGraspError, InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._core import Grasp, Quality
+    from ._progress import Report
+    from .planning import Criterion, Feasible, GraspOptions, Stopped, Surface
+
+    Array = NDArray[np.float64]
+
+__all__ = ["GlobalOptimum", "plan_global"]
+
+_MAX_PARAMS = 4
+_BATCH = 64  # boxes split between two looks at the clock: enough for all cores
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class GlobalOptimum:
+    """The best grasp found, and how much better any other can be.
+
+    Attributes
+    ----------
+    params : numpy.ndarray
+        (p,) parameters of the best grasp found.
+    quality, grasp : Quality, Grasp
+        What it is worth.
+    upper : float
+        No parameters within the bounds reach a larger epsilon.
+    gap : float
+        ``upper - quality.epsilon``.
+    boxes : int
+        How many boxes were bounded.
+    proven : bool
+        Whether the caller gave the curvature (`upper` is proven), or it was estimated (an assumption).
+    stopped : {"tolerance", "target", "time", "interrupted"}
+        Whether the gap is as small as asked for; "target" where the limit of boxes was reached.
+    seconds : float
+        How long it took.
+    """
+
+    params: NDArray[np.float64]
+    quality: Quality
+    grasp: Grasp
+    upper: float
+    gap: float
+    boxes: int
+    proven: bool
+    stopped: Stopped
+    seconds: float
+
+    def __repr__(self) -> str:
+        return (
+            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, upper={self.upper:.6g}, boxes={self.boxes}, "
+            f"{self.seconds:.1f} s)"
+        )
+
+
+def plan_global(
+    surface: Surface,
+    bounds: ArrayLike,
+    criterion: Criterion = "max",
+    *,
+    gap: float = 0.01,
+    initial: ArrayLike | None = None,
+    curvature: ArrayLike | None = None,
+    safety: float = 1.5,
+    center: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
+    feasible: Feasible | None = None,
+    min_distance: float = 0.0,
+    max_boxes: int = 1_000_000,
+    time_limit: float | None = None,
+    progress: Report | None = None,
+    **grasp_options: Unpack[GraspOptions],
+) -> GlobalOptimum:
+    """Find the globally best grasp for up to four parameters, by branch and bound.
+
+    Parameters
+    ----------
+    surface, criterion, center, metric, feasible, min_distance, **grasp_options
+        As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
+        axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
+    bounds : array_like
+        (p, 2) finite lower and upper bounds, p at most 4.
+    gap : float
+        Stop when nothing can be better than the best by more than this share of it.
+    initial : array_like, optional
+        (p,) a good grasp to start from, such as `Plan.params`: nothing worse is looked at closely.
+    curvature : array_like, optional
+        (m, p) bounds of the norms of the second derivatives of contact i's primitive wrenches by parameter j,
+        all over the bounds. Given, they make the result a proof. By default each box's is estimated.
+    safety : float
+        The estimate is this times the largest second difference along the box's axes.
+    max_boxes : int
+        Bound on the work.
+    time_limit : float, optional
+        Stop after this many seconds, with the gap reached.
+    progress : callable, optional
+        Called as ``progress(boxes, max_boxes, upper)``.
+
+    Returns
+    -------
+    GlobalOptimum
+        Its ``upper`` bounds every epsilon within the bounds. Ctrl-C returns the gap reached.
+
+    Raises
+    ------
+    InvalidInputError
+        As for `graspforce.plan`; or more than four parameters, or nothing feasible was met.
+    InvalidGraspError
+        As for `graspforce.plan`.
+
+    Examples
+    --------
+    Three fingers on a disc, one of them fixed: nothing beats the equilateral triangle by more than 1%.
+
+    >>> import numpy as np
+    >>> import graspforce as gf
+    >>> def disc(angles):
+    ...     angles = np.column_stack([np.zeros(len(angles)), angles])
+    ...     outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    ...     return outward, -outward
+    >>> found = gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
+    >>> bool(found.gap <= 0.01 * found.quality.epsilon)
+    True
+    """
+    box = finite_array("bounds", bounds)
+    if box.ndim != 2 or box.shape[1:] != (2,) or not len(box):
+        raise InvalidInputError(f"bounds: shape {box.shape}, expected (p, 2)")
+    if len(box) > _MAX_PARAMS:
+        raise InvalidInputError(
+            f"bounds: {len(box)} parameters, but boxes are bounded by their 2^p vertices for up to "
+            f"{_MAX_PARAMS}"
+        )
+    start = box.mean(axis=1) if initial is None else finite_array("initial", initial)
+    lower, upper = search_bounds(box, start)
+    if not 0 < gap < 1:
+        raise InvalidInputError(f"gap: {gap} must lie between 0 and 1")
+    source = CandidateSource(surface, grasp_options, feasible, min_distance)
+    question: dict[str, Any] = {"criterion": criterion, "center": center, "metric": metric}
+    began = time.monotonic()
+    dim = source.contacts(start[None])["positions"].shape[-1]
+    num_contacts = source.contacts(start[None])["positions"].shape[1]
+    bends = None
+    if curvature is not None:
+        bends = finite_array("curvature", curvature)
+        if bends.shape != (num_contacts, len(box)) or (bends < 0).any():
+            raise InvalidInputError(
+                f"curvature: shape {bends.shape}, expected {(num_contacts, len(box))} of nonnegative numbers"
+            )
+    if not safety >= 1:
+        raise InvalidInputError(f"safety: {safety} must be at least 1")
+    rates = _rates(source, lower, upper)
+    tree = _Tree(source, question, dim, bends, safety, rates)
+    deadline = np.inf if time_limit is None else began + time_limit
+    stopped = tree.run(start, lower, upper, gap, max_boxes, deadline, progress)
+    if tree.best is None:
+        raise InvalidInputError(f"feasible: none of the {source.counts.candidates} grasps met was feasible")
+    grasp = source.grasp(tree.best)
+    quality = grasp.quality(**question)
+    top = max(tree.top, quality.epsilon)
+    return GlobalOptimum(
+        tree.best,
+        quality,
+        grasp,
+        top,
+        top - quality.epsilon,
+        tree.boxes,
+        bends is not None,
+        stopped,
+        time.monotonic() - began,
+    )
+
+
+class _Tree:
+    """Boxes not yet discarded, the largest bound first."""
+
+    def __init__(
+        self,
+        source: CandidateSource,
+        question: dict[str, Any],
+        dim: int,
+        bends: Array | None,
+        safety: float,
+        rates: Array,
+    ) -> None:
+        self._source, self._bends, self._safety, self._rates = source, bends, safety, rates
+        self._sum = question["criterion"] == "sum"
+        self._bound = BoxBound(dim, **question)
+        self._score = EpsilonScore(prune=True, **question)
+        self.best: Array | None = None
+        self._rho: float | None = None
+        # Bounds are negated: heapq pops the least.
+        self._heap: list[tuple[float, int, Array, Array]] = []
+        self._serial = itertools.count()
+        self._discarded = -np.inf
+        self.boxes = 0
+
+    @property
+    def epsilon(self) -> float:
+        """The best found so far."""
+        return -np.inf if self._rho is None else -self._rho
+
+    @property
+    def top(self) -> float:
+        """No parameters exceed it."""
+        return max(-self._heap[0][0] if self._heap else -np.inf, self._discarded)
+
+    def run(
+        self,
+        start: Array,
+        lower: Array,
+        upper: Array,
+        gap: float,
+        max_boxes: int,
+        deadline: float,
+        progress: Report | None,
+    ) -> Stopped:
+        self._try(start[None])
+        self._offer(lower[None], upper[None], gap)
+        popped: list[tuple[float, int, Array, Array]] = []
+        try:
+            while self._heap and self.top > self._enough(gap):
+                if time.monotonic() >= deadline:
+                    return "time"
+                if self.boxes >= max_boxes:
+                    return "target"
+                count = min(_BATCH, len(self._heap))
+                popped = [heapq.heappop(self._heap) for _ in range(count)]
+                low, high = self._halves(popped)
+                self._try((low + high) / 2)
+                self._offer(low, high, gap)
+                popped = []
+                if progress is not None:
+                    progress(self.boxes, max_boxes, self.top)
+        except KeyboardInterrupt:
+            for entry in popped:
+                heapq.heappush(self._heap, entry)
+            return "interrupted"
+        return "tolerance"
+
+    def _enough(self, gap: float) -> float:
+        return self.epsilon + gap * abs(self.epsilon) if self.best is not None else -np.inf
+
+    def _halves(self, boxes: list[tuple[float, int, Array, Array]]) -> tuple[Array, Array]:
+        """Cut each box where the wrenches change most across it."""
+        low, high = (np.array([box[side] for box in boxes]) for side in (2, 3))
+        axis = np.argmax((high - low) * self._rates, axis=1)
+        rows = np.arange(len(boxes))
+        middle = (low[rows, axis] + high[rows, axis]) / 2
+        first_high, second_low = high.copy(), low.copy()
+        first_high[rows, axis] = middle
+        second_low[rows, axis] = middle
+        return np.concatenate([low, second_low]), np.concatenate([first_high, high])
+
+    def _try(self, params: Array) -> None:
+        """Whether one of these grasps is better than the best."""
+        if self.best is not None:
+            params = np.vstack([self.best, params])
+        choice = self._source.best(params, 0, self._rho, self._score)
+        if choice is not None and (self._rho is None or choice.rho < self._rho):
+            self.best, self._rho = params[choice.index], choice.rho
+
+    def _offer(self, low: Array, high: Array, gap: float) -> None:
+        """Bound boxes and keep those that may hold something better."""
+        self.boxes += len(low)
+        axes = low.shape[1]
+        rows = np.array(list(itertools.product((-1.0, 1.0), repeat=axes)))
+        options: dict[str, Any] = {"enough": self._enough(gap)}
+        if self._bends is None:
+            arms = np.kron(np.eye(axes), np.array([[-1.0], [-0.5], [0.5], [1.0]]))
+            rows = np.vstack([rows, np.zeros(axes), arms])
+            options |= {"axes": axes, "safety": self._safety}
+            slack = np.full(len(low), np.finfo(float).max)
+        else:
+            slack = 0.5 * ((high - low) / 2) ** 2 @ self._bends.T
+            slack = slack.max(axis=1) if self._sum else slack.sum(axis=1)
+        center, half = (low + high) / 2, (high - low) / 2
+        params = (center[:, None] + rows * half[:, None]).reshape(-1, axes)
+        # Rounding must not carry a vertex over the bounds, where the surface may end.
+        params = np.clip(params, np.repeat(low, len(rows), axis=0), np.repeat(high, len(rows), axis=0))
+        given: dict[str, Any] = {**self._source.options, **self._source.contacts(params)}
+        try:
+            bounds = self._bound.over(slack, **given, **options)
+        except InvalidGraspError as error:
+            if error.row is None:
+                raise
+            where = params[error.row].tolist()
+            raise InvalidGraspError(f"surface, parameters {where}: {error}") from error
+        for bound, box_low, box_high in zip(bounds.tolist(), low, high, strict=True):
+            if bound > self._enough(gap):
+                heapq.heappush(self._heap, (-bound, next(self._serial), box_low, box_high))
+            else:
+                self._discarded = max(self._discarded, bound)
+
+
+def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
+    """How much contacts move and turn by each parameter (p,): only the order of cuts depends on it."""
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    places = middle + np.concatenate([np.eye(len(lower)), -np.eye(len(lower))]) * half / 2
+    contacts = source.contacts(places)
+    positions, normals = contacts["positions"], contacts["normals"]
+    normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
+    ends = np.concatenate([positions / size, normals], axis=-1).reshape(2, len(lower), -1)
+    change: Array = np.linalg.norm(ends[0] - ends[1], axis=-1) / np.maximum(half, np.finfo(float).tiny)
+    rates: Array = change + 1e-3 * change.max()
+    return rates

@@ -1,0 +1,178 @@
+"""Robustness to placement: what a grasp is worth when contacts miss their place a little."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ._checks import finite_array
+from ._core import quality_many
+from ._scoring import TIE, Choice
+from .errors import InvalidGraspError, InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._scoring import Contacts, SearchCounts
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Placement", "PlacementQuality"]
+
+# Noisy grasps measured at a time: a batch of candidates by samples fits in memory whatever its size.
+_ROWS = 65_536
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacementQuality:
+    """Quality of grasps under placement noise.
+
+    Attributes
+    ----------
+    epsilon : numpy.ndarray
+        (B, samples) of every noisy grasp; negative where it has lost closure.
+    converged : numpy.ndarray
+        (B, samples) bool: whether its bracket closed.
+    mean, percentile_5 : numpy.ndarray
+        (B,) over the samples: what to expect, and what 19 of 20 attempts exceed.
+    closure_rate : numpy.ndarray
+        (B,) share of the samples that are force closure.
+    """
+
+    epsilon: Array
+    converged: NDArray[np.bool_]
+    mean: Array
+    percentile_5: Array
+    closure_rate: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """How contacts miss their place, and which statistic of the quality that leaves counts.
+
+    Attributes
+    ----------
+    position : float
+        Standard deviation, in m, of each coordinate of each contact.
+    normal : float
+        Standard deviation, in rad, of the two (planar: one) angles by which each normal tilts.
+    samples : int
+        Noisy copies of each grasp.
+    statistic : {"mean", "percentile_5"}
+        What the planner maximises.
+    seed : int
+        Every grasp meets the same noise, so that two grasps differ by themselves and not by luck.
+
+    Examples
+    --------
+    Fingertips that land 5 mm off lose part of a disc's quality.
+
+    >>> import numpy as np
+    >>> import graspforce as gf
+    >>> angles = np.array([0.0, 2.1, 4.2])
+    >>> outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    >>> noisy = gf.Placement(position=0.005, normal=0.05, samples=200).quality(
+    ...     0.1 * outward[None], -outward[None], friction=0.5, length_scale=0.1
+    ... )
+    >>> nominal = gf.Grasp(0.1 * outward, -outward, friction=0.5, length_scale=0.1).quality().epsilon
+    >>> bool(noisy.percentile_5[0] < noisy.mean[0] < nominal)
+    True
+    """
+
+    position: float = 0.0
+    normal: float = 0.0
+    samples: int = 64
+    statistic: Literal["mean", "percentile_5"] = "mean"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("position", "normal"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise InvalidInputError(f"{name}: {getattr(self, name)} must be finite and not negative")
+        if self.samples < 1:
+            raise InvalidInputError(f"samples: {self.samples} must be at least 1")
+        if self.statistic not in ("mean", "percentile_5"):
+            raise InvalidInputError(f"statistic: {self.statistic!r} is neither 'mean' nor 'percentile_5'")
+
+    def perturbed(self, positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
+        """Noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
+        where, inward = finite_array("positions", positions), finite_array("normals", normals)
+        if where.ndim != 3 or where.shape != inward.shape:
+            raise InvalidInputError(
+                f"positions and normals: shapes {where.shape} and {inward.shape}, expected (B, m, dim) of "
+                "both"
+            )
+        random = np.random.default_rng(self.seed)
+        shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
+        n = inward[:, None] / np.linalg.norm(inward, axis=-1)[:, None, :, None]
+        across = self.normal * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
+        angle = np.linalg.norm(across, axis=-1, keepdims=True)
+        # sinc keeps the limit where nothing tilts.
+        tilted = n * np.cos(angle) + across * np.sinc(angle / np.pi)
+        return where[:, None] + self.position * shift, tilted
+
+    def quality(
+        self, positions: ArrayLike, normals: ArrayLike, tangents: ArrayLike | None = None, **options: Any
+    ) -> PlacementQuality:
+        """Measure grasps (B, m, dim) under this noise; options as for `graspforce.quality_many`.
+
+        Raises
+        ------
+        InvalidInputError, InvalidGraspError
+            As for `graspforce.quality_many`.
+        """
+        noisy, tilted = self.perturbed(positions, normals)
+        batch, samples, *shape = noisy.shape
+        step = max(1, _ROWS // samples)
+        parts = []
+        for start in range(0, batch, step):
+            rows = slice(start, start + step)
+            contacts = {"positions": noisy[rows], "normals": tilted[rows]}
+            if tangents is not None:
+                given = np.asarray(tangents, dtype=np.float64)
+                given = given[rows, None] if given.ndim == 3 else given
+                contacts["tangents"] = np.broadcast_to(given, contacts["positions"].shape)
+            flat: dict[str, Any] = {name: array.reshape(-1, *shape) for name, array in contacts.items()}
+            found = quality_many(**flat, **options)
+            for row, reason in sorted(found.errors.items()):
+                error = InvalidGraspError(reason)
+                error.row = start + row // samples
+                raise error
+            columns = (found.epsilon, found.closure == 1, found.status == 0)
+            parts.append([column.reshape(-1, samples) for column in columns])
+        epsilon, closed, converged = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        low = np.percentile(epsilon, 5, axis=1)
+        return PlacementQuality(epsilon, converged, epsilon.mean(axis=1), low, closed.mean(axis=1))
+
+    def score(self, question: Mapping[str, Any]) -> PlacementScore:
+        """Return the measure the planner uses, of quality asked for by `question`."""
+        return PlacementScore(self, question)
+
+
+class PlacementScore:
+    """The chosen statistic of the noisy quality."""
+
+    def __init__(self, placement: Placement, question: Mapping[str, Any]) -> None:
+        self._placement, self._question = placement, question
+
+    def best(
+        self,
+        options: Mapping[str, Any],
+        contacts: Contacts,
+        center: int,
+        known: float | None,  # noqa: ARG002
+        counts: SearchCounts,
+    ) -> Choice:
+        """Pick the best row; every noisy copy is measured to the end."""
+        found = self._placement.quality(**{**options, **contacts}, **self._question)
+        counts.polytopes += found.epsilon.size
+        counts.converged += int(found.converged.sum())
+        values = getattr(found, self._placement.statistic)
+        best = values.max()
+        good = values >= best - TIE * abs(best)
+        index = center if good[center] else int(np.argmax(good))
+        return Choice(index, -float(values[index]), -float(values[center]))

@@ -1,0 +1,138 @@
+"""Example 2 of the paper, computed: the plans of the tile, as printed and with the friction that fits.
+
+With the printed friction of 0.2 neither printed end is force closure, and the search ends elsewhere. Friction
+near 0.68 makes the printed psi_1 local optima, and the forces behave as in Figs. 6 and 7: it is inferred, and
+labelled.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._core import Grasp
+from .paper import TILE
+from .planning import Criterion, Plan, plan
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["INFERRED_FRICTION", "TilePlanRun", "TileRun", "run_tile", "tile_grasp"]
+
+INFERRED_FRICTION = 0.68
+_CRITERIA: tuple[Criterion, ...] = ("max", "sum")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TilePlanRun:
+    """One plan of the tile, and what the printed end is worth under the same assumptions.
+
+    Attributes
+    ----------
+    friction : float
+        Friction coefficient of all contacts.
+    plan : Plan
+        The plan.
+    seconds : float
+        How long it took from Python.
+    published_rho : float
+        Quality of the end that the paper prints.
+    published_closure : {"force", "partial", "none"}
+        Its class.
+    """
+
+    friction: float
+    plan: Plan
+    seconds: float
+    published_rho: float
+    published_closure: str
+
+    @property
+    def as_printed(self) -> bool:
+        """Whether every input is as printed."""
+        return self.friction == TILE.friction
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, ready for JSON."""
+        published = TILE.published[self.plan.criterion]
+        counts = self.plan.counts
+        return {
+            "criterion": self.plan.criterion,
+            "friction": self.friction,
+            "as_printed": self.as_printed,
+            "history": [
+                {"params": row.params.tolist(), "rho": row.rho, "step": row.step.tolist()}
+                for row in self.plan.history
+            ],
+            "seconds": self.seconds,
+            "candidates": counts.candidates,
+            "rejected": counts.rejected,
+            "polytopes": counts.polytopes,
+            "converged": counts.converged,
+            "published": {
+                "params": list(published.params),
+                "iterations": published.iterations,
+                "seconds": published.seconds,
+                "rho_here": self.published_rho,
+                "closure_here": self.published_closure,
+            },
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileRun:
+    """Example 2, computed."""
+
+    plans: tuple[TilePlanRun, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, ready for JSON."""
+        return {"plans": [run.as_dict() for run in self.plans]}
+
+
+def run_tile() -> TileRun:
+    """Plan the tile by both criteria, with the printed friction and with the inferred one.
+
+    Examples
+    --------
+    >>> from graspforce.tile import run_tile
+    >>> run = run_tile()
+    >>> [(r.friction, r.plan.criterion, len(r.plan.history) - 1) for r in run.plans if not r.as_printed]
+    [(0.68, 'max', 10), (0.68, 'sum', 19)]
+    """
+    return TileRun(
+        tuple(
+            _run_plan(criterion, friction)
+            for friction in (TILE.friction, INFERRED_FRICTION)
+            for criterion in _CRITERIA
+        )
+    )
+
+
+def tile_grasp(params: NDArray[np.float64] | tuple[float, ...], friction: float) -> Grasp:
+    """Grasp of the tile at ``[phi_1, psi_1, phi_3, psi_3]`` (m), other inputs as printed."""
+    positions, normals = TILE.surface(np.asarray(params, dtype=np.float64)[None])
+    return Grasp(
+        positions[0], normals[0], friction=friction, max_normal_force=TILE.max_normal_force, edges=TILE.edges
+    )
+
+
+def _run_plan(criterion: Criterion, friction: float) -> TilePlanRun:
+    start = time.perf_counter()
+    found = plan(
+        TILE.surface,
+        TILE.initial,
+        TILE.step,
+        TILE.tolerance,
+        TILE.bounds,
+        criterion,
+        friction=friction,
+        max_normal_force=TILE.max_normal_force,
+        edges=TILE.edges,
+    )
+    seconds = time.perf_counter() - start
+    published = tile_grasp(TILE.published[criterion].params, friction).quality(criterion)
+    return TilePlanRun(friction, found, seconds, published.rho, published.closure)

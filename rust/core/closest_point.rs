@@ -1,0 +1,169 @@
+//! The point of a triangle mesh nearest to a given one: a tree of boxes, and the regions of a triangle.
+//!
+//! Planning on a mesh moves points through space and puts contacts where they project; a plan asks for hundreds
+//! of thousands of projections.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+
+/// Triangles in a leaf.
+const LEAF: usize = 4;
+
+/// Queries that are not worth another thread.
+const GRAIN: usize = 256;
+
+/// The nearest point of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosestPoint {
+    /// Where.
+    pub point: Vector3<f64>,
+    /// On which triangle; the lowest of those equally near.
+    pub face: usize,
+    /// Weights of the triangle's corners, adding up to one.
+    pub weights: [f64; 3],
+}
+
+/// A mesh, ready to be asked for nearest points.
+///
+/// ```
+/// use graspforce::TriangleTree;
+/// use nalgebra::Vector3;
+///
+/// let corners = [Vector3::zeros(), Vector3::x(), Vector3::y()];
+/// let tree = TriangleTree::new(&corners, &[[0, 1, 2]])?;
+/// assert_eq!(tree.closest(&Vector3::new(0.25, 0.25, 3.0)).point, Vector3::new(0.25, 0.25, 0.0));
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct TriangleTree {
+    /// In the order of the tree's leaves.
+    triangles: Vec<([Vector3<f64>; 3], usize)>,
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+    start: usize,
+    count: usize,
+    /// The second child; the first one follows its parent. Zero for a leaf.
+    second: usize,
+}
+
+impl TriangleTree {
+    /// Builds the tree over the triangles with these corners; refuses none, and corners that are not there.
+    pub fn new(vertices: &[Vector3<f64>], faces: &[[usize; 3]]) -> Result<Self> {
+        if faces.is_empty() {
+            return Err(Error::input("faces", "a mesh needs at least one triangle"));
+        }
+        if let Some(row) = vertices.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
+            let reason = format!("{:?} is not finite", vertices[row].as_slice());
+            return Err(Error::InvalidInput { argument: "vertices", row: Some(row), reason });
+        }
+        if let Some(row) = faces.iter().position(|face| face.iter().any(|&v| v >= vertices.len())) {
+            let reason = format!("{:?} names a corner beyond the {} there are", faces[row], vertices.len());
+            return Err(Error::InvalidInput { argument: "faces", row: Some(row), reason });
+        }
+        let triangles = faces.iter().map(|face| face.map(|corner| vertices[corner])).zip(0..).collect();
+        let mut tree = Self { triangles, nodes: Vec::with_capacity(faces.len()) };
+        tree.split(0, faces.len());
+        Ok(tree)
+    }
+
+    fn split(&mut self, start: usize, count: usize) {
+        let own = &mut self.triangles[start..start + count];
+        let corners = || own.iter().flat_map(|(triangle, _)| triangle);
+        let low = corners().fold(Vector3::repeat(f64::INFINITY), |low, v| low.inf(v));
+        let high = corners().fold(Vector3::repeat(f64::NEG_INFINITY), |high, v| high.sup(v));
+        let node = self.nodes.len();
+        self.nodes.push(Node { low, high, start, count, second: 0 });
+        if count <= LEAF {
+            return;
+        }
+        let axis = (high - low).imax();
+        let middle =
+            |(triangle, _): &([Vector3<f64>; 3], usize)| triangle.iter().map(|v| v[axis]).sum::<f64>();
+        let half = count / 2;
+        own.select_nth_unstable_by(half, |a, b| middle(a).total_cmp(&middle(b)));
+        self.split(start, half);
+        self.nodes[node].second = self.nodes.len();
+        self.split(start + half, count - half);
+    }
+
+    /// The nearest point of the mesh.
+    pub fn closest(&self, point: &Vector3<f64>) -> ClosestPoint {
+        let mut best = (f64::INFINITY, ClosestPoint { point: *point, face: usize::MAX, weights: [0.0; 3] });
+        let mut waiting = vec![(self.nodes[0].distance(point), 0)];
+        while let Some((distance, index)) = waiting.pop() {
+            if distance > best.0 {
+                continue;
+            }
+            let node = &self.nodes[index];
+            if node.second == 0 {
+                for (triangle, face) in &self.triangles[node.start..node.start + node.count] {
+                    let weights = closest_weights(triangle, point);
+                    let there =
+                        triangle[0] * weights[0] + triangle[1] * weights[1] + triangle[2] * weights[2];
+                    let distance = (there - point).norm_squared();
+                    if distance < best.0 || (distance == best.0 && *face < best.1.face) {
+                        best = (distance, ClosestPoint { point: there, face: *face, weights });
+                    }
+                }
+                continue;
+            }
+            let mut children =
+                [index + 1, node.second].map(|child| (self.nodes[child].distance(point), child));
+            if children[0].0 < children[1].0 {
+                children.swap(0, 1);
+            }
+            waiting.extend(children);
+        }
+        best.1
+    }
+
+    /// The nearest points of many, on all cores.
+    pub fn closest_many(&self, points: &[Vector3<f64>]) -> Vec<ClosestPoint> {
+        points.par_iter().with_min_len(GRAIN).map(|point| self.closest(point)).collect()
+    }
+}
+
+impl Node {
+    /// Squared distance of the box.
+    fn distance(&self, point: &Vector3<f64>) -> f64 {
+        (self.low - point).sup(&(point - self.high)).sup(&Vector3::zeros()).norm_squared()
+    }
+}
+
+/// Weights of the corners at the triangle's point nearest to `p`: of a corner, an edge, or inside.
+///
+/// A flat triangle has no inside; one of its edges then holds the nearest point.
+fn closest_weights([a, b, c]: &[Vector3<f64>; 3], p: &Vector3<f64>) -> [f64; 3] {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let normal = ab.cross(&ac);
+    let area = normal.norm_squared();
+    if area > 0.0 {
+        let v = ap.cross(&ac).dot(&normal) / area;
+        let w = ab.cross(&ap).dot(&normal) / area;
+        let u = 1.0 - v - w;
+        if u >= 0.0 && v >= 0.0 && w >= 0.0 {
+            return [u, v, w];
+        }
+    }
+    let on_edge = |from: &Vector3<f64>, to: &Vector3<f64>| {
+        let along = to - from;
+        let length = along.norm_squared();
+        let t = if length > 0.0 { ((p - from).dot(&along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        ((from + along * t - p).norm_squared(), t)
+    };
+    let [(d0, t0), (d1, t1), (d2, t2)] = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
+    if d0 <= d1 && d0 <= d2 {
+        [1.0 - t0, t0, 0.0]
+    } else if d1 <= d2 {
+        [0.0, 1.0 - t1, t1]
+    } else {
+        [t2, 0.0, 1.0 - t2]
+    }
+}

@@ -1,0 +1,72 @@
+//! `graspforce._core.TriangleTree`: nearest points of a mesh.
+
+use graspforce::{ClosestPoint, TriangleTree};
+use nalgebra::Vector3;
+use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::arrays::{contents, float_array, matrix};
+use crate::errors::{invalid_input, to_python};
+
+type Nearest<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f64>>);
+
+/// A triangle mesh, ready to be asked for nearest points.
+///
+/// Parameters
+/// ----------
+/// vertices : array_like
+///     (V, 3) corners.
+/// faces : array_like
+///     (F, 3) whole numbers: the corners of each triangle.
+///
+/// Examples
+/// --------
+/// >>> from graspforce._core import TriangleTree
+/// >>> tree = TriangleTree([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+/// >>> points, faces, weights = tree.closest([(0.25, 0.25, 3.0)])
+/// >>> points.tolist(), faces.tolist(), weights.tolist()
+/// ([[0.25, 0.25, 0.0]], [0], [[0.5, 0.25, 0.25]])
+#[pyclass(name = "TriangleTree", module = "graspforce._core", frozen)]
+pub struct PyTriangleTree {
+    inner: TriangleTree,
+}
+
+#[pymethods]
+impl PyTriangleTree {
+    #[new]
+    fn new(py: Python<'_>, vertices: &Bound<'_, PyAny>, faces: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let vertices = vectors(py, "vertices", vertices)?;
+        let corners = vectors(py, "faces", faces)?;
+        if let Some(row) = corners.iter().position(|face| face.iter().any(|&x| x < 0.0 || x.fract() != 0.0)) {
+            let message =
+                format!("faces, row {row}: {:?} are not numbers of corners", corners[row].as_slice());
+            return Err(invalid_input(py, message));
+        }
+        let faces: Vec<_> =
+            corners.iter().map(|face| std::array::from_fn(|corner| face[corner] as usize)).collect();
+        let inner = py.detach(|| TriangleTree::new(&vertices, &faces));
+        Ok(Self { inner: inner.map_err(|error| to_python(py, &error))? })
+    }
+
+    /// The nearest points of (B, 3) points, the triangles they are on (B,), and the weights of its corners (B, 3).
+    fn closest<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Nearest<'py>> {
+        let points = vectors(py, "points", points)?;
+        if let Some(row) = points.iter().position(|point| point.iter().any(|x| !x.is_finite())) {
+            let message = format!("points, row {row}: {:?} is not finite", points[row].as_slice());
+            return Err(invalid_input(py, message));
+        }
+        let found: Vec<ClosestPoint> = py.detach(|| self.inner.closest_many(&points));
+        let places = matrix(py, found.len(), 3, found.iter().flat_map(|c| c.point.iter().copied()))?;
+        let faces = PyArray1::from_iter(py, found.iter().map(|c| c.face as i64));
+        Ok((places, faces, matrix(py, found.len(), 3, found.iter().flat_map(|c| c.weights))?))
+    }
+}
+
+fn vectors(py: Python<'_>, argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Vector3<f64>>> {
+    let array = float_array(argument, value).map_err(|message| invalid_input(py, message))?;
+    if array.ndim() != 2 || array.shape()[1] != 3 {
+        let message = format!("{argument}: shape {:?}, expected (n, 3)", array.shape());
+        return Err(invalid_input(py, message));
+    }
+    Ok(contents(&array).chunks_exact(3).map(Vector3::from_column_slice).collect())
+}

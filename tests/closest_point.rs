@@ -1,0 +1,67 @@
+//! Nearest points of a mesh, against every triangle in turn.
+
+use graspforce::TriangleTree;
+use nalgebra::Vector3;
+
+/// A reproducible stream of numbers in [-1, 1].
+struct Stream(u64);
+
+impl Stream {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+#[test]
+fn the_nearest_point_is_the_nearest_of_all_triangles() {
+    let mut stream = Stream(7);
+    let vertices: Vec<_> = (0..150).map(|_| stream.vector()).collect();
+    // A degenerate triangle among them has no inside, but edges.
+    let mut faces: Vec<[usize; 3]> =
+        (0..300).map(|k| [k % 150, (7 * k + 1) % 150, (11 * k + 5) % 150]).collect();
+    faces.push([3, 3, 4]);
+    let tree = TriangleTree::new(&vertices, &faces).expect("valid");
+    let alone: Vec<_> =
+        faces.iter().map(|face| TriangleTree::new(&vertices, &[*face]).expect("valid")).collect();
+    let queries: Vec<_> = (0..500).map(|_| stream.vector() * 2.0).collect();
+    for (query, found) in queries.iter().zip(tree.closest_many(&queries)) {
+        let distance = (found.point - query).norm();
+        let least =
+            alone.iter().map(|tree| (tree.closest(query).point - query).norm()).fold(f64::MAX, f64::min);
+        assert!((distance - least).abs() <= 1e-14, "{distance} {least}");
+        assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(found.weights.iter().all(|&weight| weight >= 0.0));
+    }
+}
+
+#[test]
+fn no_point_of_a_triangle_is_nearer_than_the_one_found() {
+    let mut stream = Stream(3);
+    for _ in 0..200 {
+        let corners = [stream.vector(), stream.vector(), stream.vector()];
+        let tree = TriangleTree::new(&corners, &[[0, 1, 2]]).expect("valid");
+        let query = stream.vector() * 2.0;
+        let distance = (tree.closest(&query).point - query).norm();
+        for _ in 0..50 {
+            let (mut u, mut v) = (stream.next().abs(), stream.next().abs());
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            let point = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
+            assert!((point - query).norm() >= distance - 1e-12);
+        }
+    }
+}
+
+#[test]
+fn meshes_that_are_none_are_refused() {
+    let corners = [Vector3::zeros(), Vector3::x(), Vector3::y()];
+    assert!(TriangleTree::new(&corners, &[]).is_err());
+    assert!(TriangleTree::new(&corners, &[[0, 1, 3]]).is_err());
+    assert!(TriangleTree::new(&[Vector3::repeat(f64::NAN); 3], &[[0, 1, 2]]).is_err());
+}

@@ -1,0 +1,156 @@
+"""Searches from many starts, and searches that are cut short."""
+
+import itertools
+import time
+
+import numpy as np
+import pytest
+
+import graspforce as gf
+from graspforce.surfaces import contacts_on, ellipse
+
+EGG = contacts_on(*[ellipse(0.05, 0.03)] * 3)
+BOUNDS = [(0, 2 * np.pi)] * 3
+OPTIONS = {"step": 0.5, "tolerance": 0.02, "length_scale": 0.05, "friction": 0.4}
+
+
+def many(**options):
+    return gf.plan_many(EGG, **{"bounds": BOUNDS, "starts": 12, "best": 4, **OPTIONS, **options})
+
+
+def test_the_same_seed_gives_the_same_plans():
+    one, other, third = many(seed=3), many(seed=3), many(seed=4)
+    np.testing.assert_array_equal(one.starts, other.starts)
+    np.testing.assert_array_equal(one.epsilon, other.epsilon)
+    assert [p.quality.rho for p in one.plans] == [p.quality.rho for p in other.plans]
+    assert not np.array_equal(one.starts, third.starts)
+
+
+def test_plans_are_sorted_distinct_and_those_of_their_starts():
+    found = many(distinct=0.01)
+    rho = [plan.quality.rho for plan in found.plans]
+    assert rho == sorted(rho)
+    assert -rho[0] == pytest.approx(found.epsilon.max(), rel=1e-9)
+    for i, one in enumerate(found.plans):
+        for other in found.plans[:i]:
+            apart = np.linalg.norm(one.grasp.positions[:, None] - other.grasp.positions[None], axis=-1)
+            assert apart.min(axis=1).max() > 0.01 or apart.min(axis=0).max() > 0.01
+    for start, epsilon in zip(found.starts, found.epsilon, strict=True):
+        alone = gf.plan(EGG, start, bounds=BOUNDS, **OPTIONS)
+        assert alone.quality.epsilon == pytest.approx(epsilon, rel=1e-9)
+
+
+def test_infeasible_grasps_are_never_returned():
+    def above(positions, normals):
+        assert positions.shape == normals.shape
+        return (positions[..., 1] > -0.02).all(axis=1)
+
+    found = many(feasible=above, min_distance=0.02)
+    for plan in found.plans:
+        positions = plan.grasp.positions
+        assert (positions[:, 1] > -0.02).all()
+        apart = np.linalg.norm(positions[:, None] - positions[None], axis=-1)[np.triu_indices(3, 1)]
+        assert apart.min() >= 0.02
+        assert plan.counts.infeasible > 0
+
+
+def test_a_search_from_an_infeasible_start_reaches_what_is_feasible():
+    plan = gf.plan(EGG, [1, 1, 1], bounds=BOUNDS, min_distance=0.01, **OPTIONS)
+    assert plan.history[0].rho == np.inf
+    assert plan.quality.closure == "force"
+
+
+def test_infeasible_everywhere_is_an_error():
+    nothing = {"feasible": lambda positions, _: np.zeros(len(positions), dtype=bool)}
+    with pytest.raises(gf.InvalidInputError, match="none of 600 starts"):
+        many(**nothing)
+    with pytest.raises(gf.InvalidInputError, match=r"none of the \d+ candidates tried was feasible"):
+        gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, **OPTIONS, **nothing)
+
+
+@pytest.mark.parametrize("answer", [lambda *_: True, lambda p, _: np.ones(len(p)), lambda *_: None])
+def test_a_predicate_that_does_not_answer_row_by_row_is_refused(answer):
+    with pytest.raises(gf.InvalidInputError, match="feasible: returned"):
+        gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, feasible=answer, **OPTIONS)
+
+
+def test_a_target_and_a_time_limit_end_the_search():
+    assert many(target=0.1).stopped == "target"
+    began = time.monotonic()
+    cut = many(starts=5000, time_limit=0.2)
+    assert cut.stopped == "time"
+    assert time.monotonic() - began < 3
+    assert len(cut.plans) >= 1
+
+
+def interrupting_after(calls, error):
+    """Return a surface that fails once it has answered some calls."""
+    count = [0]
+
+    def surface(params):
+        count[0] += 1
+        if count[0] > calls:
+            count[0] = 0
+            raise error
+        return EGG(params)
+
+    return surface
+
+
+def test_an_interrupt_returns_the_best_so_far():
+    plan = gf.plan(interrupting_after(5, KeyboardInterrupt()), [0, 2, 4], bounds=BOUNDS, **OPTIONS)
+    assert plan.stopped == "interrupted"
+    assert len(plan.history) == 6
+    found = gf.plan_many(interrupting_after(20, KeyboardInterrupt()), BOUNDS, starts=10, **OPTIONS)
+    assert found.stopped == "interrupted"
+    assert found.plans
+
+
+def test_an_error_on_the_way_loses_nothing_found_so_far():
+    failure = gf.InvalidInputError("the surface ends here")
+    with pytest.raises(gf.InvalidInputError, match="ends here") as raised:
+        gf.plan(interrupting_after(5, failure), [0, 2, 4], bounds=BOUNDS, **OPTIONS)
+    assert raised.value.partial.quality.rho < 0
+    found = gf.plan_many(interrupting_after(20, failure), BOUNDS, starts=10, **OPTIONS)
+    assert found.failures
+    assert found.plans
+    assert set(found.failures.values()) == {"the surface ends here"}
+
+
+def test_progress_is_reported_after_every_search():
+    told = []
+    found = many(progress=lambda *report: told.append(report))
+    assert [done for done, _, _ in told] == list(range(1, 13))
+    assert told[-1][2] == found.epsilon.max()
+    assert many(progress=True).plans
+
+
+def test_blocks_are_chosen_where_the_pattern_is_too_large():
+    pair = contacts_on(*[ellipse(0.05, 0.03)] * 4)
+    plan = gf.plan(pair, [0, 1.5, 3, 4.5], bounds=[*BOUNDS, BOUNDS[0]], max_candidates=9, **OPTIONS)
+    assert plan.blocks == ((0,), (1,), (2,), (3,))
+    whole = gf.plan(pair, [0, 1.5, 3, 4.5], bounds=[*BOUNDS, BOUNDS[0]], **OPTIONS)
+    assert whole.blocks == ((0, 1, 2, 3),)
+    assert plan.quality.closure == whole.quality.closure == "force"
+    rho = [row.rho for row in plan.history]
+    assert all(after <= before + 1e-9 * abs(after) for before, after in itertools.pairwise(rho))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"starts": 0}, "starts: 0"),
+        ({"starts": [[0, 0]]}, "starts: shape"),
+        ({"starts": [[0, 0, 9]]}, "outside its bounds"),
+        ({"best": 0}, "best: 0"),
+        ({"bounds": [(1, 0)] * 3}, "bounds, row 0: lower 1.0 is above upper 0.0"),
+        ({"bounds": [0, 1]}, "bounds: shape"),
+        ({"step": 0.0}, "step, entry 0: 0.0 must be positive"),
+        ({"criterion": "mean"}, "criterion"),
+        ({"min_distance": -1}, "min_distance"),
+        ({"max_candidates": 2}, "max_candidates"),
+    ],
+)
+def test_bad_arguments_are_refused(change, message):
+    with pytest.raises(gf.InvalidInputError, match=message):
+        many(**change)

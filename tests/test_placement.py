@@ -1,0 +1,89 @@
+"""Quality under placement noise: reproducible, consistent with its parts, and a criterion of the planner."""
+
+import numpy as np
+import pytest
+
+import graspforce as gf
+from graspforce.surfaces import contacts_on, ellipse
+
+ANGLES = np.array([[0.0, 2.1, 4.2], [0.1, 1.9, 4.0]])
+OUTWARD = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=-1)
+OPTIONS = {"friction": 0.5, "length_scale": 0.1}
+
+
+def test_without_noise_every_sample_is_the_grasp_itself():
+    noisy = gf.Placement(samples=5).quality(0.1 * OUTWARD, -OUTWARD, **OPTIONS)
+    nominal = gf.quality_many(0.1 * OUTWARD, -OUTWARD, **OPTIONS).epsilon
+    np.testing.assert_allclose(noisy.epsilon, np.repeat(nominal[:, None], 5, axis=1), rtol=1e-12)
+    np.testing.assert_allclose(noisy.mean, nominal, rtol=1e-12)
+
+
+def test_statistics_are_those_of_the_samples_measured_one_by_one():
+    placement = gf.Placement(position=0.01, normal=0.1, samples=40, seed=5)
+    noisy = placement.quality(0.1 * OUTWARD, -OUTWARD, **OPTIONS)
+    positions, normals = placement.perturbed(0.1 * OUTWARD, -OUTWARD)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=-1), 1, rtol=1e-12)
+    one = [gf.Grasp(p, n, **OPTIONS).quality().epsilon for p, n in zip(positions[1], normals[1], strict=True)]
+    np.testing.assert_allclose(noisy.epsilon[1], one, rtol=1e-9, atol=1e-12)
+    assert noisy.percentile_5[1] == pytest.approx(np.percentile(one, 5), rel=1e-9)
+    again = placement.quality(0.1 * OUTWARD, -OUTWARD, **OPTIONS)
+    np.testing.assert_array_equal(noisy.epsilon, again.epsilon)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_noise_has_the_deviations_asked_for(dim):
+    normals = np.zeros((1, 4, dim))
+    normals[..., 0] = 3.0
+    placement = gf.Placement(position=0.02, normal=0.05, samples=20_000)
+    positions, tilted = placement.perturbed(0 * normals, normals)
+    assert positions.std() == pytest.approx(0.02, rel=0.01)
+    assert tilted[..., 1:].std() == pytest.approx(0.05, rel=0.01)
+
+
+def test_a_true_cone_in_space_keeps_its_tangents_and_closure_rate():
+    random = np.random.default_rng(0)
+    outward = random.normal(size=(1, 4, 3))
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    placement = gf.Placement(position=0.3, normal=0.3, samples=30)
+    noisy = placement.quality(outward, -outward, friction=0.5, edges=None)
+    assert noisy.closure_rate[0] == pytest.approx((noisy.epsilon[0] > 0).mean())
+
+
+def test_the_planner_improves_the_statistic_it_is_given():
+    egg = contacts_on(*[ellipse(0.05, 0.03)] * 3)
+    arguments = (egg, [0.0, 2.0, 4.5], 0.4, 0.05, [(-1, 7)] * 3)
+    options = {"friction": 0.4, "length_scale": 0.05}
+    for statistic in ("mean", "percentile_5"):
+        placement = gf.Placement(position=0.004, normal=0.15, samples=32, statistic=statistic)
+        robust = gf.plan(*arguments, placement=placement, **options)
+        nominal = gf.plan(*arguments, **options)
+        worth = {}
+        for name, plan in (("robust", robust), ("nominal", nominal)):
+            grasp = plan.grasp
+            found = placement.quality(grasp.positions[None], grasp.normals[None], **options)
+            worth[name] = getattr(found, statistic)[0]
+        assert worth["robust"] == pytest.approx(-robust.history[-1].rho, rel=1e-9)
+        assert worth["robust"] >= worth["nominal"] - 1e-3
+        assert robust.quality.closure == "force"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": -1.0}, "position: -1.0"),
+        ({"normal": np.nan}, "normal: nan"),
+        ({"samples": 0}, "samples: 0"),
+        ({"statistic": "median"}, "statistic: 'median'"),
+    ],
+)
+def test_bad_noise_is_refused(change, message):
+    with pytest.raises(gf.InvalidInputError, match=message):
+        gf.Placement(**change)
+
+
+def test_a_row_that_is_no_grasp_is_named():
+    normals = -OUTWARD.copy()
+    normals[1, 2] = 0
+    with np.errstate(invalid="ignore"), pytest.raises(gf.InvalidGraspError, match="contact 2") as raised:
+        gf.Placement(samples=4).quality(OUTWARD, normals)
+    assert raised.value.row == 1

@@ -1,0 +1,107 @@
+"""Gradient refinement: the chain rule is right, nothing gets worse, stationary points are recognised."""
+
+import numpy as np
+import pytest
+import trimesh
+
+import graspforce as gf
+from graspforce._scoring import CandidateSource
+from graspforce.paper import RACKET, tile_side
+from graspforce.refinement import _Ascent
+from graspforce.surfaces import MeshSurface, contacts_on, ellipse
+
+TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
+
+
+def ascent(surface, bounds, criterion="max", **options):
+    lower, upper = np.array(bounds, dtype=float).T
+    source = CandidateSource(surface, options)
+    return _Ascent(source, {"criterion": criterion}, lower, lower, upper, 1e-3, 0)
+
+
+@pytest.mark.parametrize("edges", [10, None])
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+def test_slopes_by_the_chain_rule_are_those_of_differences(criterion, edges):
+    # Untied and without symmetry, so that the worst direction is the only one.
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    climb = ascent(untied, [(-0.2, 0.2)] * 8, criterion, **TILE_OPTIONS, edges=edges)
+    params = np.array([-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07])
+    quality = climb._quality(params)
+    assert quality.gradient.unique
+    slopes = climb._gradient(params)
+    source, step = climb._source, 1e-6
+    for axis in range(8):
+        move = step * np.eye(8)[axis]
+        rtol = 1e-12 if edges else 1e-10
+        ends = [source.grasp(params + sign * move).quality(criterion, rtol=rtol).epsilon for sign in (1, -1)]
+        # By a full range of 0.4 m.
+        assert slopes[axis] == pytest.approx(0.4 * (ends[0] - ends[1]) / (2 * step), rel=2e-3, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["three fingers", "four fingers"])
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+def test_refinement_improves_the_racket_towards_its_global_optimum(name, criterion):
+    problem = RACKET[name]
+    options = {"friction": problem.friction, "max_normal_force": problem.max_normal_force}
+    found = gf.plan(
+        problem.surface,
+        problem.initial,
+        problem.step,
+        problem.tolerance,
+        problem.bounds,
+        criterion,
+        **options,
+    )
+    better = gf.refine(problem.surface, found.params, problem.bounds, criterion, **options)
+    assert better.gain >= 0
+    assert better.quality.epsilon == pytest.approx(found.quality.epsilon + better.gain, rel=1e-12)
+    lower, upper = np.array(problem.bounds).T
+    assert ((better.params >= lower) & (better.params <= upper)).all()
+    assert better.gain > 0 or better.stationary
+    bound = gf.plan_global(
+        problem.surface, problem.bounds, criterion, gap=0.01, initial=better.params, **options
+    )
+    assert better.quality.epsilon <= bound.upper
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_refinement_never_worsens_a_grasp_of_a_mesh(seed):
+    random = np.random.default_rng(seed)
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    mesh.apply_scale(random.uniform(0.02, 0.06, 3))
+    surface = contacts_on(*[MeshSurface(mesh)] * 3)
+    bounds = np.tile(surface_bounds(mesh), (3, 1))
+    start = random.uniform(*bounds.T)
+    options = {"length_scale": 0.04, "edges": 8}
+    before = gf.Grasp(*(array[0] for array in surface(start[None])), **options).quality().epsilon
+    better = gf.refine(surface, start, bounds, max_iterations=15, **options)
+    assert better.quality.epsilon >= before
+    assert better.gain == pytest.approx(better.quality.epsilon - before, abs=1e-9)
+
+
+def surface_bounds(mesh):
+    return np.array(mesh.bounds).T
+
+
+def test_two_opposite_fingers_on_a_disc_are_stationary():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(disc, [0.5, 0.5 + np.pi], [(0, 1), (2, 5)], friction=0.4, length_scale=0.1)
+    assert ended.stationary
+    assert ended.gain <= 1e-9
+
+
+def test_a_parameter_at_its_bound_stays_within_it():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(disc, [0.2, 3.0], [(0.2, 0.2), (2.5, 3.1)], friction=0.4, length_scale=0.1)
+    np.testing.assert_allclose(ended.params, [0.2, 3.1], atol=1e-6)
+    assert ended.stationary
+
+
+def test_bad_starts_are_refused():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    with pytest.raises(gf.InvalidInputError, match="not feasible"):
+        gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], min_distance=0.01)
+    with pytest.raises(gf.InvalidInputError, match="tolerance"):
+        gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], tolerance=0)
+    with pytest.raises(gf.InvalidInputError, match="outside its bounds"):
+        gf.refine(disc, [0.0, 2.0], [(0, 1), (0, 1)])
