@@ -24,6 +24,7 @@ mod enumerated;
 mod equilibration;
 mod error;
 mod face;
+mod facet;
 mod force_distributor;
 mod gradient;
 mod grasp;

@@ -10,9 +10,9 @@
 //! ray from the origin leaves through a facet. Any vector `y` certifies `|x| >= min_k (y . v_k) / |y|` for
 //! all points `x` of the facet with vertices `v_k`. The final bound is taken over all facets this way.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use crate::facet::{Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges};
 use crate::grasp::Wrench;
 use crate::linear::plane_through;
 use crate::ridge_table::{RidgeTable, Side};
@@ -74,48 +74,6 @@ pub(crate) enum Expansion<const D: usize> {
     Radius(Radius<D>),
     /// The set does not contain the artificial simplex: its support along this unit direction is only `upper`.
     Pierced { upper: f64, direction: Wrench<D> },
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Facet<const D: usize> {
-    /// `plane . v = 1` for all vertices.
-    plane: Wrench<D>,
-    /// `1 / |plane|`.
-    distance: f64,
-    /// Of the point being added: `plane . p`.
-    reach: f64,
-    /// In ascending order, so that the newest point is always the last.
-    vertices: [u16; D],
-    /// Slot k: the facet on the other side of the ridge opposite to vertex k.
-    neighbours: [u32; D],
-    /// The round in which `reach` was computed; 0 marks a facet that is no more.
-    round: u32,
-    /// Tells apart the facets that use a slot one after another.
-    serial: u32,
-    visible: bool,
-}
-
-/// A facet waiting to be examined, nearest first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Candidate {
-    distance: f64,
-    facet: u32,
-    serial: u32,
-}
-
-impl Eq for Candidate {}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Candidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        // Reversed: `BinaryHeap` pops the greatest. Serials make the order, and so the result, deterministic.
-        other.distance.total_cmp(&self.distance).then(other.serial.cmp(&self.serial))
-    }
 }
 
 /// The memory of an expansion, to be reused: after a few grasps it no longer allocates.
@@ -385,65 +343,6 @@ impl<const D: usize> Polytope<D> {
             .map(|facet| certified_distance(&facet.plane, &facet.vertices.map(|v| self.points[v as usize])));
         distances.fold(f64::INFINITY, f64::min)
     }
-}
-
-/// How far `y . v = 1` is from holding at the vertices.
-fn offset<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-    vertices.iter().map(|v| (plane.dot(v) - 1.0).abs()).fold(0.0, f64::max)
-}
-
-/// `min_k (y . v_k) / |y|`: no point of the facet is nearer to the origin.
-fn certified_distance<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-    vertices.iter().map(|v| plane.dot(v)).fold(f64::INFINITY, f64::min) / plane.norm()
-}
-
-/// The slot of `outside` that faces `inner` across the ridge which `vertices` holds besides the apex.
-#[inline]
-fn shared_slot<const D: usize>(outside: &Facet<D>, inner: u32, vertices: &[u16; D]) -> usize {
-    let facing = |slot: &usize| outside.neighbours[*slot] == inner;
-    // Two facets may share two ridges where points coincide: then only one slot has its vertex off this ridge.
-    (0..D)
-        .filter(facing)
-        .find(|&slot| !vertices[..D - 1].contains(&outside.vertices[slot]))
-        .or_else(|| (0..D).find(facing))
-        .unwrap_or(0)
-}
-
-/// For each slot but the apex's: the vertices of a new facet other than the apex and that one, 16 bits each.
-#[inline]
-fn sub_ridges<const D: usize>(vertices: &[u16; D]) -> [u64; D] {
-    let mut keys = [0; D];
-    let mut before = 0_u64;
-    for slot in 0..D - 1 {
-        keys[slot] = before;
-        before = before << 16 | u64::from(vertices[slot]);
-    }
-    let (mut after, mut bits) = (0_u64, 0);
-    for slot in (0..D - 1).rev() {
-        keys[slot] = if bits < 64 { keys[slot] << bits | after } else { after };
-        if bits < 64 {
-            after |= u64::from(vertices[slot]) << bits;
-        }
-        bits += 16;
-    }
-    keys
-}
-
-/// Unit vertices of a regular simplex, in a position that shares no symmetry with the axes.
-fn regular_simplex<const D: usize>() -> Vec<Wrench<D>> {
-    // e_1 .. e_D and a multiple of (1, .., 1) are equidistant; then centre and normalise.
-    let d = D as f64;
-    let last = (1.0 - (1.0 + d).sqrt()) / d;
-    let centroid = Wrench::<D>::repeat((1.0 + last) / (d + 1.0));
-    let corners = (0..D)
-        .map(|axis| Wrench::<D>::from_fn(|row, _| f64::from(u8::from(row == axis))))
-        .chain([Wrench::repeat(last)]);
-    // A reflection along a generic direction takes the simplex out of the axes' symmetry.
-    let mirror = Wrench::<D>::from_fn(|row, _| (row as f64 + 1.3).sqrt() - 0.4).normalize();
-    corners
-        .map(|corner| (corner - centroid).normalize())
-        .map(|v: Wrench<D>| v - mirror * (2.0 * mirror.dot(&v)))
-        .collect()
 }
 
 #[cfg(test)]
