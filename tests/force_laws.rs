@@ -4,7 +4,7 @@ mod force_cases;
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
-use force_cases::{assert_sound, close, value};
+use force_cases::{assert_sound, close, seeded, value};
 use graspforce::{
     Contact, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Method, Wrench, WrenchSet,
 };
@@ -77,7 +77,7 @@ fn interior_point(grasp: &Grasp<6>, criterion: Criterion, external: &Wrench<6>) 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(seeded(200))]
 
     #[test]
     fn forces_balance_stay_in_their_cones_and_close_the_duality_gap(c in contacts(1..8), s in shares()) {
@@ -132,7 +132,7 @@ proptest! {
         for criterion in BOTH {
             let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
             let (once, scaled) = (distributor.solve(&external).unwrap(), distributor.solve(&(external * factor)).unwrap());
-            prop_assert!(close(once.sigma * factor, scaled.sigma, 1e-12));
+            prop_assert!(close(once.sigma * factor, scaled.sigma, 1e-10));
         }
     }
 

@@ -1,5 +1,8 @@
 //! Algorithm 1: its order, its index matrices, and its limits.
 
+mod force_cases;
+
+use force_cases::seeded;
 use graspforce::{Contact, Criterion, Error, Grasp, MinkowskiSum, Wrench, WrenchSet};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -67,7 +70,7 @@ fn a_true_cone_has_no_points() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(seeded(64))]
 
     #[test]
     fn every_point_is_bit_for_bit_the_sum_of_its_entries(

@@ -1,6 +1,8 @@
 //! Seeded problems that the benchmarks share.
 #![allow(dead_code, reason = "each benchmark uses its own part")]
 
+pub(crate) mod tile;
+
 use graspforce::{Contact, Grasp};
 use nalgebra::Vector3;
 

@@ -10,8 +10,10 @@ Importing the package needs NumPy alone: figures, oracles and viewers are import
 
 from . import surfaces
 from ._core import (
+    ForceBatch,
     ForceDistributor,
     ForceSolution,
+    ForceSteps,
     Gradient,
     Grasp,
     MinkowskiSum,
@@ -37,8 +39,10 @@ from .refinement import Refinement, refine
 
 __all__ = [
     "BusyError",
+    "ForceBatch",
     "ForceDistributor",
     "ForceSolution",
+    "ForceSteps",
     "GlobalOptimum",
     "Gradient",
     "Grasp",

@@ -10,6 +10,8 @@ pub(crate) struct Basis<const R: usize> {
     pub(crate) columns: SMatrix<f64, R, R>,
     pub(crate) inverse: SMatrix<f64, R, R>,
     pub(crate) costs: [SVector<f64, R>; 2],
+    /// Where each column was priced.
+    pub(crate) directions: SMatrix<f64, R, R>,
     /// Columns that are no points of the set: signed unit vectors of the first phase.
     pub(crate) artificial: [bool; R],
     edges: Vec<u32>,
@@ -22,6 +24,7 @@ impl<const R: usize> Basis<R> {
             columns: SMatrix::identity(),
             inverse: SMatrix::identity(),
             costs: [SVector::zeros(); 2],
+            directions: SMatrix::zeros(),
             artificial: [true; R],
             edges: vec![UNUSED; R * contacts],
             contacts,
@@ -37,6 +40,16 @@ impl<const R: usize> Basis<R> {
         self.costs = [SVector::zeros(); 2];
         self.artificial = [true; R];
         self.edges.fill(UNUSED);
+    }
+
+    /// Becomes a copy of another basis of the same grasp, without allocating.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.columns = other.columns;
+        self.inverse = other.inverse;
+        self.costs = other.costs;
+        self.directions = other.directions;
+        self.artificial = other.artificial;
+        self.edges.copy_from_slice(&other.edges);
     }
 
     /// Which edge of each contact the column in `row` uses.
@@ -58,6 +71,7 @@ impl<const R: usize> Basis<R> {
         self.inverse -= others * leaving;
         self.inverse.set_row(row, &leaving);
         self.columns.set_column(row, &column.wrench);
+        self.directions.set_column(row, &column.direction);
         for (costs, cost) in self.costs.iter_mut().zip(column.costs) {
             costs[row] = cost;
         }
@@ -67,7 +81,7 @@ impl<const R: usize> Basis<R> {
 
     /// Inverts the columns afresh; `false`, and nothing changed, if they have become dependent.
     pub(crate) fn refactorise(&mut self) -> bool {
-        match invert(&self.columns) {
+        match invert(&self.columns, 0.0) {
             Some(inverse) => {
                 self.inverse = inverse;
                 true
@@ -99,14 +113,17 @@ impl<const R: usize> Basis<R> {
     }
 }
 
-/// Gauss-Jordan elimination with row pivoting.
-fn invert<const R: usize>(matrix: &SMatrix<f64, R, R>) -> Option<SMatrix<f64, R, R>> {
+/// Gauss-Jordan elimination with row pivoting; `None` where no pivot exceeds `smallest`.
+pub(crate) fn invert<const R: usize>(
+    matrix: &SMatrix<f64, R, R>,
+    smallest: f64,
+) -> Option<SMatrix<f64, R, R>> {
     let mut a = *matrix;
     let mut inverse = SMatrix::<f64, R, R>::identity();
     for k in 0..R {
         let pivot = (k..R).fold(k, |best, i| if a[(i, k)].abs() > a[(best, k)].abs() { i } else { best });
         let scale = a[(pivot, k)];
-        if scale == 0.0 || !scale.is_finite() {
+        if !(scale.abs() > smallest && scale.is_finite()) {
             return None;
         }
         a.swap_rows(k, pivot);

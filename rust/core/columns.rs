@@ -24,6 +24,8 @@ const LANES: usize = 4;
 pub(crate) struct Column<const R: usize> {
     pub(crate) wrench: SVector<f64, R>,
     pub(crate) costs: [f64; 2],
+    /// Where it was priced, for columns that are not made of listed edges.
+    pub(crate) direction: SVector<f64, R>,
 }
 
 /// Where the simplex finds its columns.
@@ -41,6 +43,11 @@ pub(crate) trait Pricing<const R: usize> {
         tolerance: f64,
         edges: &mut [u32],
     ) -> Option<Column<R>>;
+
+    /// Reduced costs below this are no improvement, relative to an objective of one.
+    fn optimality(&self) -> f64 {
+        1e-12
+    }
 }
 
 /// What a column costs and how contacts combine to one.
@@ -132,7 +139,7 @@ impl<const R: usize> ImplicitColumns<R> {
 
     fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
         edges.fill(UNUSED);
-        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2] };
+        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2], direction: SVector::zeros() };
         let (mut count, mut fallback) = (0, (f64::NEG_INFINITY, 0, 0));
         for (contact, slot) in edges.iter_mut().enumerate() {
             let (value, edge) = self.best(contact, z);
@@ -154,7 +161,7 @@ impl<const R: usize> ImplicitColumns<R> {
     fn single(&self, contact: usize, edge: usize, edges: &mut [u32]) -> Column<R> {
         edges.fill(UNUSED);
         edges[contact] = edge as u32;
-        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1) }
+        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1), direction: SVector::zeros() }
     }
 }
 
@@ -201,7 +208,11 @@ impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
                 count += 1;
             }
         }
-        (count > 0).then(|| Column { wrench, costs: self.objective.costs(count) })
+        (count > 0).then(|| Column {
+            wrench,
+            costs: self.objective.costs(count),
+            direction: SVector::zeros(),
+        })
     }
 }
 
@@ -222,12 +233,12 @@ fn best_of_blocks<const R: usize>(blocks: &[[[f64; LANES]; R]], z: &SVector<f64,
             at[lane] = if better { index } else { at[lane] };
         }
     }
-    let mut winner = (best[0], at[0] as usize * LANES);
-    for lane in 1..LANES {
-        let edge = at[lane] as usize * LANES + lane;
-        if best[lane] > winner.0 || (best[lane] == winner.0 && edge < winner.1) {
-            winner = (best[lane], edge);
-        }
+    // Without branches: which lane wins is as good as random. Among equals the lowest index does.
+    let most = best.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut edge = u64::MAX;
+    for (lane, (value, index)) in (0_u64..).zip(best.iter().zip(at)) {
+        let candidate = if *value == most { index * LANES as u64 + lane } else { u64::MAX };
+        edge = edge.min(candidate);
     }
-    winner
+    (most, if edge == u64::MAX { 0 } else { edge as usize })
 }

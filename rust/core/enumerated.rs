@@ -21,6 +21,9 @@ const ACTIVE: f64 = 1e-5;
 /// Rounds of adding the points that the multipliers violate; after the last, all points take part.
 const MAX_ROUNDS: usize = 20;
 
+/// Points that complete the reduced set along one direction.
+const MAX_COMPLETION: usize = 100;
+
 /// Every point of the wrench set, in equilibrated coordinates, with the edges that make it.
 #[derive(Debug, Clone)]
 pub(crate) struct Enumeration<const D: usize> {
@@ -70,6 +73,55 @@ impl<const D: usize> Enumeration<D> {
         let outcome = simplex.cold(&Restricted { all: self, active }, target);
         simplex.pivots += pivots;
         outcome
+    }
+
+    /// The points that some targets need, completed until every direction can be balanced (section 4.2).
+    pub(crate) fn reduce(&self, simplex: &mut Simplex<D>, targets: &[Target<D>], rank: usize) -> Vec<u32> {
+        let (mut kept, mut active) = (Vec::new(), Vec::new());
+        for target in targets {
+            self.select(target, &mut active);
+            if active.len() < self.points.len() {
+                kept.append(&mut active);
+            }
+        }
+        kept.sort_unstable();
+        kept.dedup();
+        // Directions that positively span the wrench space: with these, nothing is out of reach.
+        for k in 0..=rank {
+            let mut wrench = SVector::<f64, D>::zeros();
+            match k {
+                k if k < rank => wrench[k] = 1.0,
+                _ => wrench.rows_range_mut(..rank).fill(-1.0),
+            }
+            let target = Target { wrench, rank, tolerance: 1e-10 };
+            for _ in 0..MAX_COMPLETION {
+                let separating = if kept.is_empty() {
+                    wrench
+                } else {
+                    let restricted = Restricted { all: self, active: &kept };
+                    let Outcome::Infeasible(z) = simplex.cold(&restricted, &target) else { break };
+                    z
+                };
+                let reach = |j: &u32| self.points[*j as usize].wrench.dot(&separating);
+                let furthest = (0..self.points.len() as u32).max_by(|a, b| reach(a).total_cmp(&reach(b)));
+                match furthest.filter(|j| reach(j) > 0.0 && !kept.contains(j)) {
+                    Some(furthest) => kept.push(furthest),
+                    // The grasp itself is not force-closure along this direction.
+                    None => break,
+                }
+            }
+        }
+        kept
+    }
+
+    /// Solves over some of the points; whether the others could do better is for the caller to ask.
+    pub(crate) fn solve_reduced(
+        &self,
+        simplex: &mut Simplex<D>,
+        target: &Target<D>,
+        kept: &[u32],
+    ) -> Outcome<D> {
+        simplex.cold(&Restricted { all: self, active: kept }, target)
     }
 
     /// The points on the hyperplane of Eq. 26; all of them where Clarabel finds none, for the simplex to
@@ -165,7 +217,10 @@ type Points<const D: usize> = (Vec<Column<D>>, Vec<u32>, Vec<(u32, u32)>);
 fn union<const D: usize>(grasp: &Grasp<D>, equilibration: &Equilibration<D>) -> Result<Points<D>> {
     let wrenches = grasp.primitive_wrenches()?;
     let costs = Objective::Sum.costs(1);
-    let points = wrenches.iter().map(|w| Column { wrench: equilibration.wrench(w), costs }).collect();
+    let points = wrenches
+        .iter()
+        .map(|w| Column { wrench: equilibration.wrench(w), costs, direction: SVector::zeros() })
+        .collect();
     let ranges = (0..grasp.num_contacts()).filter_map(|i| Some((i, grasp.edges(i)?)));
     let entries = ranges.flat_map(|(i, range)| range.map(move |edge| (i as u32, edge as u32))).collect();
     Ok((points, (0..=wrenches.len() as u32).collect(), entries))
@@ -183,6 +238,7 @@ fn minkowski<const D: usize>(
     let points = (0..sum.len()).map(|j| Column {
         wrench: equilibration.wrench(&sum.wrenches()[j]),
         costs: objective.costs((sum.ends()[j] - sum.starts()[j]) as usize),
+        direction: SVector::zeros(),
     });
     let starts = sum.starts().iter().chain(sum.ends().last()).copied().collect();
     let entries = sum.contacts().iter().zip(sum.edges()).map(|(&i, &h)| (i, firsts[i as usize] + h));

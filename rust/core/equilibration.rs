@@ -7,7 +7,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::error::{Error, Result};
 use crate::grasp::Grasp;
+use crate::region::UNBALANCED;
+use crate::simplex::Target;
 
 /// Directions weaker than this, relative to the strongest, are rounding and not directions.
 const RANK_TOLERANCE: f64 = 1e-12;
@@ -17,8 +20,16 @@ const RANK_TOLERANCE: f64 = 1e-12;
 pub(crate) struct Equilibration<const D: usize> {
     map: SMatrix<f64, D, D>,
     lengths: SVector<f64, D>,
+    units: SVector<f64, D>,
     /// Rows beyond this are zero for every wrench the grasp can exert.
     pub(crate) rank: usize,
+}
+
+/// A wrench in equilibrated coordinates: `T b = scale * target`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reachable<const D: usize> {
+    pub(crate) target: Target<D>,
+    pub(crate) scale: f64,
 }
 
 impl<const D: usize> Equilibration<D> {
@@ -52,7 +63,7 @@ impl<const D: usize> Equilibration<D> {
             axes.set_column(k, &axis);
             map.set_row(k, &axis.component_mul(&units).transpose());
         }
-        Self { map, lengths, rank }
+        Self { map, lengths, units, rank }
     }
 
     /// `T w` of a wrench that the grasp can exert.
@@ -62,19 +73,53 @@ impl<const D: usize> Equilibration<D> {
         mapped
     }
 
-    /// `T w` of any wrench; what the grasp cannot do at all shows beyond the rank.
-    pub(crate) fn any(&self, wrench: &SVector<f64, D>) -> SVector<f64, D> {
-        self.map * wrench
+    /// `b` in equilibrated coordinates; an error if the grasp cannot act on it at all.
+    pub(crate) fn reachable(&self, b: &SVector<f64, D>) -> Result<Reachable<D>> {
+        let rank = self.rank;
+        let largest = b.amax();
+        if !(largest > 0.0 && b.iter().all(|x| x.is_finite())) {
+            return Err(Error::input("external_wrench", format!("{:?} has no direction", b.as_slice())));
+        }
+        // Scaled first: a wrench may be as large or as small as numbers are.
+        let mapped = self.map * (b / largest);
+        let unscaled = mapped.component_mul(&self.lengths).norm();
+        let mut wrench = mapped;
+        if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
+            if mapped[k].abs() > UNBALANCED * unscaled {
+                let mut z = SVector::zeros();
+                z[k] = mapped[k].signum();
+                return Err(self.infeasible(&z));
+            }
+            wrench.rows_range_mut(rank..).fill(0.0);
+        }
+        let size = wrench.amax();
+        // Rounding in the wrench grows where a weak direction was strengthened.
+        let rounding = 4.0 * f64::EPSILON * unscaled / self.weakest();
+        let tolerance = UNBALANCED + rounding / size;
+        Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
     }
 
-    /// Length of a mapped wrench in plain units of force and torque, before any direction was strengthened.
-    pub(crate) fn prescaled_norm(&self, mapped: &SVector<f64, D>) -> f64 {
-        mapped.component_mul(&self.lengths).norm()
+    /// The error for a wrench that this multiplier separates from all the grasp can balance.
+    pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
+        let direction = self.dual(multiplier);
+        // Scaled before its length is taken: the square of a component may not be representable.
+        let direction = (direction / direction.amax()).normalize();
+        Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
     }
 
     /// Strength of the weakest direction in which the grasp can act, relative to the strongest contact.
-    pub(crate) fn weakest(&self) -> f64 {
+    fn weakest(&self) -> f64 {
         self.lengths.rows_range(..self.rank).min()
+    }
+
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) fn units(&self) -> &SVector<f64, D> {
+        &self.units
+    }
+
+    /// The map `T` itself.
+    pub(crate) fn matrix(&self) -> &SMatrix<f64, D, D> {
+        &self.map
     }
 
     /// The multiplier `z` with `z . w = z' . T w`.

@@ -133,7 +133,7 @@ impl<const D: usize> Grasp<D> {
         }
         // Squares of wrenches must be representable, or no norm of them is.
         let arm = map.amax();
-        let reach = arm * contact.max_normal_force * contact.friction.max(1.0);
+        let reach = arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0);
         let largest = self.primitive_wrenches[start..].iter().map(Wrench::amax).fold(reach, f64::max);
         let limit = contact.max_normal_force;
         if ![arm, limit, largest].iter().all(|size| REPRESENTABLE.contains(size)) {

@@ -1,7 +1,7 @@
 //! How large a wrench along given directions the limited forces can resist.
 
-use crate::distribution::ForceDistributor;
 use crate::error::{Error, Result};
+use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::Criterion;
 

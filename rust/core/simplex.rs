@@ -18,9 +18,6 @@ pub(crate) const MAX_PIVOTS: usize = 1000;
 /// Pivots after which rounding in the updated inverse is cleared.
 const REFACTORISE_EVERY: usize = 50;
 
-/// Reduced costs below this are no improvement, relative to an objective of one.
-const OPTIMALITY: f64 = 1e-12;
-
 /// Columns whose first reduced cost is this small share the optimum of the objective.
 pub(crate) const TIE: f64 = 1e-11;
 
@@ -67,7 +64,8 @@ pub(crate) struct Simplex<const R: usize> {
     pub(crate) pivots: usize,
     /// What the levels balance: the caller's right-hand side but for its rounding.
     pub(crate) target: SVector<f64, R>,
-    entering: Vec<u32>,
+    pub(crate) entering: Vec<u32>,
+    pub(crate) candidate: Vec<u32>,
 }
 
 impl<const R: usize> Simplex<R> {
@@ -79,6 +77,7 @@ impl<const R: usize> Simplex<R> {
             pivots: 0,
             target: SVector::zeros(),
             entering: vec![0; contacts],
+            candidate: vec![0; contacts],
         }
     }
 
@@ -94,6 +93,12 @@ impl<const R: usize> Simplex<R> {
         }
         self.drive_out_artificials(pricing, rank);
         self.optimise(pricing, rank)
+    }
+
+    /// Takes up a basis that was optimal for another right-hand side.
+    pub(crate) fn restart(&mut self, basis: &Basis<R>) {
+        self.basis.copy_from(basis);
+        self.refresh_multipliers();
     }
 
     /// The first phase: minimise the sum of artificial levels.
@@ -163,11 +168,11 @@ impl<const R: usize> Simplex<R> {
     }
 
     /// The second phase: the objective, then the tie-break among its optimal columns.
-    fn optimise(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Outcome<R> {
+    pub(crate) fn optimise(&mut self, pricing: &impl Pricing<R>, rank: usize) -> Outcome<R> {
         self.refactorise();
         self.refresh_multipliers();
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
-        let mut threshold = OPTIMALITY;
+        let mut threshold = pricing.optimality();
         let mut polished = true;
         let (mut doubtful, mut ties) = (0, 0);
         let first = self.pivots;
@@ -196,17 +201,13 @@ impl<const R: usize> Simplex<R> {
                 let Some(tied) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
                 ties += 1;
                 // Where rounding lets the two costs undo each other, the objective has the last word.
-                threshold = if ties > MAX_TIES { OPTIMALITY } else { threshold.max(2.0 * tolerance) };
+                threshold =
+                    if ties > MAX_TIES { pricing.optimality() } else { threshold.max(2.0 * tolerance) };
                 column = tied;
             }
             let direction = self.basis.inverse * column.wrench;
             let Some(row) = self.leaving_row(&direction, rank) else { return Outcome::Stalled };
-            let gains: [f64; 2] =
-                std::array::from_fn(|k| column.wrench.dot(&self.multipliers[k]) - column.costs[k]);
-            self.pivot(row, &column, &direction);
-            for (z, gain) in self.multipliers.iter_mut().zip(gains) {
-                *z -= self.basis.inverse.row(row).transpose() * gain;
-            }
+            self.exchange(row, &column, &direction);
             polished = false;
         }
         Outcome::Stalled
@@ -254,8 +255,19 @@ impl<const R: usize> Simplex<R> {
         rows.unwrap_or(false)
     }
 
+    /// A pivot that carries the multipliers of the objective and the tie-break along.
+    pub(crate) fn exchange(&mut self, row: usize, column: &Column<R>, direction: &SVector<f64, R>) {
+        let gains: [f64; 2] =
+            std::array::from_fn(|k| column.wrench.dot(&self.multipliers[k]) - column.costs[k]);
+        self.pivot(row, column, direction);
+        for (z, gain) in self.multipliers.iter_mut().zip(gains) {
+            *z -= self.basis.inverse.row(row).transpose() * gain;
+        }
+    }
+
     fn pivot(&mut self, row: usize, column: &Column<R>, direction: &SVector<f64, R>) {
-        let step = self.levels[row].max(0.0) / direction[row];
+        // Negative only against a negative element, in the dual method.
+        let step = (self.levels[row] / direction[row]).max(0.0);
         self.levels -= direction * step;
         self.levels[row] = step;
         // Levels that are zero but for rounding are ties, and only exact ties are broken without cycling.
@@ -269,13 +281,13 @@ impl<const R: usize> Simplex<R> {
         self.pivots += 1;
     }
 
-    fn refactorise(&mut self) {
+    pub(crate) fn refactorise(&mut self) {
         if self.basis.refactorise() {
             self.levels = self.basis.levels(&self.target);
         }
     }
 
-    fn refresh_multipliers(&mut self) {
+    pub(crate) fn refresh_multipliers(&mut self) {
         self.multipliers = self.basis.costs.map(|costs| self.basis.multipliers(&costs));
     }
 

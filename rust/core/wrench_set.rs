@@ -234,13 +234,13 @@ fn blocks<const D: usize>(wrenches: &[Wrench<D>]) -> Vec<[[f64; LANES]; D]> {
 
 /// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.
 #[inline]
-fn cone_slope(h: &ContactForce, mu: f64, gamma: f64) -> f64 {
+pub(crate) fn cone_slope(h: &ContactForce, mu: f64, gamma: f64) -> f64 {
     (mu * mu * (h[1] * h[1] + h[2] * h[2]) + gamma * gamma * h[3] * h[3]).sqrt()
 }
 
 /// The force of unit normal component in the cone that reaches furthest along `h`.
 #[inline]
-fn cone_support(h: &ContactForce, mu: f64, gamma: f64) -> ContactForce {
+pub(crate) fn cone_support(h: &ContactForce, mu: f64, gamma: f64) -> ContactForce {
     let slope = cone_slope(h, mu, gamma);
     if slope == 0.0 {
         return ContactForce::new(1.0, 0.0, 0.0, 0.0);

@@ -1,17 +1,37 @@
 //! `graspforce.ForceDistributor` and its results.
 
 use graspforce::{ContactForce, Distribution, DistributionOptions, ForceDistributor, Grasp, Method, Wrench};
-use numpy::{PyArray1, PyArray2};
-use pyo3::prelude::*;
+use std::sync::{RwLock, RwLockReadGuard};
 
-use crate::arrays::{float_vector, matrix};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::{PyIterator, PyTuple, PyType};
+
+use crate::arrays::{contents, float_array, float_vector, matrix};
 use crate::errors::{invalid_input, to_python};
 use crate::grasp::{AnyGrasp, PyGrasp};
 use crate::quality::parse_criterion;
 
+#[derive(Clone)]
 enum Any {
     Planar(ForceDistributor<3>),
     Spatial(ForceDistributor<6>),
+}
+
+impl Any {
+    fn update(&mut self, grasp: &AnyGrasp) -> Option<graspforce::Result<()>> {
+        match (self, grasp) {
+            (Self::Planar(distributor), AnyGrasp::Planar(grasp)) => Some(distributor.update(grasp)),
+            (Self::Spatial(distributor), AnyGrasp::Spatial(grasp)) => Some(distributor.update(grasp)),
+            _ => None,
+        }
+    }
+}
+
+/// What `update` replaces.
+struct State {
+    inner: Any,
+    grasp: Py<PyGrasp>,
 }
 
 /// Least contact forces for one grasp and any number of external wrenches.
@@ -23,19 +43,26 @@ enum Any {
 /// objective : {"max", "sum"}, optional
 ///     Minimise the maximum of normalised normal forces (Eq. 7; among its optima, then the sum) or their sum
 ///     (Eq. 6).
-/// method : {"implicit", "enumerated"}, optional
+/// method : {"implicit", "enumerated", "reduced"}, optional
 ///     "implicit" is a simplex method that asks the support oracle for its columns. "enumerated" is the paper's:
 ///     all points of the wrench set listed in advance, ``z_b`` of Eq. 26 by an interior-point solver, forces
-///     from the points on its hyperplane. The answers agree.
+///     from the points on its hyperplane. "reduced" keeps only the points that ``samples`` need, completed until
+///     the origin is interior (section 4.2), and asks the whole set where these do not suffice. The answers agree.
+/// weight : float, optional
+///     With "max": minimise the maximum plus ``weight`` times the sum, a family that leads from one objective to
+///     the other. Zero means the maximum and, among its optima, the least sum.
+/// samples : array_like, optional
+///     (S, d) external wrenches that choose the points of "reduced".
 /// tol : float, optional
-///     Largest relative gap between the objective and its proven lower bound.
+///     Largest relative gap between the objective and its proven lower bound. True cones (``edges=None``) take
+///     the longer the smaller it is; 1e-6 is enough for control.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
 ///     An option is unknown or out of range.
 /// InvalidGraspError
-///     A contact has its true cone, which has no finite set.
+///     "enumerated", and a contact has its true cone, which has no finite set.
 /// TooLargeError
 ///     "enumerated" would list too many points.
 ///
@@ -44,6 +71,10 @@ enum Any {
 /// The forces are always a basic solution of the linear program, so no component of it is negative. The
 /// pseudoinverse of Eqs. 27 to 29 does not have this property where more than d points lie on one supporting
 /// hyperplane, the normal case in space, and is not used.
+///
+/// Over linearised cones the forces depend on the wrench alone: where objective and tie-break leave a choice, the
+/// least ``sum |f_i|^2 / f_i^U^2`` decides. They are continuous along a continuous path of wrenches. For true
+/// cones there is no exact tie-break; a small ``weight`` prefers a small sum.
 ///
 /// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait.
 ///
@@ -60,47 +91,79 @@ enum Any {
 /// [[1.0, 0.5], [1.0, -0.5]]
 #[pyclass(name = "ForceDistributor", module = "graspforce", frozen)]
 pub struct PyForceDistributor {
-    inner: Any,
-    grasp: Py<PyGrasp>,
+    state: RwLock<State>,
     /// "max" or "sum".
     #[pyo3(get)]
     objective: &'static str,
-    /// "implicit" or "enumerated".
+    /// "implicit", "enumerated" or "reduced".
     #[pyo3(get)]
     method: &'static str,
+    /// What the sum weighs beside the maximum.
+    #[pyo3(get)]
+    weight: f64,
+    samples: Vec<Vec<f64>>,
+    /// Largest relative gap that counts as solved.
+    #[pyo3(get)]
+    tol: f64,
 }
 
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", tol=1e-9))]
-    fn new(py: Python<'_>, grasp: Py<PyGrasp>, objective: &str, method: &str, tol: f64) -> PyResult<Self> {
+    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, samples=None, tol=1e-9))]
+    fn new(
+        py: Python<'_>,
+        grasp: Py<PyGrasp>,
+        objective: &str,
+        method: &str,
+        weight: f64,
+        samples: Option<&Bound<'_, PyAny>>,
+        tol: f64,
+    ) -> PyResult<Self> {
         let criterion =
             parse_criterion("objective", objective).map_err(|message| invalid_input(py, message))?;
         let (method, name) = match method {
             "implicit" => (Method::Implicit, "implicit"),
             "enumerated" => (Method::Enumerated, "enumerated"),
+            "reduced" => (Method::Reduced, "reduced"),
             other => {
-                let message = format!("method: {other:?} is neither \"implicit\" nor \"enumerated\"");
+                let message =
+                    format!("method: {other:?} is none of \"implicit\", \"enumerated\" and \"reduced\"");
                 return Err(invalid_input(py, message));
             }
         };
         let mut options = DistributionOptions::default();
         options.method = method;
+        options.weight = weight;
         options.tolerance = tol;
+        if let Some(samples) = samples {
+            options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
+        }
+        let samples = options.samples.clone();
         let inner = py.detach(|| match &grasp.get().inner {
             AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
             AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
         });
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
-        Ok(Self { inner, grasp, objective, method: name })
+        Ok(Self { state: RwLock::new(State { inner, grasp }), objective, method: name, weight, samples, tol })
     }
 
     /// The grasp whose forces are distributed.
     #[getter]
-    fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
-        self.grasp.clone_ref(py)
+    fn grasp(&self, py: Python<'_>) -> PyResult<Py<PyGrasp>> {
+        Ok(self.state(py)?.grasp.clone_ref(py))
+    }
+
+    /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
+    #[getter]
+    fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
+        let state = self.state(py)?;
+        let points = match &state.inner {
+            Any::Planar(distributor) => distributor.reduced_points(),
+            Any::Spatial(distributor) => distributor.reduced_points(),
+        };
+        Ok(points.map(|points| PyArray1::from_slice(py, points)))
     }
 
     /// Least contact forces that balance an external wrench (Eq. 11).
@@ -125,16 +188,278 @@ impl PyForceDistributor {
     /// BusyError
     ///     Another thread is using this distributor.
     fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
-        match &self.inner {
-            Any::Planar(distributor) => solve(py, &self.grasp, distributor, external_wrench),
-            Any::Spatial(distributor) => solve(py, &self.grasp, distributor, external_wrench),
+        let state = self.state(py)?;
+        match &state.inner {
+            Any::Planar(distributor) => solve(py, &state.grasp, distributor, external_wrench),
+            Any::Spatial(distributor) => solve(py, &state.grasp, distributor, external_wrench),
         }
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let grasp = self.grasp.bind(py).repr().map_or_else(|_| "Grasp".into(), |text| text.to_string());
-        format!("ForceDistributor({grasp}, objective='{}', method='{}')", self.objective, self.method)
+    /// The same, written into an array of the caller's: for control loops.
+    ///
+    /// Parameters
+    /// ----------
+    /// external_wrench : array_like
+    ///     (d,) wrench on the object; a float64 array is read without a copy.
+    /// forces : numpy.ndarray
+    ///     (m, k) C-contiguous float64 array for the forces in the contact frames. Untouched on an error.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     The objective: ``sigma_max``, ``sigma_sum``, or their weighted sum.
+    ///
+    /// Raises
+    /// ------
+    /// InfeasibleWrenchError, InvalidInputError, BusyError
+    ///     As `solve` does.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> import numpy as np
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> distributor = gf.ForceDistributor(grasp, "max")
+    /// >>> forces = np.empty((2, 2))
+    /// >>> round(distributor.solve_into(np.array([0.0, -1.0, 0.0]), forces), 9)
+    /// 0.25
+    /// >>> forces.round(9).tolist()
+    /// [[1.0, 0.5], [1.0, -0.5]]
+    fn solve_into(
+        &self,
+        py: Python<'_>,
+        external_wrench: &Bound<'_, PyAny>,
+        forces: &Bound<'_, PyAny>,
+    ) -> PyResult<f64> {
+        let state = self.state(py)?;
+        match &state.inner {
+            Any::Planar(distributor) => solve_into(py, distributor, external_wrench, forces),
+            Any::Spatial(distributor) => solve_into(py, distributor, external_wrench, forces),
+        }
     }
+
+    /// Least contact forces for many wrenches in one call.
+    ///
+    /// Parameters
+    /// ----------
+    /// external_wrenches : array_like
+    ///     (T, d) wrenches. Along a trajectory each row starts from the one before.
+    /// parallel : bool, optional
+    ///     Cut the rows into chunks for all cores, for wrenches that have nothing to do with each other.
+    ///
+    /// Returns
+    /// -------
+    /// ForceBatch
+    ///     Arrays over the rows. Rows that cannot be solved say so in ``status`` and hold NaN.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> batch = gf.ForceDistributor(grasp).solve_many([[0, -1, 0], [0, -2, 0]])
+    /// >>> batch.sigma_max.round(9).tolist(), batch.status.tolist(), batch.forces.shape
+    /// ([0.25, 0.5], [0, 0], (2, 2, 2))
+    #[pyo3(signature = (external_wrenches, parallel=false))]
+    fn solve_many(
+        &self,
+        py: Python<'_>,
+        external_wrenches: &Bound<'_, PyAny>,
+        parallel: bool,
+    ) -> PyResult<PyForceBatch> {
+        let state = self.state(py)?;
+        match &state.inner {
+            Any::Planar(distributor) => solve_many(py, distributor, external_wrenches, parallel),
+            Any::Spatial(distributor) => solve_many(py, distributor, external_wrenches, parallel),
+        }
+    }
+
+    /// Solves for each wrench that an iterable yields, when it yields it.
+    ///
+    /// Parameters
+    /// ----------
+    /// external_wrenches : iterable of array_like
+    ///     (d,) wrenches, for instance from a generator that reads a sensor.
+    ///
+    /// Returns
+    /// -------
+    /// iterator of ForceSolution
+    ///     One solution for each wrench; a wrench that cannot be balanced raises when its turn comes.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> weights = ([0, -weight, 0] for weight in (1, 2))
+    /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).step(weights)]
+    /// [0.25, 0.5]
+    fn step(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
+        Ok(PyForceSteps { distributor: slf, wrenches: external_wrenches.try_iter()?.unbind() })
+    }
+
+    /// Goes on with another grasp, in which contacts have rolled or slid a little.
+    ///
+    /// The answers are those of a new distributor; the last basis is kept where contacts and edges are as many
+    /// as before, which makes the next solve cheaper.
+    ///
+    /// Parameters
+    /// ----------
+    /// grasp : Grasp
+    ///     Of the same dimension.
+    fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
+        let mut state = self.state.try_write().map_err(|_| to_python(py, &graspforce::Error::Busy))?;
+        match state.inner.update(&grasp.get().inner) {
+            Some(updated) => updated.map_err(|error| to_python(py, &error))?,
+            None => return Err(invalid_input(py, "grasp: its dimension is not this distributor's")),
+        }
+        state.grasp = grasp;
+        Ok(())
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        let state = self.state(py)?;
+        let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
+        let (objective, method) = (self.objective, self.method);
+        let (weight, samples, tol) = (self.weight, self.samples.clone(), self.tol);
+        Ok(Self { state: RwLock::new(state), objective, method, weight, samples, tol })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
+        let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
+        let arguments = (self.grasp(py)?, self.objective, self.method, self.weight, samples, self.tol);
+        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let state = self.state(py)?;
+        let grasp = state.grasp.bind(py).repr().map_or_else(|_| "Grasp".into(), |text| text.to_string());
+        Ok(format!("ForceDistributor({grasp}, objective='{}', method='{}')", self.objective, self.method))
+    }
+}
+
+impl PyForceDistributor {
+    fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
+        self.state.try_read().map_err(|_| to_python(py, &graspforce::Error::Busy))
+    }
+}
+
+/// What `ForceDistributor.step` returns.
+#[pyclass(name = "ForceSteps", module = "graspforce", frozen)]
+pub struct PyForceSteps {
+    distributor: Py<PyForceDistributor>,
+    wrenches: Py<PyIterator>,
+}
+
+#[pymethods]
+impl PyForceSteps {
+    fn __iter__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyForceSolution>> {
+        let mut wrenches = self.wrenches.bind(py).clone();
+        match wrenches.next() {
+            None => Ok(None),
+            Some(wrench) => self.distributor.get().solve(py, &wrench?).map(Some),
+        }
+    }
+}
+
+fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
+    let array = float_array(argument, value)?;
+    match array.shape() {
+        &[_, columns] if columns > 0 => {
+            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
+        }
+        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
+    }
+}
+
+fn solve_into<const D: usize>(
+    py: Python<'_>,
+    distributor: &ForceDistributor<D>,
+    external_wrench: &Bound<'_, PyAny>,
+    forces: &Bound<'_, PyAny>,
+) -> PyResult<f64> {
+    let refused = |message: &str| invalid_input(py, message);
+    let array =
+        float_array("external_wrench", external_wrench).map_err(|message| invalid_input(py, message))?;
+    let wrench = contents(&array);
+    if wrench.len() != D || array.shape().len() != 1 {
+        let message = format!("external_wrench: shape {:?}, expected ({D},)", array.shape());
+        return Err(invalid_input(py, message));
+    }
+    let wrench = Wrench::<D>::from_column_slice(wrench);
+    let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
+    let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
+        return Err(refused("forces: not a two-dimensional float64 array"));
+    };
+    if forces.shape() != [m, k] {
+        return Err(refused(&format!("forces: shape {:?}, expected ({m}, {k})", forces.shape())));
+    }
+    // A view of the wrench that is also a view of the forces would change while it is read.
+    drop(array);
+    let Ok(mut forces) = forces.try_readwrite() else {
+        return Err(refused("forces: not writable, or in use elsewhere"));
+    };
+    let Ok(forces) = forces.as_slice_mut() else {
+        return Err(refused("forces: not C-contiguous"));
+    };
+    distributor.solve_into(&wrench, forces).map_err(|error| to_python(py, &error))
+}
+
+fn solve_many<const D: usize>(
+    py: Python<'_>,
+    distributor: &ForceDistributor<D>,
+    external_wrenches: &Bound<'_, PyAny>,
+    parallel: bool,
+) -> PyResult<PyForceBatch> {
+    let array =
+        float_array("external_wrenches", external_wrenches).map_err(|message| invalid_input(py, message))?;
+    let &[rows, columns] = array.shape() else {
+        let message = format!("external_wrenches: shape {:?}, expected (T, {D})", array.shape());
+        return Err(invalid_input(py, message));
+    };
+    if columns != D {
+        let message = format!("external_wrenches: shape {:?}, expected (T, {D})", array.shape());
+        return Err(invalid_input(py, message));
+    }
+    let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
+    let batch = py.detach(|| distributor.solve_many(&wrenches, parallel));
+    let batch = batch.map_err(|error| to_python(py, &error))?;
+    let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
+    let forces = PyArray1::from_vec(py, batch.forces).reshape([rows, m, k])?;
+    Ok(PyForceBatch {
+        forces: forces.unbind(),
+        sigma_max: PyArray1::from_vec(py, batch.sigma_max).unbind(),
+        sigma_sum: PyArray1::from_vec(py, batch.sigma_sum).unbind(),
+        status: PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)).unbind(),
+    })
+}
+
+/// Least contact forces for many wrenches.
+///
+/// Attributes
+/// ----------
+/// forces : numpy.ndarray
+///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+/// sigma_max, sigma_sum : numpy.ndarray
+///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+/// status : numpy.ndarray
+///     (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
+#[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
+pub struct PyForceBatch {
+    /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+    #[pyo3(get)]
+    forces: Py<PyArray3<f64>>,
+    /// (T,) largest normalised normal force (Eq. 7).
+    #[pyo3(get)]
+    sigma_max: Py<PyArray1<f64>>,
+    /// (T,) sum of normalised normal forces (Eq. 6).
+    #[pyo3(get)]
+    sigma_sum: Py<PyArray1<f64>>,
+    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
+    #[pyo3(get)]
+    status: Py<PyArray1<i8>>,
 }
 
 fn solve<const D: usize>(
@@ -167,7 +492,11 @@ fn solve<const D: usize>(
 /// gap : float
 ///     Relative distance between the objective and the lower bound that ``dual`` proves.
 /// pivots : int
-///     Simplex pivots this solve took.
+///     Simplex pivots this solve took; 0 where a known region held the wrench.
+/// fell_back : bool
+///     "reduced" had to ask the whole set for this answer.
+/// unique : bool
+///     The objective and its tie-break alone determine the forces.
 /// within_limits : bool
 ///     ``sigma_max <= 1``: no normal force exceeds its upper bound.
 /// slip_margin : numpy.ndarray
@@ -194,6 +523,12 @@ pub struct PyForceSolution {
     /// Simplex pivots this solve took.
     #[pyo3(get)]
     pivots: usize,
+    /// "reduced" had to ask the whole set for this answer.
+    #[pyo3(get)]
+    fell_back: bool,
+    /// The objective and its tie-break alone determine the forces.
+    #[pyo3(get)]
+    unique: bool,
     /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
     #[pyo3(get)]
     within_limits: bool,
@@ -269,6 +604,8 @@ impl PyForceSolution {
             sigma_sum: distribution.sigma_sum,
             gap: distribution.gap,
             pivots: distribution.pivots,
+            unique: distribution.unique,
+            fell_back: distribution.fell_back,
             within_limits: distribution.within_limits(),
             forces: distribution.forces,
         }

@@ -30,6 +30,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<minkowski::PyMinkowskiSum>()?;
     module.add_class::<distribution::PyForceDistributor>()?;
     module.add_class::<distribution::PyForceSolution>()?;
+    module.add_class::<distribution::PyForceBatch>()?;
+    module.add_class::<distribution::PyForceSteps>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
     module.add_class::<search::PyCandidateSearch>()?;
     module.add_class::<box_bound::PyBoxBound>()?;

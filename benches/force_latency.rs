@@ -1,0 +1,60 @@
+//! How long does one force solve take at the median and in the tail? A million calls of each kind.
+#![allow(missing_docs, reason = "a program, not an interface")]
+
+mod common;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use common::Random;
+use common::tile::{OPTIMUM, tile, wrench};
+use graspforce::{Criterion, ForceDistributor, Grasp, Wrench};
+
+fn main() {
+    let calls = std::env::var("CALLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
+    println!(
+        "{:44} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7}",
+        "us a call", "mean", "p50", "p99", "p99.9", "p99.99", "pivots"
+    );
+    let grasp = tile(OPTIMUM, 10);
+    let mut step = 0_u32;
+    report("1 kHz along the tile's trajectory", &grasp, calls, move || {
+        step += 1;
+        wrench(f64::from(step % 10_000) * 1e-3)
+    });
+    let mut random = Random::new(7);
+    report("random jumps, tile", &grasp, calls, move || anywhere(&mut random));
+    let grasp = common::closed_grasps(3, 1, 8, 16).remove(0);
+    let mut random = Random::new(8);
+    report("random jumps, 8 contacts, 16 edges", &grasp, calls / 10, move || anywhere(&mut random));
+}
+
+fn anywhere(random: &mut Random) -> Wrench<6> {
+    Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0))
+}
+
+fn report(name: &str, grasp: &Grasp<6>, calls: usize, mut next: impl FnMut() -> Wrench<6>) {
+    let distributor = ForceDistributor::new(grasp, Criterion::Max).expect("a grasp with edges");
+    let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
+    let wrenches: Vec<_> = (0..calls.min(100_000)).map(|_| next()).collect();
+    let mut times: Vec<u64> = Vec::with_capacity(calls);
+    for w in wrenches.iter().cycle().take(calls) {
+        let start = Instant::now();
+        let sigma = distributor.solve_into(black_box(w), &mut forces);
+        times.push(start.elapsed().as_nanos() as u64);
+        black_box(&sigma).as_ref().expect("the grasp balances every wrench");
+    }
+    let pivots =
+        wrenches.iter().filter_map(|w| distributor.solve(w).ok()).map(|s| s.pivots).max().unwrap_or(0);
+    let mean = times.iter().sum::<u64>() as f64 / calls as f64;
+    times.sort_unstable();
+    let at = |share: f64| times[((calls - 1) as f64 * share) as usize] as f64 * 1e-3;
+    println!(
+        "{name:44} {:9.3} {:9.3} {:9.3} {:9.3} {:9.3} {pivots:7}",
+        mean * 1e-3,
+        at(0.5),
+        at(0.99),
+        at(0.999),
+        at(0.9999)
+    );
+}

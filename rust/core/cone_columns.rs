@@ -1,0 +1,136 @@
+//! Columns over true friction cones: the support query has a closed form, so columns are generated as they are
+//! needed and none is ever listed.
+//!
+//! With `v = G_i^T z`, contact i reaches `f^U (v_n + sqrt(mu^2 (v_o^2 + v_t^2) + gamma^2 v_torsion^2))`.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::columns::{Column, Objective, Pricing, UNUSED};
+use crate::contact::ContactForce;
+use crate::equilibration::Equilibration;
+use crate::grasp::Grasp;
+use crate::wrench_set::{cone_slope, cone_support};
+
+/// Marks a contact that a column uses; which force follows from the column's direction.
+const USED: u32 = 0;
+
+/// One contact in equilibrated coordinates.
+#[derive(Debug, Clone)]
+enum Contact<const D: usize> {
+    /// `T G_i f^U` with the friction coefficients.
+    Cone { map: SMatrix<f64, D, 4>, limit: f64, mu: f64, gamma: f64 },
+    /// Extreme forces and their wrenches.
+    Finite { wrenches: Vec<SVector<f64, D>>, forces: Vec<ContactForce> },
+}
+
+/// The wrench set of a grasp with true cones.
+#[derive(Debug, Clone)]
+pub(crate) struct ConeColumns<const D: usize> {
+    pub(crate) objective: Objective,
+    contacts: Vec<Contact<D>>,
+    threshold: f64,
+}
+
+impl<const D: usize> ConeColumns<D> {
+    /// `tolerance` is the relative gap at which column generation may stop.
+    pub(crate) fn new(
+        grasp: &Grasp<D>,
+        objective: Objective,
+        equilibration: &Equilibration<D>,
+        tolerance: f64,
+    ) -> Self {
+        let contact = |i: usize| {
+            let described = &grasp.contacts()[i];
+            if let Some(range) = grasp.edges(i) {
+                let wrenches = &grasp.finite_wrenches()[range.clone()];
+                return Contact::Finite {
+                    wrenches: wrenches.iter().map(|w| equilibration.wrench(w)).collect(),
+                    forces: grasp.finite_forces()[range].to_vec(),
+                };
+            }
+            let limit = described.max_normal_force;
+            let mut map = SMatrix::<f64, D, 4>::zeros();
+            for (k, column) in grasp.maps()[i].column_iter().enumerate() {
+                map.set_column(k, &(equilibration.wrench(&column.into_owned()) * limit));
+            }
+            Contact::Cone { map, limit, mu: described.friction, gamma: described.torsion }
+        };
+        let contacts = (0..grasp.num_contacts()).map(contact).collect();
+        Self { objective, contacts, threshold: 0.5 * tolerance }
+    }
+
+    pub(crate) fn num_contacts(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// The support function with `weight` taken off each contact's best before clamping.
+    pub(crate) fn value(&self, z: &SVector<f64, D>, weight: f64) -> f64 {
+        let values = self.contacts.iter().map(|contact| contact.support(z).0 - weight);
+        match self.objective {
+            Objective::Sum => values.fold(0.0, f64::max),
+            _ => values.map(|h| h.max(0.0)).sum(),
+        }
+    }
+
+    /// The force that contact `i` exerts in a column that was priced at `z`.
+    pub(crate) fn force(&self, contact: usize, z: &SVector<f64, D>) -> ContactForce {
+        match &self.contacts[contact] {
+            Contact::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
+            Contact::Finite { wrenches, forces } => forces[best_of(wrenches, z).1],
+        }
+    }
+}
+
+impl<const D: usize> Contact<D> {
+    /// `h_i(z)` and the wrench that attains it.
+    fn support(&self, z: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
+        match self {
+            Self::Cone { map, mu, gamma, .. } => {
+                let v = map.tr_mul(z);
+                (v[0] + cone_slope(&v, *mu, *gamma), map * cone_support(&v, *mu, *gamma))
+            }
+            Self::Finite { wrenches, .. } => {
+                let (value, edge) = best_of(wrenches, z);
+                (value, wrenches[edge])
+            }
+        }
+    }
+}
+
+fn best_of<const D: usize>(wrenches: &[SVector<f64, D>], z: &SVector<f64, D>) -> (f64, usize) {
+    let values = wrenches.iter().map(|w| w.dot(z)).enumerate();
+    values.fold((f64::NEG_INFINITY, 0), |best, (edge, h)| if h > best.0 { (h, edge) } else { best })
+}
+
+impl<const D: usize> Pricing<D> for ConeColumns<D> {
+    fn furthest(&self, z: &SVector<f64, D>, discount: f64, edges: &mut [u32]) -> Column<D> {
+        edges.fill(UNUSED);
+        let weight = discount * self.objective.weight();
+        let mut wrench = SVector::zeros();
+        let (mut count, mut best) = (0, (f64::NEG_INFINITY, 0, SVector::zeros()));
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let (value, point) = contact.support(z);
+            if value > best.0 {
+                best = (value, i, point);
+            }
+            if value > weight && self.objective != Objective::Sum {
+                wrench += point;
+                edges[i] = USED;
+                count += 1;
+            }
+        }
+        if count == 0 {
+            edges[best.1] = USED;
+            (wrench, count) = (best.2, 1);
+        }
+        Column { wrench, costs: [self.objective.costs(count)[0], 0.0], direction: *z }
+    }
+
+    fn tie_break(&self, _: &[SVector<f64, D>; 2], _: f64, _: &mut [u32]) -> Option<Column<D>> {
+        None
+    }
+
+    fn optimality(&self) -> f64 {
+        self.threshold
+    }
+}

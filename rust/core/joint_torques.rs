@@ -1,0 +1,119 @@
+//! What a finger can exert: contact forces that joint torques and friction both allow.
+//!
+//! A finger with hand Jacobian `J_i` (joint velocities to the velocity of the contact point, here in the contact
+//! frame) needs the torques `tau = J_i^T f`. Limits on them cut a polytope out of the friction cone; its
+//! vertices are extreme forces in the sense of Eq. 3 and go into
+//! [`ForceModel::Extreme`](crate::ForceModel::Extreme).
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::contact::ContactForce;
+use crate::error::{Error, Result};
+
+/// A half-space `normal . f <= bound`.
+type HalfSpace = (Vector3<f64>, f64);
+
+/// How far outside a half-space a vertex may lie, relative to its size.
+const INSIDE: f64 = 1e-9;
+
+/// The vertices of all forces `f = [f_n, f_o, f_t]` with `lower <= J^T f <= upper` in the friction cone with
+/// `edges` edges and `f_n <= max_normal_force`, without the origin.
+///
+/// `jacobian` has one column `[n, o, t]` for each joint, in metres; torques are in N m. Zero torque must be
+/// allowed: a finger can always let go. The vertices are exact: each is where three bounds meet.
+///
+/// ```
+/// use graspforce::torque_limited_forces;
+/// use nalgebra::Vector3;
+///
+/// // One joint that presses along the normal with a lever of 0.1 m and at most 0.5 N m: 5 N.
+/// let forces = torque_limited_forces(&[Vector3::new(0.1, 0.0, 0.0)], &[-0.5], &[0.5], 0.4, 20.0, 4)?;
+/// assert_eq!(forces.len(), 4);
+/// assert!(forces.iter().all(|f| (f[0] - 5.0).abs() < 1e-12));
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+pub fn torque_limited_forces(
+    jacobian: &[Vector3<f64>],
+    lower: &[f64],
+    upper: &[f64],
+    friction: f64,
+    max_normal_force: f64,
+    edges: usize,
+) -> Result<Vec<ContactForce>> {
+    check(jacobian, lower, upper)?;
+    let positive = |x: f64| x > 0.0 && x.is_finite();
+    if !positive(friction) || !positive(max_normal_force) || !(3..=256).contains(&edges) {
+        let reason = format!(
+            "friction {friction} and max_normal_force {max_normal_force} must be positive, edges {edges} 3 to 256"
+        );
+        return Err(Error::input("friction", reason));
+    }
+    let half_spaces = half_spaces(jacobian, lower, upper, friction, max_normal_force, edges);
+    let mut vertices: Vec<Vector3<f64>> = Vec::new();
+    let scale = max_normal_force * friction.hypot(1.0);
+    for (i, a) in half_spaces.iter().enumerate() {
+        for (j, b) in half_spaces.iter().enumerate().skip(i + 1) {
+            for c in &half_spaces[j + 1..] {
+                let Some(vertex) = meet([a, b, c]) else { continue };
+                let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= INSIDE * scale);
+                let near = |other: &Vector3<f64>| (other - vertex).amax() <= INSIDE * scale;
+                if inside && vertex.amax() > INSIDE * scale && !vertices.iter().any(near) {
+                    vertices.push(vertex);
+                }
+            }
+        }
+    }
+    if vertices.is_empty() {
+        return Err(Error::input("upper", "the torque limits allow no force but zero"));
+    }
+    Ok(vertices.iter().map(|f| ContactForce::new(f.x, f.y, f.z, 0.0)).collect())
+}
+
+fn check(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64]) -> Result<()> {
+    if lower.len() != jacobian.len() || upper.len() != jacobian.len() {
+        let reason = format!("{} and {} torques for {} joints", lower.len(), upper.len(), jacobian.len());
+        return Err(Error::input("lower", reason));
+    }
+    for (joint, (column, (low, high))) in jacobian.iter().zip(lower.iter().zip(upper)).enumerate() {
+        let finite = column.iter().all(|x| x.is_finite());
+        if !(finite && *low <= 0.0 && *high >= 0.0 && low.is_finite() && high.is_finite()) {
+            let reason = format!("joint {joint}: limits {low} to {high} must be finite and allow zero");
+            return Err(Error::input("lower", reason));
+        }
+    }
+    Ok(())
+}
+
+/// All bounds, each with a unit normal.
+fn half_spaces(
+    jacobian: &[Vector3<f64>],
+    lower: &[f64],
+    upper: &[f64],
+    friction: f64,
+    max_normal_force: f64,
+    edges: usize,
+) -> Vec<HalfSpace> {
+    let mut half_spaces = vec![(Vector3::x(), max_normal_force)];
+    let edge = |h: usize| {
+        let (s, c) = (std::f64::consts::TAU * h as f64 / edges as f64).sin_cos();
+        Vector3::new(1.0, friction * c, friction * s)
+    };
+    half_spaces.extend((1..=edges).map(|h| (edge(h + 1).cross(&edge(h)).normalize(), 0.0)));
+    for (column, (low, high)) in jacobian.iter().zip(lower.iter().zip(upper)) {
+        let length = column.norm();
+        if length > 0.0 {
+            half_spaces.push((column / length, high / length));
+            half_spaces.push((-column / length, -low / length));
+        }
+    }
+    half_spaces
+}
+
+/// The point where three planes meet, if they meet in one point.
+fn meet(planes: [&HalfSpace; 3]) -> Option<Vector3<f64>> {
+    let matrix = Matrix3::from_rows(&planes.map(|(normal, _)| normal.transpose()));
+    if matrix.determinant().abs() < 1e-12 {
+        return None;
+    }
+    Some(matrix.try_inverse()? * Vector3::from(planes.map(|(_, bound)| *bound)))
+}

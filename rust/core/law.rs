@@ -1,0 +1,203 @@
+//! The linear law of a face: normalised forces as functions of the wrench (Eqs. 4 and 11).
+//!
+//! The unknowns are the common level `s` of the saturated contacts and the coefficients `lambda_ih` of the
+//! active extreme forces; of each saturated contact one coefficient follows from the others. Usually there
+//! are exactly as many unknowns as equations, and the forces are unique. Otherwise the least-squares level
+//! chooses among them.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::basis::invert;
+use crate::columns::{ImplicitColumns, Objective};
+use crate::contact::ContactForce;
+use crate::face::{Face, Role};
+use crate::interior::Interior;
+use crate::region::Region;
+use crate::simplex::Simplex;
+
+/// Unknowns whose columns are dependent up to this are not determined by the equations.
+const DEPENDENT: f64 = 1e-11;
+
+/// What turns coefficients into forces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extremes<'a> {
+    /// Extreme forces of all contacts.
+    pub(crate) forces: &'a [ContactForce],
+    /// Which components of a contact force exist.
+    pub(crate) components: &'static [usize],
+    /// The cones whose interior is described by facets.
+    pub(crate) interiors: &'a [Option<Interior>],
+}
+
+/// The unique law of a face, if its unknowns are independent: coefficients of each active extreme force, in
+/// the face's order, and of the common level.
+///
+/// `rank` rows of the equilibrated wrenches are not zero.
+pub(crate) fn unique_law<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    rank: usize,
+    coefficients: &mut Vec<SVector<f64, R>>,
+) -> Option<SVector<f64, R>> {
+    let mut matrix = unknowns(face, columns, rank)?;
+    // Columns of unit size, so that a weak contact's unknowns are as independent as a strong one's.
+    let sizes = SVector::<f64, R>::from_fn(|k, _| matrix.column(k).amax());
+    if sizes.iter().any(|size| size.is_nan() || *size <= 0.0) {
+        return None;
+    }
+    for (mut column, size) in matrix.column_iter_mut().zip(sizes.iter()) {
+        column /= *size;
+    }
+    let inverse = invert(&matrix, DEPENDENT)?;
+    let error = SMatrix::<f64, R, R>::identity() - matrix * inverse;
+    let inverse = if error.amax() > 1e-14 { inverse + inverse * error } else { inverse };
+    coefficients.clear();
+    let mut next = 0;
+    let mut take = || {
+        next += 1;
+        inverse.row(next - 1).transpose() / sizes[next - 1]
+    };
+    let level = if face.limited { take() } else { SVector::zeros() };
+    for (contact, role) in face.roles.iter().enumerate() {
+        let count = face.edges(contact).len();
+        if *role == Role::Saturated {
+            let first = coefficients.len();
+            coefficients.push(level);
+            for _ in 1..count {
+                let coefficient = take();
+                coefficients[first] -= coefficient;
+                coefficients.push(coefficient);
+            }
+        } else {
+            for _ in 0..count {
+                coefficients.push(take());
+            }
+        }
+    }
+    Some(level)
+}
+
+/// The law of one basis, whatever else is optimal: `alpha = B^-1 b`, added up over the columns (Eq. 31).
+pub(crate) fn basic_law<const R: usize>(
+    face: &Face,
+    simplex: &Simplex<R>,
+    coefficients: &mut Vec<SVector<f64, R>>,
+) -> SVector<f64, R> {
+    coefficients.clear();
+    let rows = || (0..R).filter(|&row| !simplex.basis.artificial[row]);
+    let level = |row: usize| simplex.basis.inverse.row(row).transpose();
+    for contact in 0..face.roles.len() {
+        for &edge in face.edges(contact) {
+            let users = rows().filter(|&row| simplex.basis.edges(row)[contact] == edge);
+            coefficients.push(users.map(level).sum());
+        }
+    }
+    rows().map(level).sum()
+}
+
+/// How far a law is from balancing the wrench that the simplex balanced.
+pub(crate) fn unbalanced<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    coefficients: &[SVector<f64, R>],
+    target: &SVector<f64, R>,
+) -> f64 {
+    let edges = (0..face.roles.len()).flat_map(|contact| face.edges(contact));
+    let forces = edges.zip(coefficients).map(|(&edge, c)| columns.wrenches[edge as usize] * c.dot(target));
+    (forces.sum::<SVector<f64, R>>() - target).amax()
+}
+
+/// The columns of the unknowns, completed by unit vectors in the rows that are zero; `None` unless there are
+/// as many unknowns as equations.
+fn unknowns<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    rank: usize,
+) -> Option<SMatrix<f64, R, R>> {
+    let mut matrix = SMatrix::<f64, R, R>::zeros();
+    let mut count = usize::from(face.limited);
+    for (contact, role) in face.roles.iter().enumerate() {
+        let edges = face.edges(contact);
+        let wrench = |edge: u32| columns.wrenches[edge as usize];
+        let (reference, rest) = match (role, edges) {
+            (Role::Idle, _) | (_, []) => continue,
+            (Role::Saturated, [first, rest @ ..]) => (Some(wrench(*first)), rest),
+            (Role::Free, all) => (None, all),
+        };
+        if let Some(reference) = reference {
+            let sum = matrix.column(0) + reference;
+            matrix.set_column(0, &sum);
+        }
+        for &edge in rest {
+            if count >= rank {
+                return None;
+            }
+            matrix.set_column(count, &(wrench(edge) - reference.unwrap_or_else(SVector::zeros)));
+            count += 1;
+        }
+    }
+    if count != rank {
+        return None;
+    }
+    for k in rank..R {
+        matrix[(k, k)] = 1.0;
+    }
+    Some(matrix)
+}
+
+/// Writes the law into a region, in the coordinates of the caller's wrench: `map` takes `-w_ext` there to the
+/// coordinates of the coefficients.
+pub(crate) fn write_region<const R: usize>(
+    region: &mut Region<R>,
+    face: &Face,
+    coefficients: &[SVector<f64, R>],
+    level: &SVector<f64, R>,
+    map: &SMatrix<f64, R, R>,
+    extremes: Extremes<'_>,
+) {
+    region.clear();
+    let mut next = 0;
+    let level = map.tr_mul(level);
+    for (contact, role) in face.roles.iter().enumerate() {
+        let mut force = [SVector::<f64, R>::zeros(); 4];
+        let mut normal = SVector::<f64, R>::zeros();
+        let edges = face.edges(contact);
+        let first = next;
+        for &edge in edges {
+            let coefficient = map.tr_mul(&coefficients[next]);
+            next += 1;
+            // A contact with one active force presses as hard as that force is used: one condition for both.
+            let implied = face.inside[contact] || (edges.len() == 1 && *role == Role::Saturated);
+            if !implied {
+                region.conditions.push(&coefficient);
+            }
+            normal += coefficient;
+            for (row, component) in force.iter_mut().zip(extremes.forces[edge as usize].iter()) {
+                *row += coefficient * *component;
+            }
+        }
+        if let Some(interior) = extremes.interiors[contact].as_ref().filter(|_| face.inside[contact]) {
+            let own: [_; 3] = std::array::from_fn(|k| map.tr_mul(&coefficients[first + k]));
+            for facet in &interior.facets {
+                let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2];
+                region.conditions.push(&row);
+            }
+        }
+        if face.limited && *role == Role::Free {
+            region.conditions.push(&(level - normal));
+        }
+        for &component in extremes.components {
+            region.forces.push(&force[component]);
+        }
+        region.normals.push(&normal);
+    }
+}
+
+/// The value of the objective from normalised normal forces.
+pub(crate) fn objective_value(objective: Objective, largest: f64, sum: f64) -> f64 {
+    match objective {
+        Objective::Sum => sum,
+        Objective::MaxThenSum => largest,
+        Objective::Weighted(weight) => largest + weight * sum,
+    }
+}
