@@ -14,7 +14,7 @@ from graspforce import _core
 ROOT = Path(__file__).parents[1]
 MODULES = sorted(
     m.name
-    for m in pkgutil.iter_modules(graspforce.__path__, "graspforce.")
+    for m in pkgutil.walk_packages(graspforce.__path__, "graspforce.")
     if m.name != "graspforce.__main__"
 )
 

@@ -1,0 +1,77 @@
+"""Least forces along a sequence of external wrenches, as the command line reports them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce.errors import InfeasibleWrenchError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from graspforce._core import ForceDistributor
+    from graspforce.files import WrenchFile
+
+__all__ = ["Trajectory", "solve_trajectory"]
+
+_REPORT_EVERY = 256
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Forces (T, m, k) and their normalised maxima and sums (T,); NaN in rows without an answer."""
+
+    wrenches: NDArray[np.float64]
+    times: NDArray[np.float64] | None
+    forces: NDArray[np.float64]
+    sigma_max: NDArray[np.float64]
+    sigma_sum: NDArray[np.float64]
+
+    @property
+    def infeasible(self) -> NDArray[np.bool_]:
+        """(T,) rows that no forces balance."""
+        return np.isnan(self.sigma_max)
+
+    def arrays(self) -> dict[str, Any]:
+        """Everything by name, as the NPZ file holds it."""
+        named = {
+            "wrenches": self.wrenches,
+            "forces": self.forces,
+            "sigma_max": self.sigma_max,
+            "sigma_sum": self.sigma_sum,
+        }
+        return named if self.times is None else {"times": self.times, **named}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain lists, None in rows without an answer."""
+        hopeless = self.infeasible
+        return {
+            name: [
+                None if bad and name not in ("times", "wrenches") else row
+                for row, bad in zip(array.tolist(), hopeless, strict=True)
+            ]
+            for name, array in self.arrays().items()
+        }
+
+
+def solve_trajectory(
+    distributor: ForceDistributor, given: WrenchFile, done: Callable[[int], None]
+) -> Trajectory:
+    """Solve row by row, saying now and then how many are done."""
+    count, grasp = len(given.wrenches), distributor.grasp
+    forces = np.full((count, grasp.num_contacts, grasp.force_dim), np.nan)
+    sigma_max, sigma_sum = np.full(count, np.nan), np.full(count, np.nan)
+    for row, wrench in enumerate(given.wrenches):
+        try:
+            solution = distributor.solve(wrench)
+        except InfeasibleWrenchError:
+            continue
+        forces[row], sigma_max[row], sigma_sum[row] = solution.forces, solution.sigma_max, solution.sigma_sum
+        if row % _REPORT_EVERY == 0:
+            done(row)
+    return Trajectory(given.wrenches, given.times, forces, sigma_max, sigma_sum)
