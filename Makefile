@@ -12,7 +12,7 @@ unexport PYTHONPATH PYTHONHOME
 demo: build
 	$(PY) -m graspforce reproduce racket --out out
 
-test: build
+test: build $(VENV)/simulators
 	cargo test
 	$(PY) -m pytest
 
@@ -42,6 +42,11 @@ $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --upgrade "pip>=25.1"
 	$(PY) -m pip install --group dev
+	touch $@
+
+# Hundreds of megabytes that only the tests of the simulator adapters need.
+$(VENV)/simulators: $(VENV)/ready
+	$(PY) -m pip install --quiet --group simulators
 	touch $@
 
 clean:

@@ -22,6 +22,7 @@ from ._core import (
     __version__,
     quality_many,
 )
+from .adapters import from_drake, from_mujoco, from_pinocchio
 from .errors import (
     BusyError,
     GraspForceError,
@@ -66,6 +67,9 @@ __all__ = [
     "Refinement",
     "TooLargeError",
     "__version__",
+    "from_drake",
+    "from_mujoco",
+    "from_pinocchio",
     "plan",
     "plan_global",
     "plan_many",
