@@ -28,9 +28,14 @@ lint: build
 	$(VENV)/bin/mypy
 	$(PY) -m mypy.stubtest graspforce._core
 
-docs:
-	cargo doc --no-deps
-	@echo "Rust API: target/doc/graspforce/index.html"
+docs: build $(VENV)/docs
+	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	cargo doc --no-deps --quiet
+	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
+
+$(VENV)/docs: $(VENV)/ready
+	$(PY) -m pip install --quiet --group docs
+	touch $@
 
 build $(VENV)/ready: export PIP_QUIET := 1
 

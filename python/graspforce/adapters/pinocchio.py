@@ -32,7 +32,7 @@ def from_pinocchio(
     r"""Grasp of a hand whose joint torques, and not fixed forces, limit the contacts.
 
     A finger in frame i can press with any force f of its friction cone for which
-    :math:`|J_i^T f| \le \tau_{\max}` (the model's effort limits; gravity of the hand itself is left out). The
+    :math:`|J_i^T f| \leq \tau_{\max}` (the model's effort limits; the hand's own weight is left out). The
     corners of that polytope become the contact's extreme forces, so quality and forces respect the
     torques: a maximum of 1 means that some joint is at its limit. Contacts should be on different fingers;
     a joint that moves several is limited for each of them alone.
