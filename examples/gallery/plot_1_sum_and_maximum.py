@@ -21,7 +21,7 @@ def fingers_on_disc(count):
 
 
 # %%
-# Three fingers: the hull of the union (orange) lies inside the hull of the Minkowski sum (blue). The radius of
+# Three fingers: the hull of the union (orange) lies inside that of the Minkowski sum (blue). The radius of
 # the ball is the quality by the maximum; it touches the nearest facet at the red point.
 
 grasp = fingers_on_disc(3)
