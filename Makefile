@@ -49,9 +49,9 @@ $(VENV)/ready: pyproject.toml
 	$(PY) -m pip install --group dev
 	touch $@
 
-# Hundreds of megabytes that only the tests of the simulator adapters need.
+# Hundreds of megabytes that only the tests of simulator adapters and of the viewer's page need.
 $(VENV)/simulators: $(VENV)/ready
-	$(PY) -m pip install --quiet --group simulators
+	$(PY) -m pip install --quiet --group simulators --group browser
 	touch $@
 
 clean:

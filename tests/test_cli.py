@@ -103,7 +103,7 @@ def test_without_a_command_help_is_shown(call):
     assert "reproduce" in call(code=MISUSED).out
 
 
-@pytest.mark.parametrize("command", ["quality", "forces", "plan", "reproduce", "info"])
+@pytest.mark.parametrize("command", ["quality", "forces", "plan", "view", "reproduce", "info"])
 def test_help_has_an_example(call, command):
     assert f"Example: graspforce {command}" in call(command, "--help").out
 

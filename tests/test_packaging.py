@@ -102,7 +102,7 @@ def test_the_bare_wheel_says_what_other_commands_need(bare_python, tmp_path):
     assert "graspforce[cli]" in run_bare(bare_python, "-m", "graspforce", cwd=tmp_path, code=2).stdout
 
 
-@pytest.mark.parametrize(("module", "extra"), [("plotting", "plot"), ("files", "cli")])
+@pytest.mark.parametrize(("module", "extra"), [("plotting", "plot"), ("files", "cli"), ("viewer", "viewer")])
 def test_the_bare_wheel_says_what_a_module_needs(bare_python, tmp_path, module, extra):
     code = f"""
 import graspforce as gf
