@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce.errors import InfeasibleWrenchError
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -19,7 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Trajectory", "solve_trajectory"]
 
-_REPORT_EVERY = 256
+_REPORT_EVERY = 4096
+_INFEASIBLE = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,16 +61,16 @@ class Trajectory:
 def solve_trajectory(
     distributor: ForceDistributor, given: WrenchFile, done: Callable[[int], None]
 ) -> Trajectory:
-    """Solve row by row, saying now and then how many are done."""
+    """Solve chunk by chunk, saying how many are done."""
     count, grasp = len(given.wrenches), distributor.grasp
     forces = np.full((count, grasp.num_contacts, grasp.force_dim), np.nan)
     sigma_max, sigma_sum = np.full(count, np.nan), np.full(count, np.nan)
-    for row, wrench in enumerate(given.wrenches):
-        try:
-            solution = distributor.solve(wrench)
-        except InfeasibleWrenchError:
-            continue
-        forces[row], sigma_max[row], sigma_sum[row] = solution.forces, solution.sigma_max, solution.sigma_sum
-        if row % _REPORT_EVERY == 0:
-            done(row)
+    for start in range(0, count, _REPORT_EVERY):
+        rows = slice(start, start + _REPORT_EVERY)
+        batch = distributor.solve_many(given.wrenches[rows])
+        forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
+        for row in start + np.flatnonzero(batch.status > _INFEASIBLE):
+            # Anything but an answer or its proven absence is an error, which solving alone names.
+            distributor.solve(given.wrenches[row])
+        done(min(count, rows.stop))
     return Trajectory(given.wrenches, given.times, forces, sigma_max, sigma_sum)
