@@ -74,7 +74,8 @@ def test_what_cannot_be_shown_is_refused():
 
 
 @pytest.fixture(scope="module")
-def page():
+def opened():
+    """Return a running viewer and its page in a browser."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
@@ -86,9 +87,14 @@ def page():
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="light")
         page.goto(f"http://127.0.0.1:{viewer.port}")
         page.get_by_text("epsilon max").wait_for(timeout=60_000)
-        yield page
+        yield viewer, page
         browser.close()
     viewer.stop()
+
+
+@pytest.fixture
+def page(opened):
+    return opened[1]
 
 
 def shown_epsilon(page):
@@ -126,3 +132,34 @@ def test_playing_moves_through_the_wrenches(page):
     page.get_by_role("checkbox").first.click()
     wait_for(lambda: slider.get_attribute("aria-valuenow") != before)
     page.get_by_role("checkbox").first.click()
+
+
+def pixel(camera, point):
+    """Where a point (3,) of the scene is in the 1280 x 800 page."""
+    w, x, y, z = camera.wxyz
+    # Columns of the camera's rotation: right, down, forward.
+    right = [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+    down = [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)]
+    ahead = np.cross(right, down)
+    away = point - camera.position
+    focal = 400 / np.tan(camera.fov / 2)
+    return [640 + focal * (right @ away) / (ahead @ away), 400 + focal * (down @ away) / (ahead @ away)]
+
+
+def test_dragging_a_contact_changes_the_shown_epsilon(opened):
+    viewer, page = opened
+    (camera,) = [client.camera for client in viewer._server.get_clients().values()]  # noqa: SLF001 - where the camera is known
+    before, start = shown_epsilon(page), viewer.state.grasp.positions[0]
+    up = np.array([0, 0, 1.0])
+    handle = start + 0.007 * up  # on the arrow that moves the contact up and down
+    path = np.linspace(pixel(camera, handle), pixel(camera, handle + 0.02 * up), 8)
+    page.mouse.move(*path[0])
+    time.sleep(1)
+    page.mouse.down()
+    for place in path:
+        page.mouse.move(*place)
+        time.sleep(0.2)
+    page.mouse.up()
+    wait_for(lambda: shown_epsilon(page) < before)
+    moved = viewer.state.grasp.positions[0] - start
+    np.testing.assert_allclose(moved, [0, 0, 0.02], atol=2e-3)
