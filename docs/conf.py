@@ -47,6 +47,7 @@ sphinx_gallery_conf = {
 
 COMMANDS = {
     "racket": ["reproduce", "racket", "--out", str(HERE / "_generated")],
+    "tile": ["reproduce", "tile"],
     "quality": ["quality", "cup.yaml"],
     "forces": ["forces", "cup.yaml", "--wrench", "0,0,-5,0,0,0"],
     "trajectory": ["forces", "cup.yaml", "--wrenches", "lift.csv"],

@@ -79,7 +79,7 @@ def test_one_picture_is_drawn_for_each_plan(reproduced):
 
 
 def test_the_tile_is_printed_as_printed_and_as_inferred(tmp_path):
-    text = run("reproduce", "tile", "--json", "tile.json", "--out", ".", cwd=tmp_path).stdout
+    text = run("reproduce", "tile", "--out", ".", cwd=tmp_path).stdout
     for published in ("112.38 min", "53.67 min", "0.199200", "as printed", "inferred", "not force closure"):
         assert published in text
     for computed in ("3.310346", "-2.148574", "-0.971987"):

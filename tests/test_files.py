@@ -145,7 +145,7 @@ def test_a_plan_file_is_the_same_problem_as_its_arguments(write):
     )
     rim = gf.surfaces.ellipse(1, 1)
     expected = gf.plan(
-        gf.surfaces.planar_contacts(rim, rim), [0, 2], step=0.5, tolerance=0.1, bounds=[(0, 1), (1, 4)],
+        gf.surfaces.contacts_on(rim, rim), [0, 2], step=0.5, tolerance=0.1, bounds=[(0, 1), (1, 4)],
         max_normal_force=1.0,
     )  # fmt: skip
     assert load_problem(write(text)).plan().to_dict() == expected.to_dict()

@@ -148,7 +148,7 @@ def pixel(camera, point):
 
 def test_dragging_a_contact_changes_the_shown_epsilon(opened):
     viewer, page = opened
-    (camera,) = [client.camera for client in viewer._server.get_clients().values()]  # noqa: SLF001 - where the camera is known
+    (camera,) = [client.camera for client in viewer._server.get_clients().values()]
     before, start = shown_epsilon(page), viewer.state.grasp.positions[0]
     up = np.array([0, 0, 1.0])
     handle = start + 0.007 * up  # on the arrow that moves the contact up and down

@@ -13,7 +13,7 @@ from graspforce.plotting import draw_plan_history, draw_planar_grasp
 
 rim = gf.surfaces.ellipse(0.12, 0.08)
 found = gf.plan(
-    gf.surfaces.planar_contacts(rim, rim, rim),
+    gf.surfaces.contacts_on(rim, rim, rim),
     initial=[0.2, 2.4, 4.6],
     step=0.4,
     tolerance=0.01,

@@ -145,7 +145,11 @@ class Gradient:
     def to_dict(self) -> dict[str, Any]: ...
     @staticmethod
     def _restore(
-        positions: Sequence[Sequence[float]], normals: Sequence[Sequence[float]], unique: bool, dim: int
+        positions: Sequence[Sequence[float]],
+        normals: Sequence[Sequence[float]],
+        spins: Sequence[float],
+        unique: bool,
+        dim: int,
     ) -> Gradient: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 

@@ -71,6 +71,7 @@ def gradient_dict(gradient: Gradient) -> dict[str, Any]:
     return {
         "positions": gradient.positions.tolist(),
         "normals": gradient.normals.tolist(),
+        "spins": gradient.spins.tolist(),
         "unique": gradient.unique,
     }
 

@@ -392,17 +392,23 @@ impl PyGradient {
     }
 
     #[staticmethod]
-    fn _restore(positions: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, unique: bool, dim: usize) -> Self {
+    fn _restore(
+        positions: Vec<[f64; 3]>,
+        normals: Vec<[f64; 3]>,
+        spins: Vec<f64>,
+        unique: bool,
+        dim: usize,
+    ) -> Self {
         let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vector3::from).collect();
-        let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), unique };
+        let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), spins, unique };
         Self { gradient, dim }
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         let rows = |vectors: &[Vector3<f64>]| vectors.iter().map(|&v| v.into()).collect::<Vec<[f64; 3]>>();
-        let Gradient { positions, normals, unique } = &this.gradient;
-        let state = (rows(positions), rows(normals), *unique, this.dim);
+        let Gradient { positions, normals, spins, unique } = &this.gradient;
+        let state = (rows(positions), rows(normals), spins.clone(), *unique, this.dim);
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 

@@ -18,8 +18,8 @@ __all__ = ["from_drake"]
 
 
 def from_drake(
-    plant: Any,  # noqa: ANN401 - Drake's own types
-    context: Any,  # noqa: ANN401
+    plant: Any,
+    context: Any,
     body: str | int,
     **options: Unpack[ReadingOptions],
 ) -> ContactReading:

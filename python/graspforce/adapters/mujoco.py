@@ -28,8 +28,8 @@ class ReadingOptions(TypedDict, total=False):
 
 
 def from_mujoco(
-    model: Any,  # noqa: ANN401 - MuJoCo's own types
-    data: Any,  # noqa: ANN401
+    model: Any,
+    data: Any,
     body: str | int,
     **options: Unpack[ReadingOptions],
 ) -> ContactReading:

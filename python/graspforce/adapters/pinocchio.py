@@ -18,7 +18,7 @@ __all__ = ["from_pinocchio"]
 
 
 def from_pinocchio(
-    model: Any,  # noqa: ANN401 - Pinocchio's own type
+    model: Any,
     configuration: ArrayLike,
     frames: Sequence[str],
     normals: ArrayLike,

@@ -18,7 +18,9 @@ _Example = StrEnum("_Example", list(reproduction.EXAMPLES))  # type: ignore[misc
 
 
 def reproduce(
-    example: Annotated[_Example, typer.Argument(help="racket: Example 1, planning and contact forces.")],
+    example: Annotated[
+        _Example, typer.Argument(help="racket: Example 1, in the plane; tile: Example 2, planning in space.")
+    ],
     as_json: AsJson = False,
     out: Annotated[Path | None, typer.Option(help="Write the numbers and pictures into DIR.")] = None,
 ) -> None:

@@ -49,7 +49,22 @@ def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
     return racket_report(run), run.as_dict(), draw
 
 
+def _tile() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
+    from graspforce.tile import run_tile  # noqa: PLC0415
+    from graspforce.tile_report import tile_report  # noqa: PLC0415
+
+    run = run_tile()
+
+    def draw(folder: Path) -> list[Path]:
+        from graspforce.tile_drawing import save_tile_figures  # noqa: PLC0415
+
+        return save_tile_figures(run, folder)
+
+    return tile_report(run), run.as_dict(), draw
+
+
 EXAMPLES: Mapping[str, Callable[[], tuple[str, dict[str, Any], Callable[[Path], list[Path]]]]] = {
     "racket": _racket,
+    "tile": _tile,
 }
 """By name: a function that returns the report, the same numbers, and what draws them into a folder."""

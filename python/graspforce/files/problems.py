@@ -10,7 +10,7 @@ import numpy as np
 
 from graspforce import planning
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
-from graspforce.surfaces import PlanarCurve, ellipse, line, planar_contacts
+from graspforce.surfaces import PlanarCurve, contacts_on, ellipse, line
 
 from .document import read_document
 from .schema import EllipseModel, LineModel, PlanModel
@@ -54,7 +54,7 @@ class PlanFile:
 
     def plan(self, criterion: Criterion = "max") -> Plan:
         """Search for the best grasp, as `graspforce.plan` does."""
-        surface = planar_contacts(*self.curves)
+        surface = contacts_on(*self.curves)
         try:
             return planning.plan(surface, criterion=criterion, **self.search, **self.grasp_options)
         except (InvalidInputError, InvalidGraspError) as error:

@@ -41,7 +41,7 @@ def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
     >>> from matplotlib.figure import Figure
     >>> import graspforce as gf
     >>> from graspforce.plotting import draw_plan_history
-    >>> disc = gf.surfaces.planar_contacts(*[gf.surfaces.ellipse(1, 1)] * 2)
+    >>> disc = gf.surfaces.contacts_on(*[gf.surfaces.ellipse(1, 1)] * 2)
     >>> found = gf.plan(disc, [0, 2], step=0.5, tolerance=0.1, bounds=[(0, 1), (1, 4)])
     >>> len(draw_plan_history(Figure().subplots(), found))
     1

@@ -119,12 +119,12 @@ class Viewer:
         self._server.initial_camera.look_at = tuple(middle)
         self._server.initial_camera.position = tuple(middle + self._size * np.array([1.2, -1.2, 0.9]))
 
-    def _rescale(self, _event: Any) -> None:  # noqa: ANN401 - viser's own type
+    def _rescale(self, _event: Any) -> None:
         with self._turn:
             self.state.scale(self._friction.value, self._limits.value)
             self.update()
 
-    def _drag(self, contact: int, event: Any) -> None:  # noqa: ANN401 - viser's own type
+    def _drag(self, contact: int, event: Any) -> None:
         with self._turn:
             try:
                 self.state.move(contact, event.target.position)
