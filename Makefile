@@ -10,9 +10,9 @@ unexport PYTHONPATH PYTHONHOME
 .PHONY: demo test bench lint docs build clean
 
 demo: build
-	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
+	$(PY) -m graspforce reproduce racket --out out
 
-test: build
+test: build $(VENV)/simulators
 	cargo test
 	$(PY) -m pytest
 
@@ -28,9 +28,14 @@ lint: build
 	$(VENV)/bin/mypy
 	$(PY) -m mypy.stubtest graspforce._core
 
-docs:
-	cargo doc --no-deps
-	@echo "Rust API: target/doc/graspforce/index.html"
+docs: build $(VENV)/docs
+	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	cargo doc --no-deps --quiet
+	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
+
+$(VENV)/docs: $(VENV)/ready
+	$(PY) -m pip install --quiet --group docs
+	touch $@
 
 build $(VENV)/ready: export PIP_QUIET := 1
 
@@ -42,6 +47,11 @@ $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --upgrade "pip>=25.1"
 	$(PY) -m pip install --group dev
+	touch $@
+
+# Hundreds of megabytes that only the tests of simulator adapters and of the viewer's page need.
+$(VENV)/simulators: $(VENV)/ready
+	$(PY) -m pip install --quiet --group simulators --group browser
 	touch $@
 
 clean:

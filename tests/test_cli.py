@@ -1,14 +1,25 @@
-"""The command line as a user meets it: in a process of its own."""
+"""The command line as a user meets it."""
 
 import json
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import graspforce as gf
+from graspforce.cli import main
+from graspforce.commands.exit_codes import BAD_FILE, DONE, FAILED, INFEASIBLE, MISUSED
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+CUP, DISC, LIFT = (str(EXAMPLES / name) for name in ("cup.yaml", "disc.yaml", "lift.csv"))
+WEIGHT = ("--wrench", "0,0,-5,0,0,0")
+PNG = b"\x89PNG"
 
 
 def run(*arguments, cwd, code=0):
+    """Run the command in a process of its own."""
     command = [sys.executable, "-m", "graspforce", *arguments]
     done = subprocess.run(
         command, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False
@@ -18,11 +29,21 @@ def run(*arguments, cwd, code=0):
     return done
 
 
+@pytest.fixture
+def call(capsys):
+    """Run the command in this process, which is faster, and return what it printed."""
+
+    def called(*arguments, code=DONE):
+        assert main(arguments) == code
+        return capsys.readouterr()
+
+    return called
+
+
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     folder = tmp_path_factory.mktemp("racket")
-    done = run("reproduce", "racket", "--json", "deep/racket.json", "--out", "pictures", cwd=folder)
-    return folder, done.stdout
+    return folder / "deep" / "out", run("reproduce", "racket", "--out", "deep/out", cwd=folder).stdout
 
 
 def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
@@ -37,7 +58,7 @@ def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
 
 def test_json_holds_the_reference_iterates_and_table(reproduced, racket):
     folder, _ = reproduced
-    found = json.loads((folder / "deep" / "racket.json").read_text())
+    found = json.loads((folder / "racket.json").read_text())
     for plan in found["plans"]:
         expected = racket[plan["problem"].replace(" fingers", "_finger")][plan["criterion"]]
         rho = [row["rho"] for row in plan["history"]]
@@ -50,13 +71,15 @@ def test_json_holds_the_reference_iterates_and_table(reproduced, racket):
 
 def test_one_picture_is_drawn_for_each_plan(reproduced):
     folder, _ = reproduced
-    pictures = sorted(path.name for path in (folder / "pictures").iterdir())
-    assert pictures == [f"racket-{n}-fingers-{c}.png" for n in ("four", "three") for c in ("max", "sum")]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in (folder / "pictures").iterdir())
+    pictures = sorted(folder.glob("*.png"))
+    assert [path.name for path in pictures] == [
+        f"racket-{n}-fingers-{c}.png" for n in ("four", "three") for c in ("max", "sum")
+    ]
+    assert all(path.read_bytes().startswith(PNG) for path in pictures)
 
 
 def test_the_tile_is_printed_as_printed_and_as_inferred(tmp_path):
-    text = run("reproduce", "tile", "--json", "tile.json", "--out", ".", cwd=tmp_path).stdout
+    text = run("reproduce", "tile", "--out", ".", cwd=tmp_path).stdout
     for published in ("112.38 min", "53.67 min", "0.199200", "as printed", "inferred", "not force closure"):
         assert published in text
     for computed in ("3.310346", "-2.148574", "-0.971987"):
@@ -76,14 +99,126 @@ def test_the_script_and_the_module_are_one_command(tmp_path):
     assert done.stdout == run("--version", cwd=tmp_path).stdout
 
 
-def test_without_a_command_help_is_shown(tmp_path):
-    assert "reproduce" in run(cwd=tmp_path, code=2).stdout
+def test_without_a_command_help_is_shown(call):
+    assert "reproduce" in call(code=MISUSED).out
 
 
-def test_an_unknown_example_is_refused_with_the_known_ones(tmp_path):
-    assert "racket" in run("reproduce", "squash", cwd=tmp_path, code=2).stderr
+@pytest.mark.parametrize("command", ["quality", "forces", "plan", "view", "reproduce", "info"])
+def test_help_has_an_example(call, command):
+    assert f"Example: graspforce {command}" in call(command, "--help").out
+
+
+def test_help_explains_the_exit_codes(call):
+    assert "3 an input file is unusable" in " ".join(call("--help").out.split())
+
+
+def test_shells_can_be_taught_to_complete(tmp_path):
+    assert "_GRASPFORCE_COMPLETE" in run("--show-completion", "bash", cwd=tmp_path).stdout
+
+
+def test_an_unknown_example_is_refused_with_the_known_ones(call):
+    assert "racket" in call("reproduce", "squash", code=MISUSED).err
 
 
 def test_a_path_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path):
     (tmp_path / "file").write_text("")
-    assert "file" in run("reproduce", "racket", "--json", "file/x.json", cwd=tmp_path, code=1).stderr
+    assert "file" in run("reproduce", "racket", "--out", "file", cwd=tmp_path, code=FAILED).stderr
+
+
+def test_quality_prints_both_criteria(call):
+    text = call("quality", CUP).out
+    grasp = gf.Grasp(
+        [(0.04, 0, 0), (-0.02, 0.035, 0), (-0.02, -0.035, 0)],
+        [(-1, 0, 0), (0.5, -0.866, 0), (0.5, 0.866, 0)],
+        friction=0.6, max_normal_force=20, length_scale=0.04,
+    )  # fmt: skip
+    for criterion in ("max", "sum"):
+        assert f"{grasp.quality(criterion).epsilon:.9g}" in text
+
+
+def test_quality_about_a_weight_is_another(call):
+    found = json.loads(call("quality", CUP, "--center", "0,0,-5,0,0,0", "--json").out)
+    plain = json.loads(call("quality", CUP, "--json").out)
+    assert found["rho_max"]["epsilon"] < plain["rho_max"]["epsilon"]
+    assert plain["grasp"]["num_contacts"] == 3
+
+
+def test_forces_against_one_wrench_balance_it(call):
+    found = json.loads(call("forces", CUP, *WEIGHT, "--json").out)
+    np.testing.assert_allclose(np.sum(found["world_forces"], axis=0), [0, 0, 5], atol=1e-9)
+    assert f"max {found['sigma_max']:.6g}" in call("forces", CUP, *WEIGHT).out
+
+
+def test_forces_over_time_are_those_of_each_moment(call, tmp_path):
+    found = json.loads(
+        call("forces", CUP, "--wrenches", LIFT, "--json", "--out", str(tmp_path / "f.npz")).out
+    )
+    one = json.loads(call("forces", CUP, "--wrench", ",".join(map(str, found["wrenches"][7])), "--json").out)
+    assert found["sigma_max"][7] == pytest.approx(one["sigma_max"], rel=1e-9)
+    arrays = np.load(tmp_path / "f.npz")
+    assert arrays["forces"].shape == (41, 3, 3)
+    assert arrays["times"][-1] == 2.0
+    assert "largest max" in call("forces", CUP, "--wrenches", LIFT).out
+
+
+def test_a_wrench_that_cannot_be_balanced_has_its_exit_code(call, tmp_path):
+    pinch = tmp_path / "pinch.yaml"
+    pinch.write_text("contacts: [{position: [0, 0], normal: [1, 0]}]\n")
+    assert "separating" in call("forces", str(pinch), "--wrench", "1,0,0", code=INFEASIBLE).err
+    wrenches = tmp_path / "w.csv"
+    wrenches.write_text("-1,0,0\n1,0,0\n")
+    printed = call("forces", str(pinch), "--wrenches", str(wrenches), "--json", code=INFEASIBLE).out
+    assert json.loads(printed)["sigma_max"] == [1.0, None]
+
+
+@pytest.mark.parametrize("arguments", [(), (*WEIGHT, "--wrenches", LIFT)])
+def test_forces_want_one_source_of_wrenches(call, arguments):
+    assert "either --wrench or --wrenches" in call("forces", CUP, *arguments, code=MISUSED).err
+
+
+def test_a_wrench_of_the_wrong_length_says_what_is_expected(call):
+    assert "fx,fy,fz,tx,ty,tz" in call("forces", CUP, "--wrench", "1,2", code=FAILED).err
+
+
+def test_plan_prints_every_iterate(call):
+    found = json.loads(call("plan", DISC, "--criterion", "sum", "--json").out)
+    assert found["history"][-1]["rho"] <= found["history"][0]["rho"]
+    assert f"{found['quality']['epsilon']:.9g}" in call("plan", DISC, "--criterion", "sum").out
+
+
+def test_a_criterion_has_two_values(call):
+    assert "max" in call("plan", DISC, "--criterion", "mean", code=MISUSED).err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("quality", CUP),
+        ("forces", CUP, *WEIGHT),
+        ("forces", CUP, "--wrenches", LIFT),
+        ("plan", DISC),
+    ],
+    ids=lambda arguments: "-".join(arguments[::2]).replace(CUP, ""),
+)
+def test_every_command_draws(call, tmp_path, arguments):
+    picture = tmp_path / "deep" / "picture.png"
+    assert str(picture) in call(*arguments, "--plot", str(picture)).err
+    assert picture.read_bytes().startswith(PNG)
+
+
+def test_an_unknown_picture_format_is_named(call, tmp_path):
+    assert "xyz" in call("quality", CUP, "--plot", str(tmp_path / "a.xyz"), code=FAILED).err
+
+
+def test_a_bad_file_has_its_exit_code_and_names_line_and_field(call, tmp_path):
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("contacts:\n  - position: [0, 0]\n    normal: [1, 0]\n    friction: -2\n")
+    assert "bad.yaml:4: contacts[0].friction: " in call("quality", str(bad), code=BAD_FILE).err
+
+
+def test_info_names_versions_and_schemas(call):
+    assert json.loads(call("info", "--json").out)["versions"]["graspforce"] == gf.__version__
+    assert (
+        "position" in json.loads(call("info", "--schema", "grasp").out)["$defs"]["ContactModel"]["properties"]
+    )
+    assert "numpy" in call("info").out

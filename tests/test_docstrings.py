@@ -4,6 +4,9 @@ import doctest
 import importlib
 import pkgutil
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,7 +17,7 @@ from graspforce import _core
 ROOT = Path(__file__).parents[1]
 MODULES = sorted(
     m.name
-    for m in pkgutil.iter_modules(graspforce.__path__, "graspforce.")
+    for m in pkgutil.walk_packages(graspforce.__path__, "graspforce.")
     if m.name != "graspforce.__main__"
 )
 
@@ -55,3 +58,33 @@ def test_the_examples_of_the_readme_run():
     assert blocks
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})
+
+
+@pytest.mark.parametrize(
+    "page",
+    [*(ROOT / "docs").glob("*.rst"), *(ROOT / "docs" / "guides").glob("*.rst")],
+    ids=lambda page: page.stem,
+)
+def test_the_examples_of_the_documentation_run(page):
+    result = doctest.testfile(str(page), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert result.failed == 0
+
+
+def commands_of(*pages):
+    """Every command line that these pages show, but for those that install or wait."""
+    for page in pages:
+        for line in re.findall(r"^ *(graspforce .*)$", (ROOT / page).read_text(), re.MULTILINE):
+            arguments = line.partition("  #")[0].split()[1:]
+            if arguments[0] not in ("view", "--install-completion"):
+                yield arguments
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [*commands_of("README.md", "docs/getting_started.rst", "docs/command_line.rst", "docs/reproduction.rst")],
+    ids=" ".join,
+)
+def test_the_commands_of_the_documentation_run(arguments, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    command = [sys.executable, "-m", "graspforce", *arguments]
+    subprocess.run(command, cwd=tmp_path / "examples", check=True, capture_output=True)

@@ -22,12 +22,15 @@ from ._core import (
     __version__,
     quality_many,
 )
+from .adapters import from_drake, from_mujoco, from_pinocchio
 from .errors import (
     BusyError,
     GraspForceError,
     InfeasibleWrenchError,
+    InvalidFileError,
     InvalidGraspError,
     InvalidInputError,
+    MissingExtraError,
     NotConvergedError,
     TooLargeError,
 )
@@ -48,10 +51,12 @@ __all__ = [
     "Grasp",
     "GraspForceError",
     "InfeasibleWrenchError",
+    "InvalidFileError",
     "InvalidGraspError",
     "InvalidInputError",
     "Iterate",
     "MinkowskiSum",
+    "MissingExtraError",
     "NotConvergedError",
     "Placement",
     "PlacementQuality",
@@ -62,6 +67,9 @@ __all__ = [
     "Refinement",
     "TooLargeError",
     "__version__",
+    "from_drake",
+    "from_mujoco",
+    "from_pinocchio",
     "plan",
     "plan_global",
     "plan_many",

@@ -1,18 +1,20 @@
 """The command line: ``graspforce`` and ``python -m graspforce``.
 
-It stands on the standard library alone, so that the bare wheel has it; only figures need the ``plot`` extra.
+What the commands do is in `graspforce.commands`. Without the ``cli`` extra, on the bare wheel, the paper's
+examples can still be reproduced, and everything else says what to install.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib.util
-import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from . import __version__
+from .commands.exit_codes import FAILED, MISUSED
+from .commands.reproduction import EXAMPLES, reproduce
 from .errors import GraspForceError
 
 if TYPE_CHECKING:
@@ -20,89 +22,48 @@ if TYPE_CHECKING:
 
 __all__ = ["main"]
 
+_NEEDED = ("typer", "rich", "pydantic", "yaml")
+_INSTALL = "pip install 'graspforce[cli]'"
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0 done, 1 failed, 2 misused."""
+    """Run the command line and return its exit code, one of `graspforce.commands.exit_codes`."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if all(importlib.util.find_spec(package) for package in _NEEDED):
+        from .commands.app import run  # noqa: PLC0415
+
+        return run(given)
+    return _bare(given)
+
+
+def _bare(arguments: list[str]) -> int:
     parser = _parser()
+    if arguments and not arguments[0].startswith("-") and arguments[0] != "reproduce":
+        print(f"graspforce: {arguments[0]!r} needs more packages: {_INSTALL}", file=sys.stderr)
+        return FAILED
     options = parser.parse_args(arguments)
     if options.command is None:
         parser.print_help()
-        return 2
+        return MISUSED
     try:
-        reproduce = _reproduce_racket if options.example == "racket" else _reproduce_tile
-        reproduce(options.json, options.out)
+        reproduce(options.example, as_json=options.json, out=options.out)
     except (GraspForceError, OSError) as error:
         print(f"graspforce: {error}", file=sys.stderr)
-        return 1
+        return FAILED
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="graspforce", description="Multifingered grasps: quality, planning, forces."
+        prog="graspforce",
+        description="Multifingered grasps: quality, planning, forces.",
+        epilog=f"More commands with: {_INSTALL}",
     )
     parser.add_argument("--version", action="version", version=f"graspforce {__version__}")
     commands = parser.add_subparsers(dest="command", title="commands")
-    reproduce = commands.add_parser(
-        "reproduce",
-        help="compute an example of the paper and print it beside the published numbers",
-        description="Compute an example of the paper and print it beside the published numbers.",
-    )
-    reproduce.add_argument(
-        "example",
-        choices=["racket", "tile"],
-        help="racket: Example 1, planning and contact forces; tile: Example 2, planning in space",
-    )
-    reproduce.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
-    reproduce.add_argument(
-        "--out", type=Path, metavar="DIR", help="draw one PNG for each plan into DIR (needs matplotlib)"
-    )
+    description = "Compute an example of the paper and print it beside the published numbers."
+    command = commands.add_parser("reproduce", help=description, description=description)
+    command.add_argument("example", choices=list(EXAMPLES))
+    command.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    command.add_argument("--out", type=Path, metavar="DIR", help="write the numbers and pictures into DIR")
     return parser
-
-
-def _reproduce_racket(json_file: Path | None, out: Path | None) -> None:
-    _require_matplotlib(out)
-
-    from .report import racket_report  # noqa: PLC0415
-    from .reproduction import run_racket  # noqa: PLC0415
-
-    run = run_racket()
-    print(racket_report(run))
-    _write_json(json_file, run.as_dict())
-    if out is not None:
-        from .plotting import save_plan_figures  # noqa: PLC0415
-
-        for path in save_plan_figures(run, out):
-            print(f"wrote {path}")
-
-
-def _reproduce_tile(json_file: Path | None, out: Path | None) -> None:
-    _require_matplotlib(out)
-
-    from .tile import run_tile  # noqa: PLC0415
-    from .tile_report import tile_report  # noqa: PLC0415
-
-    run = run_tile()
-    print(tile_report(run))
-    _write_json(json_file, run.as_dict())
-    if out is not None:
-        from .tile_drawing import save_tile_figures  # noqa: PLC0415
-
-        for path in save_tile_figures(run, out):
-            print(f"wrote {path}")
-
-
-def _require_matplotlib(out: Path | None) -> None:
-    # Before minutes of someone's attention are spent: a missing extra is known from the start.
-    if out is not None and importlib.util.find_spec("matplotlib") is None:
-        message = (
-            "--out draws figures with matplotlib, which is not installed: pip install 'graspforce[plot]'"
-        )
-        raise GraspForceError(message)
-
-
-def _write_json(json_file: Path | None, numbers: dict[str, Any]) -> None:
-    if json_file is not None:
-        json_file.parent.mkdir(parents=True, exist_ok=True)
-        json_file.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
-        print(f"\nwrote {json_file}")

@@ -8,6 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -17,8 +19,10 @@ __all__ = [
     "BusyError",
     "GraspForceError",
     "InfeasibleWrenchError",
+    "InvalidFileError",
     "InvalidGraspError",
     "InvalidInputError",
+    "MissingExtraError",
     "NotConvergedError",
     "TooLargeError",
 ]
@@ -50,6 +54,38 @@ class InvalidGraspError(GraspForceError, ValueError):
 
 class InvalidInputError(GraspForceError, ValueError):
     """An argument of a query is unusable; the message names argument, row and value."""
+
+
+class InvalidFileError(InvalidInputError):
+    """An input file is unusable; the message names file, line and field.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    line : int or None
+        The line to look at, counted from 1, where the file has lines.
+    """
+
+    def __init__(self, path: Path, message: str, line: int | None = None) -> None:
+        super().__init__(f"{path}:{line}: {message}" if line else f"{path}: {message}")
+        self.path, self.line = path, line
+
+
+class MissingExtraError(GraspForceError, ImportError):
+    """An optional package is needed and not installed; the message says what to install.
+
+    Parameters
+    ----------
+    extra : str
+        The extra that brings it.
+    error : ImportError
+        Says which package it is.
+    """
+
+    def __init__(self, extra: str, error: ImportError) -> None:
+        package = (error.name or str(error)).partition(".")[0]
+        super().__init__(f"{package} is not installed: pip install 'graspforce[{extra}]'", name=error.name)
 
 
 class InfeasibleWrenchError(GraspForceError):

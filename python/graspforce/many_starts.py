@@ -105,8 +105,9 @@ def plan_many(
 
     Parameters
     ----------
-    surface, step, tolerance, criterion, rtol, center, metric, feasible, min_distance, placement,
-    max_candidates
+    surface, step, tolerance, criterion, rtol, center, metric
+        As for `graspforce.plan`.
+    feasible, min_distance, placement, max_candidates
         As for `graspforce.plan`.
     bounds : array_like
         (p, 2) finite lower and upper bounds, for the starts as for the searches.

@@ -16,6 +16,7 @@ import numpy as np
 from ._checks import finite_vector, search_bounds
 from ._pattern import Blocks, choose_blocks, pattern
 from ._scoring import CandidateSource, EpsilonScore, Score, SearchCounts
+from .display import plan_dict, plan_html
 from .errors import GraspForceError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -130,6 +131,13 @@ class Plan:
             f"Plan(params={where}, rho_{self.criterion}={self.quality.rho:.6g}, "
             f"iterations={len(self.history) - 1}, candidates={self.num_candidates}{blocks}{early})"
         )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain Python numbers and lists, ready for JSON."""
+        return plan_dict(self)
+
+    def _repr_html_(self) -> str:
+        return plan_html(self)
 
 
 def plan(

@@ -129,6 +129,16 @@ impl Arguments {
         (0..self.contacts).map(|contact| self.contact(grasp, contact)).collect()
     }
 
+    /// (m,) friction coefficients of the first grasp.
+    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.friction.at(0, contact)))
+    }
+
+    /// (m,) force limits of the first grasp.
+    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.max_normal_force.at(0, contact)))
+    }
+
     /// The arguments that make the same grasp again, for pickling.
     pub fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let vectors = |values: &[f64], columns| matrix(py, self.contacts, columns, values.iter().copied());

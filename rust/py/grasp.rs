@@ -10,7 +10,7 @@ use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::minkowski::PyMinkowskiSum;
-use crate::quality::{AnyOptions, PyQuality, parse_criterion, quality_of, quality_options};
+use crate::quality::{AnyOptions, Asked, PyQuality, parse_criterion, quality_of, quality_options};
 
 /// A grasp of either wrench dimension.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ macro_rules! with_grasp {
 
 /// Contacts of a multifingered hand on an object, checked, with everything derived from them.
 ///
-/// A grasp is immutable and may be shared between threads.
+/// A grasp is immutable and may be shared between threads, copied and pickled.
 ///
 /// Parameters
 /// ----------
@@ -224,6 +224,18 @@ impl PyGrasp {
         })
     }
 
+    /// (m,) Coulomb friction coefficients, as given: before ``friction_margin``.
+    #[getter]
+    fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.arguments.friction_of_each(py)
+    }
+
+    /// (m,) upper bounds of the normal forces in N.
+    #[getter]
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.arguments.limit_of_each(py)
+    }
+
     /// (m,) number of extreme forces of each contact; 0 for a true cone.
     #[getter]
     fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
@@ -295,16 +307,18 @@ impl PyGrasp {
         let py = slf.py();
         let wrong = |message: String| invalid_input(py, message);
         let owner = slf.clone().unbind();
+        let given = |value: Option<&Bound<'_, PyAny>>| value.map(|value| value.clone().unbind());
+        let asked = Asked { rtol, center: given(center), metric: given(metric) };
         match &slf.get().inner {
             AnyGrasp::Planar(grasp) => {
                 let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
                 let quality = quality_of(py, grasp, &options)?;
-                Ok(PyQuality::new(owner, AnyOptions::Planar(options), &quality))
+                Ok(PyQuality::new(owner, AnyOptions::Planar(options), asked, &quality))
             }
             AnyGrasp::Spatial(grasp) => {
                 let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
                 let quality = quality_of(py, grasp, &options)?;
-                Ok(PyQuality::new(owner, AnyOptions::Spatial(options), &quality))
+                Ok(PyQuality::new(owner, AnyOptions::Spatial(options), asked, &quality))
             }
         }
     }
@@ -415,6 +429,21 @@ impl PyGrasp {
             let sum = py.detach(|| MinkowskiSum::with_limit(grasp, max_points));
             PyMinkowskiSum::new(py, grasp, &sum.map_err(|error| to_python(py, &error))?)
         })
+    }
+
+    /// Contacts and what is derived from them as plain Python numbers and lists, ready for JSON.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).to_dict()["positions"]
+    /// [[-1.0, 0.0], [1.0, 0.0]]
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("grasp_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("grasp_html", (slf,))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {

@@ -1,7 +1,11 @@
 //! Python bindings: every function converts, calls, and maps the error. No algorithm lives here.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, unreachable_pub, reason = "docstrings are Python's; the crate has no Rust callers")]
-#![allow(clippy::doc_markdown, reason = "docstrings are Python's, in reStructuredText")]
+#![allow(
+    clippy::doc_markdown,
+    clippy::doc_link_with_quotes,
+    reason = "docstrings are Python's, in reStructuredText"
+)]
 #![allow(clippy::needless_pass_by_value, reason = "extracted arguments arrive by value")]
 #![allow(clippy::unused_self, reason = "getters take self")]
 #![allow(clippy::large_enum_variant, reason = "the larger variant, spatial, is the usual one")]

@@ -3,12 +3,13 @@
 use graspforce::{Grasp, MinkowskiSum};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// The explicit Minkowski sum of the contacts' wrenches, in the order of Algorithm 1.
 ///
 /// Made by `Grasp.minkowski_sum`. Point j is the sum of the primitive wrenches of its entries
-/// ``starts[j]:ends[j]`` (Eq. 30).
+/// ``starts[j]:ends[j]`` (Eq. 30). It is immutable and may be shared between threads, copied and pickled;
+/// `numpy.asarray` gives its wrenches.
 ///
 /// Attributes
 /// ----------
@@ -71,6 +72,51 @@ impl PyMinkowskiSum {
         options.set_item("shape", (self.rows, self.points))?;
         let parts = (ones, rows, PyArray1::from_iter(py, pointers));
         py.import("scipy.sparse")?.call_method("csc_array", (parts,), Some(&options))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let wrenches = self.wrenches.bind(py).as_any();
+        match (dtype, copy) {
+            (None, None | Some(false)) => Ok(wrenches.clone()),
+            (dtype, _) => {
+                wrenches.call_method1("astype", (dtype.map_or_else(|| wrenches.getattr("dtype"), Ok)?,))
+            }
+        }
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("minkowski_dict", (slf,))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        wrenches: Py<PyArray2<f64>>,
+        indices: [Py<PyArray1<i32>>; 4],
+        offsets: Vec<i32>,
+        rows: usize,
+        py: Python<'_>,
+    ) -> PyResult<Self> {
+        read_only(wrenches.bind(py).as_any())?;
+        for array in &indices {
+            read_only(array.bind(py).as_any())?;
+        }
+        let points = wrenches.bind(py).len()?;
+        let [starts, ends, contacts, edges] = indices;
+        Ok(Self { wrenches, starts, ends, contacts, edges, offsets, rows, points })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let copies = [&this.starts, &this.ends, &this.contacts, &this.edges].map(|array| array.clone_ref(py));
+        let state = (this.wrenches.clone_ref(py), copies, this.offsets.clone(), this.rows);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
     fn __len__(&self) -> usize {

@@ -9,6 +9,7 @@ use nalgebra::{SMatrix, Vector3};
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
 
 use crate::arrays::{contents, float_array, float_vector, matrix};
 use crate::errors::{invalid_input, to_python};
@@ -42,10 +43,23 @@ pub enum AnyOptions {
     Spatial(QualityOptions<6>),
 }
 
+/// The same as Python passed it, to pickle.
+pub struct Asked {
+    pub rtol: Option<f64>,
+    pub center: Option<Py<PyAny>>,
+    pub metric: Option<Py<PyAny>>,
+}
+
 /// The quality of a grasp, with its certificate.
+///
+/// It is immutable and may be shared between threads, copied and pickled.
 ///
 /// Attributes
 /// ----------
+/// grasp : Grasp
+///     Whose quality it is.
+/// criterion : {"max", "sum"}
+///     What is limited to 1: each normalised normal force, or their sum.
 /// rho : float
 ///     -epsilon, with the paper's sign: negative means force closure, smaller is better.
 /// epsilon : float
@@ -67,8 +81,14 @@ pub enum AnyOptions {
 ///     How epsilon changes as contacts move; computed when first asked for.
 #[pyclass(name = "Quality", module = "graspforce", frozen)]
 pub struct PyQuality {
+    /// The grasp it belongs to.
+    #[pyo3(get)]
     grasp: Py<PyGrasp>,
+    /// "max" or "sum".
+    #[pyo3(get)]
+    criterion: &'static str,
     options: AnyOptions,
+    asked: Asked,
     gradient: PyOnceLock<Py<PyGradient>>,
     /// -epsilon, with the paper's sign: negative means force closure, smaller is better.
     #[pyo3(get)]
@@ -138,10 +158,87 @@ impl PyQuality {
         Ok(gradient.clone_ref(py))
     }
 
+    /// Everything but the gradient as plain Python numbers, strings and lists, ready for JSON.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> grasp.quality("max").to_dict()["closure"]
+    /// 'force'
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("quality_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("quality_html", (slf,))
+    }
+
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
+    fn _restore(
+        grasp: Py<PyGrasp>,
+        criterion: &str,
+        rtol: Option<f64>,
+        center: Option<Bound<'_, PyAny>>,
+        metric: Option<Bound<'_, PyAny>>,
+        bracket: (f64, f64, f64),
+        found: (bool, String, usize),
+        direction: Vec<f64>,
+        wrench: Vec<f64>,
+        py: Python<'_>,
+    ) -> PyResult<Self> {
+        let wrong = |message: String| invalid_input(py, message);
+        let (given_center, given_metric) = (center.as_ref(), metric.as_ref());
+        let options = match grasp.get().inner {
+            AnyGrasp::Planar(_) => {
+                quality_options(criterion, rtol, given_center, given_metric).map(AnyOptions::Planar)
+            }
+            AnyGrasp::Spatial(_) => {
+                quality_options(criterion, rtol, given_center, given_metric).map(AnyOptions::Spatial)
+            }
+        };
+        let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);
+        let closure = classes.into_iter().find(|name| *name == found.1);
+        Ok(Self {
+            grasp,
+            criterion: criterion_name(parse_criterion("criterion", criterion).map_err(wrong)?),
+            options: options.map_err(wrong)?,
+            asked: Asked { rtol, center: center.map(Bound::unbind), metric: metric.map(Bound::unbind) },
+            gradient: PyOnceLock::new(),
+            rho: bracket.0,
+            lower: bracket.1,
+            upper: bracket.2,
+            converged: found.0,
+            closure: closure.ok_or_else(|| wrong(format!("closure: {:?} is not a class", found.1)))?,
+            supports: found.2,
+            direction,
+            wrench,
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let asked = &this.asked;
+        let state = (
+            this.grasp.clone_ref(py),
+            this.criterion,
+            asked.rtol,
+            asked.center.as_ref().map(|center| center.clone_ref(py)),
+            asked.metric.as_ref().map(|metric| metric.clone_ref(py)),
+            (this.rho, this.lower, this.upper),
+            (this.converged, this.closure, this.supports),
+            this.direction.clone(),
+            this.wrench.clone(),
+        );
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
+    }
+
     fn __repr__(&self) -> String {
         let open = if self.converged { "" } else { ", not converged" };
         format!(
-            "Quality(epsilon={}, closure='{}', width={:.1e}{open})",
+            "Quality({}, epsilon={}, closure='{}', width={:.1e}{open})",
+            self.criterion,
             self.epsilon(),
             self.closure,
             self.upper - self.lower
@@ -172,6 +269,14 @@ pub fn quality_options<const D: usize>(
     Ok(QualityOptions { rtol, center, metric, ..QualityOptions::new(criterion) })
 }
 
+/// The word for a criterion.
+fn criterion_name(criterion: Criterion) -> &'static str {
+    match criterion {
+        Criterion::Max => "max",
+        Criterion::Sum => "sum",
+    }
+}
+
 /// "max" or "sum".
 pub fn parse_criterion(argument: &str, criterion: &str) -> Result<Criterion, String> {
     match criterion {
@@ -191,10 +296,21 @@ fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<Metric<D>, S
 
 impl PyQuality {
     /// Hands a quality over, with what its gradient will need.
-    pub fn new<const D: usize>(grasp: Py<PyGrasp>, options: AnyOptions, quality: &Quality<D>) -> Self {
+    pub fn new<const D: usize>(
+        grasp: Py<PyGrasp>,
+        options: AnyOptions,
+        asked: Asked,
+        quality: &Quality<D>,
+    ) -> Self {
+        let criterion = match &options {
+            AnyOptions::Planar(options) => options.criterion,
+            AnyOptions::Spatial(options) => options.criterion,
+        };
         Self {
             grasp,
+            criterion: criterion_name(criterion),
             options,
+            asked,
             gradient: PyOnceLock::new(),
             rho: quality.rho,
             lower: quality.lower,
@@ -222,6 +338,8 @@ where
 }
 
 /// How epsilon changes as contacts move.
+///
+/// It is immutable and may be shared between threads, copied and pickled.
 ///
 /// Attributes
 /// ----------
@@ -266,6 +384,32 @@ impl PyGradient {
     #[getter]
     fn unique(&self) -> bool {
         self.gradient.unique
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("gradient_dict", (slf,))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        positions: Vec<[f64; 3]>,
+        normals: Vec<[f64; 3]>,
+        spins: Vec<f64>,
+        unique: bool,
+        dim: usize,
+    ) -> Self {
+        let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vector3::from).collect();
+        let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), spins, unique };
+        Self { gradient, dim }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let rows = |vectors: &[Vector3<f64>]| vectors.iter().map(|&v| v.into()).collect::<Vec<[f64; 3]>>();
+        let Gradient { positions, normals, spins, unique } = &this.gradient;
+        let state = (rows(positions), rows(normals), spins.clone(), *unique, this.dim);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {

@@ -3,7 +3,7 @@
 use graspforce::{BatchItem, Closure, Grasp, QualityOptions, quality_batch};
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input};
@@ -13,6 +13,8 @@ use crate::quality::quality_options;
 const CHUNK: usize = 256;
 
 /// Qualities of a batch of grasps, as arrays with one entry for each.
+///
+/// It is immutable and may be shared between threads, copied and pickled.
 ///
 /// Attributes
 /// ----------
@@ -26,7 +28,31 @@ const CHUNK: usize = 256;
 ///     What is wrong with the rows of status 2.
 #[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
 pub struct PyQualityBatch {
-    items: Vec<BatchItem>,
+    items: Vec<Row>,
+}
+
+/// One row as Python sees it; the reason of status 2 is text by then.
+struct Row {
+    rho: f64,
+    lower: f64,
+    upper: f64,
+    closure: i8,
+    status: i8,
+    error: Option<String>,
+}
+
+impl From<BatchItem> for Row {
+    fn from(item: BatchItem) -> Self {
+        let closure = match item.closure {
+            Some(Closure::Force) => 1,
+            Some(Closure::Partial) => 0,
+            Some(Closure::None) => -1,
+            None => -2,
+        };
+        let status = if item.error.is_some() { 2 } else { i8::from(!item.converged) };
+        let error = item.error.map(|error| error.to_string());
+        Self { rho: item.rho, lower: item.lower, upper: item.upper, closure, status, error }
+    }
 }
 
 #[pymethods]
@@ -58,22 +84,13 @@ impl PyQualityBatch {
     /// (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
     #[getter]
     fn closure<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        self.column(py, |item| match item.closure {
-            Some(Closure::Force) => 1,
-            Some(Closure::Partial) => 0,
-            Some(Closure::None) => -1,
-            None => -2,
-        })
+        self.column(py, |item| item.closure)
     }
 
     /// (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        self.column(py, |item| match item {
-            BatchItem { error: Some(_), .. } => 2,
-            BatchItem { converged: false, .. } => 1,
-            _ => 0,
-        })
+        self.column(py, |item| item.status)
     }
 
     /// What is wrong with the rows of status 2, by row.
@@ -82,10 +99,36 @@ impl PyQualityBatch {
         let errors = PyDict::new(py);
         for (row, item) in self.items.iter().enumerate() {
             if let Some(error) = &item.error {
-                errors.set_item(row, error.to_string())?;
+                errors.set_item(row, error)?;
             }
         }
         Ok(errors)
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("batch_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("batch_html", (slf,))
+    }
+
+    #[staticmethod]
+    fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>) -> Self {
+        let row =
+            |(rho, lower, upper, closure, status, error)| Row { rho, lower, upper, closure, status, error };
+        Self { items: rows.into_iter().map(row).collect() }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let rows = slf
+            .get()
+            .items
+            .iter()
+            .map(|row| (row.rho, row.lower, row.upper, row.closure, row.status, row.error.as_deref()));
+        let state = (PyList::new(slf.py(), rows.collect::<Vec<_>>())?,);
+        Ok((slf.py().get_type::<Self>().getattr("_restore")?, state.into_pyobject(slf.py())?))
     }
 
     fn __len__(&self) -> usize {
@@ -94,7 +137,7 @@ impl PyQualityBatch {
 
     fn __repr__(&self) -> String {
         let failed = self.items.iter().filter(|item| item.error.is_some()).count();
-        let closed = self.items.iter().filter(|item| item.closure == Some(Closure::Force)).count();
+        let closed = self.items.iter().filter(|item| item.closure == 1).count();
         format!("QualityBatch({} grasps, {closed} force closure, {failed} failed)", self.items.len())
     }
 }
@@ -103,7 +146,7 @@ impl PyQualityBatch {
     fn column<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
-        value: impl Fn(&BatchItem) -> T,
+        value: impl Fn(&Row) -> T,
     ) -> Bound<'py, PyArray1<T>> {
         PyArray1::from_vec(py, self.items.iter().map(value).collect())
     }
@@ -231,5 +274,5 @@ fn run<const D: usize>(
             progress.call1((items.len(), arguments.batch))?;
         }
     }
-    Ok(PyQualityBatch { items })
+    Ok(PyQualityBatch { items: items.into_iter().map(Row::from).collect() })
 }

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 
-from .paper import RACKET
+from graspforce.paper import RACKET
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

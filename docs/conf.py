@@ -1,0 +1,75 @@
+"""Sphinx configuration: pages, and a gallery and command output that are made while building."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from matplotlib.sphinxext import mathmpl
+
+import graspforce
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "examples"
+
+project = "graspforce"
+author = copyright = "The graspforce developers"  # noqa: A001 - Sphinx's own name
+version = release = graspforce.__version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "matplotlib.sphinxext.mathmpl",
+    "sphinx_gallery.gen_gallery",
+]
+mathmpl_fontsize = 12.5
+mathmpl_srcset = ["2x"]
+default_role = "py:obj"
+exclude_patterns = ["_build", "_generated"]
+html_theme = "furo"
+html_title = f"graspforce {version}"
+html_theme_options = {"sidebar_hide_name": False}
+templates_path = ["_templates"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+napoleon_use_ivar = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": [str(EXAMPLES / "gallery")],
+    "gallery_dirs": ["gallery"],
+    "within_subsection_order": "FileNameSortKey",
+    "download_all_examples": False,
+    "show_signature": False,
+    "abort_on_example_error": True,
+    "plot_gallery": True,
+    "capture_repr": (),
+}
+
+COMMANDS = {
+    "racket": ["reproduce", "racket", "--out", str(HERE / "_generated")],
+    "tile": ["reproduce", "tile"],
+    "quality": ["quality", "cup.yaml"],
+    "forces": ["forces", "cup.yaml", "--wrench", "0,0,-5,0,0,0"],
+    "trajectory": ["forces", "cup.yaml", "--wrenches", "lift.csv"],
+    "plan": ["plan", "disc.yaml"],
+    "help": ["--help"],
+}
+
+
+def print_commands(_app: object) -> None:
+    """Run every command that a page shows, so that no page shows what it no longer prints."""
+    folder = HERE / "_generated"
+    folder.mkdir(exist_ok=True)
+    for name, arguments in COMMANDS.items():
+        command = [sys.executable, "-m", "graspforce", *arguments]
+        done = subprocess.run(command, cwd=EXAMPLES, capture_output=True, text=True, check=True)
+        text = "\n".join(line.rstrip() for line in done.stdout.splitlines() if not line.startswith("wrote "))
+        (folder / f"{name}.txt").write_text(text + "\n", encoding="utf-8")
+
+
+def setup(app):  # noqa: ANN001, ANN201 - Sphinx's hook
+    """Register what happens before pages are read."""
+    app.connect("builder-inited", print_commands)
+    # Formulas as pictures: a page from disk shows them without a script from the network.
+    app.add_role("math", mathmpl.math_role, override=True)
+    app.add_directive("math", mathmpl.MathDirective, override=True)

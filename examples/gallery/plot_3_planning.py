@@ -1,0 +1,31 @@
+"""
+Where should the fingers go?
+============================
+
+Three fingers on an elliptic disc, each searching its own third of the rim.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import graspforce as gf
+from graspforce.plotting import draw_plan_history, draw_planar_grasp
+
+rim = gf.surfaces.ellipse(0.12, 0.08)
+found = gf.plan(
+    gf.surfaces.contacts_on(rim, rim, rim),
+    initial=[0.2, 2.4, 4.6],
+    step=0.4,
+    tolerance=0.01,
+    bounds=[(0, 2.0), (2.1, 4.1), (4.2, 6.2)],
+    friction=0.3,
+    max_normal_force=10.0,
+    length_scale=0.1,
+)
+print(found)
+
+figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), layout="constrained")
+draw_plan_history(left, found)
+draw_planar_grasp(right, found.grasp, outline=rim.point(np.linspace(0, 2 * np.pi, 200)))
+right.autoscale_view()
+right.axis("off")

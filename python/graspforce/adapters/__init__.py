@@ -1,0 +1,11 @@
+"""Grasps from simulators and robot models, read-only: nothing here changes a model or its state.
+
+Each needs its own extra (``mujoco``, ``drake``, ``pinocchio``) and imports it when called.
+"""
+
+from .drake import from_drake
+from .mujoco import from_mujoco
+from .pinocchio import from_pinocchio
+from .reading import ContactReading
+
+__all__ = ["ContactReading", "from_drake", "from_mujoco", "from_pinocchio"]

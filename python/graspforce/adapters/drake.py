@@ -1,0 +1,90 @@
+"""Point contacts of a Drake multibody plant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+
+from graspforce._core import Grasp
+from graspforce.errors import InvalidInputError, MissingExtraError
+
+from .reading import ContactReading
+
+if TYPE_CHECKING:
+    from .mujoco import ReadingOptions
+
+__all__ = ["from_drake"]
+
+
+def from_drake(
+    plant: Any,
+    context: Any,
+    body: str | int,
+    **options: Unpack[ReadingOptions],
+) -> ContactReading:
+    """Read the point contacts on a body of a Drake `MultibodyPlant`.
+
+    The friction of a pair is Drake's own combination, ``2 mu_1 mu_2 / (mu_1 + mu_2)``, of the static
+    coefficients. Hydroelastic surfaces are no points and are left out.
+
+    Parameters
+    ----------
+    plant : pydrake.multibody.plant.MultibodyPlant
+        The plant, connected to a scene graph.
+    context : pydrake.systems.framework.Context
+        The plant's own context in a diagram's. Both are only read.
+    body : str or int
+        Name or index of the body.
+    **options
+        As for `graspforce.from_mujoco`.
+
+    Returns
+    -------
+    ContactReading
+        The grasp, and Drake's own contact forces on the body.
+
+    Raises
+    ------
+    InvalidInputError
+        There is no such body, or nothing touches it at a point.
+    MissingExtraError
+        Drake is not installed.
+    """
+    try:
+        from pydrake.multibody.plant import (  # noqa: PLC0415 - needed here alone
+            CalcContactFrictionFromSurfaceProperties,
+        )
+        from pydrake.multibody.tree import BodyIndex  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("drake", error) from error
+
+    try:
+        ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(BodyIndex(body))
+    except (RuntimeError, IndexError) as error:
+        raise InvalidInputError(f"body: {body!r}: {error}") from None
+    inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
+    results = plant.get_contact_results_output_port().Eval(context)
+    rows, ids = [], []
+    for i in range(results.num_point_pair_contacts()):
+        info = results.point_pair_contact_info(i)
+        if ours.index() not in (info.bodyA_index(), info.bodyB_index()):
+            continue
+        pair = info.point_pair()
+        # Drake's normal points from B into A, and its force acts on B.
+        sign = 1 if ours.index() == info.bodyA_index() else -1
+        surfaces = (
+            inspector.GetProximityProperties(geometry).GetProperty("material", "coulomb_friction")
+            for geometry in (pair.id_A, pair.id_B)
+        )
+        mu = CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction()
+        rows.append((info.contact_point(), sign * pair.nhat_BA_W, mu, -sign * info.contact_force()))
+        ids.append(i)
+    if not rows:
+        raise InvalidInputError(f"body: nothing touches {body!r} at a point")
+    positions, normals, friction, world_forces = (np.array(column) for column in zip(*rows, strict=True))
+    centre = ours.EvalPoseInWorld(context) @ ours.CalcCenterOfMassInBodyFrame(context)
+    given: dict[str, Any] = {"origin": centre, **options}
+    grasp = Grasp(positions, normals, friction, **given)
+    forces = np.einsum("iab,ib->ia", grasp.frames, world_forces)
+    return ContactReading(grasp, forces, tuple(ids))

@@ -1,0 +1,99 @@
+"""Contacts of a MuJoCo simulation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+import numpy as np
+
+from graspforce._core import Grasp
+from graspforce.errors import InvalidInputError, MissingExtraError
+
+from .reading import ContactReading
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = ["ReadingOptions", "from_mujoco"]
+
+
+class ReadingOptions(TypedDict, total=False):
+    """What no simulator knows about a grasp; see `graspforce.Grasp`."""
+
+    max_normal_force: ArrayLike
+    edges: int | None
+    origin: ArrayLike
+    length_scale: float
+    friction_margin: float
+
+
+def from_mujoco(
+    model: Any,
+    data: Any,
+    body: str | int,
+    **options: Unpack[ReadingOptions],
+) -> ContactReading:
+    """Read the contacts on a body of a MuJoCo simulation.
+
+    Contact dimension 1 is frictionless, 3 a hard finger, 4 and 6 a soft finger with the pair's torsional
+    coefficient; rolling friction is left out. Of two different sliding coefficients the smaller is taken.
+    MuJoCo's pyramidal cones lie inside the linearised cones of 8 edges here, and its elliptic ones are the
+    true cones of ``edges=None``.
+
+    Parameters
+    ----------
+    model, data : mujoco.MjModel, mujoco.MjData
+        The simulation, after ``mj_forward`` or ``mj_step``. Both are only read.
+    body : str or int
+        Name or number of the body; bodies welded to it count as parts of it.
+    **options
+        ``max_normal_force``, ``edges``, ``origin`` (by default the body's centre of mass), ``length_scale``
+        and ``friction_margin`` of `graspforce.Grasp`.
+
+    Returns
+    -------
+    ContactReading
+        The grasp, and MuJoCo's own contact forces on the body.
+
+    Raises
+    ------
+    InvalidInputError
+        There is no such body, or nothing touches it.
+    MissingExtraError
+        MuJoCo is not installed.
+    """
+    try:
+        import mujoco  # noqa: PLC0415 - needed here alone
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("mujoco", error) from error
+
+    try:
+        body_id = int(model.body(body).id)
+    except (KeyError, IndexError) as error:
+        raise InvalidInputError(f"body: {body!r}: {error}") from None
+    weld = model.body_weldid[model.geom_bodyid]
+    rows, ids = [], []
+    wrench = np.zeros(6)
+    for i in range(data.ncon):
+        contact = data.contact[i]
+        ours = [geom >= 0 and weld[geom] == model.body_weldid[body_id] for geom in contact.geom]
+        # A pair inside the body, or one within its margin but not yet touching, presses nothing.
+        if ours[0] == ours[1] or contact.exclude:
+            continue
+        mujoco.mj_contactForce(model, data, i, wrench)
+        # MuJoCo's frame and force are those of the second geom; the first feels the opposite.
+        normal, tangent, _ = contact.frame.reshape(3, 3) * ([[1], [1], [1]] if ours[1] else [[-1], [1], [1]])
+        force = wrench[:4] * (1, 1 if ours[1] else -1, 1, 1)
+        mu = min(contact.friction[:2]) if contact.dim > 1 else 0.0
+        gamma = contact.friction[2] if contact.dim > 3 else 0.0
+        rows.append((contact.pos.copy(), normal, tangent, mu, gamma, force))
+        ids.append(i)
+    if not rows:
+        raise InvalidInputError(f"body: nothing touches {body!r}")
+    positions, normals, tangents, friction, torsion, forces = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
+    given: dict[str, Any] = {"origin": data.xipos[body_id].copy(), **options}
+    soft = bool((torsion > 0).any())
+    grasp = Grasp(positions, normals, friction, tangents=tangents, torsion=torsion if soft else None, **given)
+    return ContactReading(grasp, forces[:, : grasp.force_dim], tuple(ids))

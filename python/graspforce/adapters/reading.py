@@ -1,0 +1,44 @@
+"""What a simulator says about the contacts on one body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from graspforce._core import Grasp
+
+__all__ = ["ContactReading"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactReading:
+    """The contacts on a body as a grasp, and the forces a simulator has at them.
+
+    Attributes
+    ----------
+    grasp : Grasp
+        Positions in the world, inward normals and friction of the contacts; torques are about the body's
+        centre of mass unless another origin was asked for.
+    forces : numpy.ndarray
+        (m, k) the simulator's contact forces on the body, in the grasp's contact frames, in N.
+    contacts : tuple of int
+        The simulator's own numbers of the contacts.
+    """
+
+    grasp: Grasp
+    forces: NDArray[np.float64]
+    contacts: tuple[int, ...]
+
+    @property
+    def external_wrench(self) -> NDArray[np.float64]:
+        """(d,) wrench that the simulator's forces balance: the opposite of what they exert together."""
+        return -(self.grasp.grasp_matrix @ self.forces.ravel())
+
+    @property
+    def sigma_max(self) -> float:
+        """Largest normal force of the simulator, as a share of its limit."""
+        return float((self.forces[:, 0] / self.grasp.max_normal_force).max())

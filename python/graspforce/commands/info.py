@@ -1,0 +1,52 @@
+"""``graspforce info``."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+from graspforce.files.schema import GraspModel, PlanModel
+
+from .output import AsJson, print_json, print_table
+
+__all__ = ["info"]
+
+_PACKAGES = ("numpy", "scipy", "matplotlib", "trimesh", "viser", "mujoco", "drake", "pin", "dask")
+
+
+class _Schema(StrEnum):
+    GRASP = "grasp"
+    PLAN = "plan"
+
+
+def info(
+    schema: Annotated[
+        _Schema | None, typer.Option(help="Print the JSON Schema of grasp or plan files instead.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say which versions are at work, and what the input files may hold.
+
+    Example: `graspforce info --schema grasp > grasp.schema.json`
+    """
+    if schema is not None:
+        print_json((GraspModel if schema is _Schema.GRASP else PlanModel).model_json_schema())
+        return
+    versions = {"graspforce": _version("graspforce"), "python": platform.python_version()}
+    versions |= {package: _version(package) for package in _PACKAGES}
+    if as_json:
+        print_json({"versions": versions, "platform": platform.platform()})
+    else:
+        rows = ((name, version or "not installed") for name, version in versions.items())
+        print_table(platform.platform(), ("package", "version"), rows)
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None

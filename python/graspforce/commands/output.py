@@ -1,0 +1,72 @@
+"""What commands print: tables for people, JSON for programs, pictures for both."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graspforce.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
+__all__ = ["AsJson", "Criterion", "note", "print_json", "print_table", "save", "vector"]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
+Criterion = Annotated[
+    Literal["max", "sum"],
+    typer.Option(help="What is limited to 1: each normalised normal force (max), or their sum (sum)."),
+]
+
+_PIPED_WIDTH = 100
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON object."""
+    print(json.dumps(value, indent=2, allow_nan=False))
+
+
+def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
+    """Print a table with its first column to the left and numbers to the right."""
+    table = Table(box=None, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=i > 0)
+    for row in rows:
+        table.add_row(*row)
+    # Brackets are vectors here, not markup.
+    console = Console(markup=False, highlight=False)
+    if not console.is_terminal:
+        # A pipe has no width of its own, and should not depend on the terminal beside it.
+        console.width = _PIPED_WIDTH
+    console.print(title, style="bold")
+    console.print(table)
+
+
+def note(text: str) -> None:
+    """Print what is no result, beside the results."""
+    print(text, file=sys.stderr)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture in the format of its suffix, making its folder."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        figure.savefig(path)
+    except ValueError as error:
+        raise InvalidInputError(f"--plot: {error}") from None
+    note(f"wrote {path}")
+
+
+def vector(values: Iterable[float]) -> str:
+    """Numbers as a list that can be pasted, without the dust of rounding."""
+    numbers = list(values)
+    dust = 1e-12 * max((abs(number) for number in numbers), default=0.0)
+    return "[" + ", ".join("0" if abs(x) <= dust else f"{x:.4g}" for x in numbers) + "]"

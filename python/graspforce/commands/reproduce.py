@@ -1,0 +1,32 @@
+"""``graspforce reproduce``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from . import reproduction
+from .output import AsJson
+from .progress import progress
+
+__all__ = ["reproduce"]
+
+_Example = StrEnum("_Example", list(reproduction.EXAMPLES))  # type: ignore[misc] # choices for the help
+
+
+def reproduce(
+    example: Annotated[
+        _Example, typer.Argument(help="racket: Example 1, in the plane; tile: Example 2, planning in space.")
+    ],
+    as_json: AsJson = False,
+    out: Annotated[Path | None, typer.Option(help="Write the numbers and pictures into DIR.")] = None,
+) -> None:
+    """Compute an example of the paper and print it beside the published numbers.
+
+    Example: `graspforce reproduce racket --out out`
+    """
+    with progress("computing"):
+        reproduction.reproduce(str(example), as_json=as_json, out=out)

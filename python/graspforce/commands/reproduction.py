@@ -1,0 +1,70 @@
+"""The paper's examples, printed beside the published numbers; needs no optional package but for pictures."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from typing import TYPE_CHECKING, Any
+
+from graspforce.errors import GraspForceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+__all__ = ["EXAMPLES", "reproduce"]
+
+
+def reproduce(example: str, *, as_json: bool = False, out: Path | None = None) -> None:
+    """Compute one of `EXAMPLES`, print it, and write its numbers and pictures into a folder."""
+    # Before minutes of someone's attention are spent: a missing extra is known from the start.
+    if out is not None and importlib.util.find_spec("matplotlib") is None:
+        message = "--out draws with matplotlib, which is not installed: pip install 'graspforce[plot]'"
+        raise GraspForceError(message)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    report, numbers, draw = EXAMPLES[example]()
+    text = json.dumps(numbers, indent=2)
+    print(text if as_json else report)
+    if out is None:
+        return
+    path = out / f"{example}.json"
+    path.write_text(text + "\n", encoding="utf-8")
+    for written in [path, *draw(out)]:
+        if not as_json:
+            print(f"wrote {written}")
+
+
+def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
+    from graspforce.report import racket_report  # noqa: PLC0415
+    from graspforce.reproduction import run_racket  # noqa: PLC0415
+
+    run = run_racket()
+
+    def draw(folder: Path) -> list[Path]:
+        from graspforce.plotting import save_plan_figures  # noqa: PLC0415
+
+        return save_plan_figures(run, folder)
+
+    return racket_report(run), run.as_dict(), draw
+
+
+def _tile() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
+    from graspforce.tile import run_tile  # noqa: PLC0415
+    from graspforce.tile_report import tile_report  # noqa: PLC0415
+
+    run = run_tile()
+
+    def draw(folder: Path) -> list[Path]:
+        from graspforce.tile_drawing import save_tile_figures  # noqa: PLC0415
+
+        return save_tile_figures(run, folder)
+
+    return tile_report(run), run.as_dict(), draw
+
+
+EXAMPLES: Mapping[str, Callable[[], tuple[str, dict[str, Any], Callable[[Path], list[Path]]]]] = {
+    "racket": _racket,
+    "tile": _tile,
+}
+"""By name: a function that returns the report, the same numbers, and what draws them into a folder."""

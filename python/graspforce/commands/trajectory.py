@@ -1,0 +1,76 @@
+"""Least forces along a sequence of external wrenches, as the command line reports them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from graspforce._core import ForceDistributor
+    from graspforce.files import WrenchFile
+
+__all__ = ["Trajectory", "solve_trajectory"]
+
+_REPORT_EVERY = 4096
+_INFEASIBLE = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """Forces (T, m, k) and their normalised maxima and sums (T,); NaN in rows without an answer."""
+
+    wrenches: NDArray[np.float64]
+    times: NDArray[np.float64] | None
+    forces: NDArray[np.float64]
+    sigma_max: NDArray[np.float64]
+    sigma_sum: NDArray[np.float64]
+
+    @property
+    def infeasible(self) -> NDArray[np.bool_]:
+        """(T,) rows that no forces balance."""
+        return np.isnan(self.sigma_max)
+
+    def arrays(self) -> dict[str, Any]:
+        """Everything by name, as the NPZ file holds it."""
+        named = {
+            "wrenches": self.wrenches,
+            "forces": self.forces,
+            "sigma_max": self.sigma_max,
+            "sigma_sum": self.sigma_sum,
+        }
+        return named if self.times is None else {"times": self.times, **named}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain lists, None in rows without an answer."""
+        hopeless = self.infeasible
+        return {
+            name: [
+                None if bad and name not in ("times", "wrenches") else row
+                for row, bad in zip(array.tolist(), hopeless, strict=True)
+            ]
+            for name, array in self.arrays().items()
+        }
+
+
+def solve_trajectory(
+    distributor: ForceDistributor, given: WrenchFile, done: Callable[[int], None]
+) -> Trajectory:
+    """Solve chunk by chunk, saying how many are done."""
+    count, grasp = len(given.wrenches), distributor.grasp
+    forces = np.full((count, grasp.num_contacts, grasp.force_dim), np.nan)
+    sigma_max, sigma_sum = np.full(count, np.nan), np.full(count, np.nan)
+    for start in range(0, count, _REPORT_EVERY):
+        rows = slice(start, start + _REPORT_EVERY)
+        batch = distributor.solve_many(given.wrenches[rows])
+        forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
+        for row in start + np.flatnonzero(batch.status > _INFEASIBLE):
+            # Anything but an answer or its proven absence is an error, which solving alone names.
+            distributor.solve(given.wrenches[row])
+        done(min(count, rows.stop))
+    return Trajectory(given.wrenches, given.times, forces, sigma_max, sigma_sum)

@@ -1,0 +1,186 @@
+"""How results read in a notebook, and the same as plain dictionaries.
+
+The classes of the extension module call this; they are the public names.
+"""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ._core import ForceSolution, Gradient, Grasp, MinkowskiSum, Quality, QualityBatch
+    from .planning import Plan
+
+__all__ = [
+    "batch_dict",
+    "batch_html",
+    "gradient_dict",
+    "grasp_dict",
+    "grasp_html",
+    "minkowski_dict",
+    "plan_dict",
+    "plan_html",
+    "quality_dict",
+    "quality_html",
+    "solution_dict",
+]
+
+_CLOSURES = {1: "force", 0: "partial", -1: "none"}
+_ROWS_SHOWN = 10
+
+
+def grasp_dict(grasp: Grasp) -> dict[str, Any]:
+    """Contacts of a grasp, with its dimensions."""
+    return {
+        "wrench_dim": grasp.wrench_dim,
+        "num_contacts": grasp.num_contacts,
+        "force_dim": grasp.force_dim,
+        "positions": grasp.positions.tolist(),
+        "normals": grasp.normals.tolist(),
+        "friction": grasp.friction.tolist(),
+        "max_normal_force": grasp.max_normal_force.tolist(),
+        "num_edges": grasp.num_edges.tolist(),
+        "origin": grasp.origin.tolist(),
+        "length_scale": grasp.length_scale,
+    }
+
+
+def quality_dict(quality: Quality) -> dict[str, Any]:
+    """Everything a quality knows but its gradient."""
+    return {
+        "criterion": quality.criterion,
+        "rho": quality.rho,
+        "epsilon": quality.epsilon,
+        "lower": quality.lower,
+        "upper": quality.upper,
+        "converged": quality.converged,
+        "closure": quality.closure,
+        "direction": quality.direction.tolist(),
+        "wrench": quality.wrench.tolist(),
+        "supports": quality.supports,
+    }
+
+
+def gradient_dict(gradient: Gradient) -> dict[str, Any]:
+    """Both halves of a gradient, and whether it is one."""
+    return {
+        "positions": gradient.positions.tolist(),
+        "normals": gradient.normals.tolist(),
+        "spins": gradient.spins.tolist(),
+        "unique": gradient.unique,
+    }
+
+
+def batch_dict(batch: QualityBatch) -> dict[str, Any]:
+    """Columns of a batch; None where a row is no grasp."""
+    numbers = {name: getattr(batch, name) for name in ("rho", "epsilon", "lower", "upper")}
+    columns = {
+        name: [None if np.isnan(x) else x for x in column.tolist()] for name, column in numbers.items()
+    }
+    return {
+        **columns,
+        "closure": batch.closure.tolist(),
+        "status": batch.status.tolist(),
+        "errors": dict(batch.errors),
+    }
+
+
+def minkowski_dict(points: MinkowskiSum) -> dict[str, Any]:
+    """All points and the index arrays A and B."""
+    return {
+        name: getattr(points, name).tolist() for name in ("wrenches", "starts", "ends", "contacts", "edges")
+    }
+
+
+def solution_dict(solution: ForceSolution) -> dict[str, Any]:
+    """Collect the forces of one wrench with their certificate; None for a margin that is not defined."""
+    margins = solution.slip_margin.tolist()
+    return {
+        "sigma_max": solution.sigma_max,
+        "sigma_sum": solution.sigma_sum,
+        "within_limits": solution.within_limits,
+        "gap": solution.gap,
+        "forces": solution.forces.tolist(),
+        "world_forces": solution.world_forces.tolist(),
+        "slip_margin": [None if np.isnan(margin) else margin for margin in margins],
+    }
+
+
+def plan_dict(plan: Plan) -> dict[str, Any]:
+    """Where a plan ended, how good that is, and every iterate."""
+    return {
+        "criterion": plan.criterion,
+        "params": plan.params.tolist(),
+        "quality": quality_dict(plan.quality),
+        "grasp": grasp_dict(plan.grasp),
+        "num_candidates": plan.num_candidates,
+        "history": [
+            {"params": row.params.tolist(), "rho": row.rho, "step": row.step.tolist()} for row in plan.history
+        ],
+    }
+
+
+def grasp_html(grasp: Grasp) -> str:
+    """One row for each contact."""
+    header = ("contact", "position (m)", "normal", "friction", "limit (N)")
+    columns = zip(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, strict=True)
+    rows = (
+        (str(i), _vector(r), _vector(n), f"{mu:g}", f"{limit:g}")
+        for i, (r, n, mu, limit) in enumerate(columns)
+    )
+    return _table(repr(grasp), header, rows)
+
+
+def quality_html(quality: Quality) -> str:
+    """Numbers of a quality, one a row."""
+    rows = [
+        ("epsilon", f"{quality.epsilon:.9g}"),
+        ("rho", f"{quality.rho:.9g}, proven within [{quality.lower:.9g}, {quality.upper:.9g}]"),
+        ("closure", quality.closure),
+        ("weakest along", _vector(quality.direction)),
+        ("converged", "yes" if quality.converged else "no: the bound on the work was reached"),
+    ]
+    return _table(f"Quality, criterion {quality.criterion}", ("", ""), rows)
+
+
+def batch_html(batch: QualityBatch) -> str:
+    """Show the first rows of a batch."""
+    errors = batch.errors
+    rows = [
+        (str(i), f"{epsilon:.6g}", _CLOSURES.get(closure, errors.get(i, "")))
+        for i, (epsilon, closure) in enumerate(
+            zip(batch.epsilon[:_ROWS_SHOWN].tolist(), batch.closure[:_ROWS_SHOWN].tolist(), strict=True)
+        )
+    ]
+    if len(batch) > _ROWS_SHOWN:
+        rows.append(("...", "", f"{len(batch) - _ROWS_SHOWN} more"))
+    return _table(repr(batch), ("row", "epsilon", "closure"), rows)
+
+
+def plan_html(plan: Plan) -> str:
+    """One row for each iterate."""
+    header = ("iteration", "parameters", f"rho_{plan.criterion}", "steps after")
+    rows = (
+        (str(k), _vector(row.params), f"{row.rho:.6g}", _vector(row.step))
+        for k, row in enumerate(plan.history)
+    )
+    title = f"Plan: {len(plan.history) - 1} iterations, {plan.num_candidates} candidates"
+    return _table(title, header, rows)
+
+
+def _vector(values: Iterable[float]) -> str:
+    return "[" + ", ".join(f"{value + 0.0:.5g}" for value in values) + "]"
+
+
+def _table(title: str, header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    def line(cells: tuple[str, ...], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    head = f"<thead>{line(header, 'th')}</thead>" if any(header) else ""
+    body = "".join(line(row, "td") for row in rows)
+    return f"<table><caption>{html.escape(title)}</caption>{head}<tbody>{body}</tbody></table>"

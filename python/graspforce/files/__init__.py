@@ -1,0 +1,21 @@
+"""Files of grasps, planning problems and wrenches, read without trusting them.
+
+Needs the ``cli`` extra. Sizes are limited; YAML and JSON hold plain data, NumPy files no pickles.
+Whatever is wrong is an `graspforce.InvalidFileError` that names file, line and field.
+"""
+
+from .grasps import GraspFile, load_grasp
+from .meshes import load_mesh
+from .problems import PlanFile, load_problem
+from .wrenches import WrenchFile, load_wrenches, parse_wrench
+
+__all__ = [
+    "GraspFile",
+    "PlanFile",
+    "WrenchFile",
+    "load_grasp",
+    "load_mesh",
+    "load_problem",
+    "load_wrenches",
+    "parse_wrench",
+]

@@ -1,0 +1,184 @@
+"""Grasp files: YAML and JSON by their schema, NPZ by the names of `graspforce.Grasp`'s arguments."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce._core import Grasp
+from graspforce.errors import InvalidFileError, InvalidGraspError
+
+from .document import Document, limited_bytes, read_document
+from .schema import GraspModel
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "load_grasp"]
+
+MAX_ARRAY_BYTES = 256 * 1024 * 1024
+"""Limit of NumPy files, before and after decompression."""
+
+_ARRAYS = (
+    "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
+    "length_scale", "friction_margin",
+)  # fmt: skip
+_FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GraspFile:
+    """A grasp, and what its file says about the object.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    name : str
+        Its title, or the file's name.
+    grasp : Grasp
+        The grasp.
+    outline : numpy.ndarray or None
+        (n, 2) corners of a planar object in m.
+    mesh : pathlib.Path or None
+        File of the object's mesh.
+    """
+
+    path: Path
+    name: str
+    grasp: Grasp
+    outline: NDArray[np.float64] | None = None
+    mesh: Path | None = None
+
+
+def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
+    """Read a grasp from a YAML, JSON or NPZ file.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.npz`` holds arrays named as the arguments of `Grasp`; ``.json`` and everything else is text, which
+        the schema of ``graspforce info --schema grasp`` describes.
+
+    Returns
+    -------
+    GraspFile
+        The grasp and what belongs to its picture.
+
+    Raises
+    ------
+    InvalidFileError
+        The file cannot be read or is not a grasp; the message names line and field.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from graspforce.files import load_grasp
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "pinch.yaml")
+    ...     _ = path.write_text('''
+    ... contacts:
+    ...   - {position: [-1, 0], normal: [1, 0]}
+    ...   - {position: [1, 0], normal: [-1, 0]}
+    ... max_normal_force: 20
+    ... ''')
+    ...     load_grasp(path).grasp
+    Grasp(planar, 2 contacts, 4 extreme forces)
+    """
+    path = Path(path)
+    return _from_npz(path) if path.suffix.lower() == ".npz" else _from_text(read_document(path))
+
+
+def _from_text(document: Document) -> GraspFile:
+    model = document.parsed(GraspModel)
+    dim = len(model.contacts[0].position)
+    for i, contact in enumerate(model.contacts):
+        for field, value in (("position", contact.position), ("normal", contact.normal)):
+            if len(value) != dim:
+                message = f"{len(value)} numbers, where the first contact's position has {dim}"
+                raise document.error(("contacts", i, field), message)
+    try:
+        grasp = Grasp(**_arguments(document, model))
+    except InvalidGraspError as error:
+        raise _located(document, error) from None
+    outline = None if model.outline is None else np.array(model.outline)
+    mesh = None if model.mesh is None else document.path.parent / model.mesh
+    return GraspFile(document.path, model.name or document.path.name, grasp, outline, mesh)
+
+
+def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
+    contacts = model.contacts
+    arguments: dict[str, Any] = {
+        "positions": [contact.position for contact in contacts],
+        "normals": [contact.normal for contact in contacts],
+        "friction": [_own(contact.friction, model.friction) for contact in contacts],
+        "max_normal_force": [_own(contact.max_normal_force, model.max_normal_force) for contact in contacts],
+        "edges": model.edges,
+        "origin": model.origin,
+        "length_scale": model.length_scale,
+        "friction_margin": model.friction_margin,
+    }
+    torsion = [_own(contact.torsion, model.torsion) for contact in contacts]
+    if any(torsion):
+        arguments["torsion"] = torsion
+    if any(contact.edges is not None for contact in contacts):
+        if model.edges is None:
+            at = next(i for i, contact in enumerate(contacts) if contact.edges is not None)
+            raise document.error(("contacts", at, "edges"), "the file asks for true cones (edges: null)")
+        arguments["edges"] = [contact.edges or model.edges for contact in contacts]
+    for field, argument in (("tangent", "tangents"), ("extreme_forces", "extreme_forces")):
+        given = [getattr(contact, field) for contact in contacts]
+        if any(value is not None for value in given):
+            if None in given:
+                message = f"missing here and given elsewhere: all contacts give {field}, or none"
+                raise document.error(("contacts", given.index(None), field), message)
+            arguments[argument] = given
+    return arguments
+
+
+def _own(value: float | None, shared: float) -> float:
+    return shared if value is None else value
+
+
+def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
+    """Find the line of the argument and contact that an error of `Grasp` names."""
+    message = str(error)
+    found = re.match(r"(\w+)(?:, contact (\d+))?", message)
+    if found is None or found[2] is None:
+        return document.error((found[1],) if found else (), message)
+    field = ("contacts", int(found[2]), _FIELDS.get(found[1], found[1]))
+    return document.error(field, message.partition(": ")[2])
+
+
+def _from_npz(path: Path) -> GraspFile:
+    limited_bytes(path, MAX_ARRAY_BYTES)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(member.file_size for member in archive.infolist()) > MAX_ARRAY_BYTES:
+                raise InvalidFileError(path, f"its arrays are larger than {MAX_ARRAY_BYTES} bytes")
+        with np.load(path, allow_pickle=False) as arrays:
+            given = {name: arrays[name] for name in arrays.files}
+    except (zipfile.BadZipFile, OSError, EOFError, KeyError) as error:
+        raise InvalidFileError(path, f"not an NPZ file: {error}") from None
+    except ValueError as error:
+        if isinstance(error, InvalidFileError):
+            raise
+        raise InvalidFileError(path, f"not plain arrays: {error}") from None
+    for name in given:
+        if name not in _ARRAYS:
+            raise InvalidFileError(path, f"{name}: unknown array; known are {', '.join(_ARRAYS)}")
+    for name in ("positions", "normals"):
+        if name not in given:
+            raise InvalidFileError(path, f"{name}: missing")
+    numbers = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
+    try:
+        return GraspFile(path, path.name, Grasp(**numbers))
+    except InvalidGraspError as error:
+        raise InvalidFileError(path, str(error)) from None

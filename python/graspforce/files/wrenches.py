@@ -1,0 +1,153 @@
+"""External wrenches from CSV and NPY files, and from the command line."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce._checks import finite_array
+from graspforce.errors import InvalidFileError, InvalidInputError
+
+from .document import limited_bytes
+from .grasps import MAX_ARRAY_BYTES
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+__all__ = ["COLUMNS", "WrenchFile", "load_wrenches", "parse_wrench"]
+
+COLUMNS = {3: ("fx", "fy", "tau"), 6: ("fx", "fy", "fz", "tx", "ty", "tz")}
+"""Names of the components of a wrench, by their number."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrenchFile:
+    """External wrenches over time.
+
+    Attributes
+    ----------
+    wrenches : numpy.ndarray
+        (T, d) in N and N m.
+    times : numpy.ndarray or None
+        (T,) in s, where the file has a column ``t``.
+    """
+
+    wrenches: NDArray[np.float64]
+    times: NDArray[np.float64] | None = None
+
+
+def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
+    r"""Read external wrenches from a CSV or NPY file.
+
+    Parameters
+    ----------
+    path : path-like
+        ``.npy`` holds a (T, d) or (d,) array. Everything else is text: numbers separated by commas, one
+        wrench a line, lines that start with ``#`` left out. The first may name the columns, ``fx,fy,tau`` or
+        ``fx,fy,fz,tx,ty,tz``, with ``t`` before them for the time in s.
+    wrench_dim : int
+        3 or 6.
+
+    Returns
+    -------
+    WrenchFile
+        The wrenches.
+
+    Raises
+    ------
+    InvalidFileError
+        The file cannot be read, is too large, or does not hold finite wrenches; the message names the line.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from graspforce.files import load_wrenches
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "lift.csv")
+    ...     _ = path.write_text("t,fx,fy,tau\n0,0,-1,0\n0.5,0,-2,0\n")
+    ...     lift = load_wrenches(path, 3)
+    >>> lift.wrenches.tolist(), lift.times.tolist()
+    ([[0.0, -1.0, 0.0], [0.0, -2.0, 0.0]], [0.0, 0.5])
+    """
+    path = Path(path)
+    found = _from_npy(path) if path.suffix.lower() == ".npy" else _from_csv(path, COLUMNS[wrench_dim])
+    if found.wrenches.ndim != 2 or found.wrenches.shape[1] != wrench_dim or len(found.wrenches) == 0:
+        raise InvalidFileError(path, f"shape {found.wrenches.shape}, expected (T, {wrench_dim})")
+    return found
+
+
+def parse_wrench(text: str, wrench_dim: int) -> NDArray[np.float64]:
+    """Read one wrench from numbers separated by commas or spaces."""
+    try:
+        wrench = finite_array("wrench", [float(number) for number in text.replace(",", " ").split()] or [0])
+    except ValueError as error:
+        raise InvalidInputError(f"wrench: {text!r}: {error}") from None
+    if wrench.size != wrench_dim:
+        names = ",".join(COLUMNS[wrench_dim])
+        raise InvalidInputError(f"wrench: {text!r} is not {wrench_dim} numbers {names}")
+    return wrench
+
+
+def _from_npy(path: Path) -> WrenchFile:
+    limited_bytes(path, MAX_ARRAY_BYTES)
+    try:
+        # Mapped, so that a header which claims more than the file holds allocates nothing.
+        array = finite_array("wrenches", np.load(path, mmap_mode="r", allow_pickle=False))
+    except (ValueError, OSError, EOFError) as error:
+        raise InvalidFileError(path, f"not an array of numbers: {error}") from None
+    return WrenchFile(np.atleast_2d(array))
+
+
+def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
+    try:
+        text = limited_bytes(path, MAX_ARRAY_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}") from None
+    rows: list[list[float]] = []
+    timed = False
+    reader = csv.reader(io.StringIO(text))
+    try:
+        for cells in reader:
+            names = tuple(cell.strip() for cell in cells)
+            if not any(names) or names[0].startswith("#"):
+                continue
+            if not rows and names in (columns, ("t", *columns)):
+                timed = names[0] == "t"
+                continue
+            rows.append(_numbers(path, reader.line_num, names, timed, columns))
+    except csv.Error as error:
+        raise InvalidFileError(path, f"not CSV: {error}", reader.line_num) from None
+    if not rows:
+        raise InvalidFileError(path, "no wrenches")
+    array = np.array(rows)
+    return WrenchFile(array[:, 1:], array[:, 0]) if timed else WrenchFile(array)
+
+
+def _numbers(
+    path: Path,
+    line: int,
+    cells: tuple[str, ...],
+    timed: bool,
+    columns: tuple[str, ...],
+) -> list[float]:
+    expected = (["t"] if timed else []) + list(columns)
+    if len(cells) != len(expected):
+        message = f"{len(cells)} columns, expected {len(expected)}: {','.join(expected)}"
+        raise InvalidFileError(path, message, line)
+    numbers = []
+    for name, cell in zip(expected, cells, strict=True):
+        try:
+            number = float(cell)
+        except ValueError:
+            raise InvalidFileError(path, f"{name}: {cell!r} is not a number", line) from None
+        if not np.isfinite(number):
+            raise InvalidFileError(path, f"{name}: {cell} is not finite", line)
+        numbers.append(number)
+    return numbers

@@ -1,0 +1,123 @@
+"""Planar grasps: outline, contacts, cones and forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.patches import Polygon
+
+from graspforce.errors import InvalidInputError
+
+from .style import CONE, FORCE, INK, OBJECT, OVERLOAD
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Grasp
+
+__all__ = ["LONGEST", "cone_fans", "draw_planar_grasp"]
+
+LONGEST = 1.5
+"""How many limits a force past its limit is drawn at most."""
+
+_CONE_SHARE = 0.35
+_ARROW = {"arrowstyle": "-|>,head_length=0.4,head_width=0.18", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+
+
+def draw_planar_grasp(
+    axes: Axes,
+    grasp: Grasp,
+    forces: ArrayLike | None = None,
+    *,
+    outline: ArrayLike | None = None,
+    metres_per_newton: float | None = None,
+) -> list[Artist]:
+    """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
+
+    A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
+    arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw, in m.
+    grasp : Grasp
+        A planar grasp.
+    forces : array_like, optional
+        (m, 2) contact forces ``[f_n, f_t]`` in N, in contact frames.
+    outline : array_like, optional
+        (n, 2) corners of the object in m.
+    metres_per_newton : float, optional
+        Length at which one newton is drawn; by default the longest cone is about a third of the grasp's size.
+
+    Returns
+    -------
+    list of matplotlib.artist.Artist
+        Outline, cones, arrows and points.
+
+    Raises
+    ------
+    InvalidInputError
+        The grasp is spatial, or an array has the wrong shape.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> import graspforce as gf
+    >>> from graspforce.plotting import draw_planar_grasp
+    >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], max_normal_force=4.0)
+    >>> axes = Figure().subplots()
+    >>> len(draw_planar_grasp(axes, grasp, [(1, 0.5), (1, -0.5)]))
+    5
+    """
+    if grasp.wrench_dim != 3:
+        raise InvalidInputError("grasp: spatial; draw_spatial_grasp draws it")
+    where, limits = grasp.positions, grasp.max_normal_force
+    if metres_per_newton is None:
+        metres_per_newton = _CONE_SHARE * size_of(where) / float(limits.max())
+    artists: list[Artist] = []
+    if outline is not None:
+        shape = Polygon(np.asarray(outline, dtype=float), facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)
+        artists.append(axes.add_patch(shape))
+    for point, fan in zip(where, cone_fans(grasp), strict=True):
+        wedge = np.vstack([point, point - metres_per_newton * fan])
+        # A frictionless cone has no area; its edge still shows.
+        edge = CONE if len(fan) == 1 else "none"
+        artists.append(axes.add_patch(Polygon(wedge, facecolor=CONE, edgecolor=edge, zorder=2)))
+    for i, force in enumerate(() if forces is None else _checked(forces, grasp)):
+        share = force[0] / limits[i]
+        if share <= 1e-9:
+            continue
+        tail = where[i] - min(1.0, LONGEST / share) * metres_per_newton * force @ grasp.frames[i]
+        arrow: dict[str, Any] = {**_ARROW, "color": OVERLOAD if share > 1 + 1e-9 else FORCE}
+        artists.append(axes.annotate("", where[i], tail, arrowprops=arrow, zorder=3))
+        # An annotation does not widen the limits of axes.
+        axes.update_datalim([tail])
+    artists += axes.plot(*where.T, "o", ms=3.4, color=INK, zorder=4)
+    axes.set_aspect("equal")
+    return artists
+
+
+def cone_fans(grasp: Grasp) -> list[NDArray[np.float64]]:
+    """Extreme forces (l_i, dim) of each contact in world axes, in N, without torsion."""
+    dim = grasp.positions.shape[1]
+    starts = np.cumsum(grasp.num_edges)[:-1]
+    extremes = np.split(grasp.extreme_forces[:, :dim], starts)
+    return [forces @ frame for forces, frame in zip(extremes, grasp.frames, strict=True)]
+
+
+def size_of(points: NDArray[np.float64]) -> float:
+    """Largest extent of points, or one where they coincide."""
+    extent = float(np.ptp(points, axis=0).max())
+    return extent if extent > 0 else 1.0
+
+
+def _checked(forces: ArrayLike, grasp: Grasp) -> NDArray[np.float64]:
+    array = np.asarray(forces, dtype=float)
+    if array.shape != (grasp.num_contacts, grasp.force_dim):
+        expected = (grasp.num_contacts, grasp.force_dim)
+        raise InvalidInputError(f"forces: shape {array.shape}, expected {expected}")
+    return array

@@ -1,0 +1,81 @@
+"""Contact forces along a trajectory of external wrenches, with their limits (Figs. 6 and 7 of the paper)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce.errors import InvalidInputError
+
+from .style import CONTACTS, INK, MUTED, plain_axes
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
+
+__all__ = ["draw_forces"]
+
+
+def draw_forces(
+    axes: Axes, normal_forces: ArrayLike, max_normal_force: ArrayLike, *, times: ArrayLike | None = None
+) -> list[Artist]:
+    """Draw each contact's normal force over time, and the limits as dashed lines.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    normal_forces : array_like
+        (T, m) normal forces in N; NaN leaves a gap, where no forces balance the wrench.
+    max_normal_force : array_like
+        Scalar or (m,) limits in N. One limit that all contacts share is one grey line.
+    times : array_like, optional
+        (T,) in s; by default the rows are numbered.
+
+    Returns
+    -------
+    list of matplotlib.artist.Artist
+        A line for each contact, then one for each limit.
+
+    Raises
+    ------
+    InvalidInputError
+        The shapes do not match.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from graspforce.plotting import draw_forces
+    >>> len(draw_forces(Figure().subplots(), [[1, 2], [2, 3], [3, 3]], 5.0))
+    3
+    """
+    forces = np.asarray(normal_forces, dtype=float)
+    if forces.ndim != 2:
+        raise InvalidInputError(f"normal_forces: shape {forces.shape}, expected (T, m)")
+    moments = np.arange(len(forces)) if times is None else np.asarray(times, dtype=float)
+    if moments.shape != forces.shape[:1]:
+        raise InvalidInputError(f"times: shape {moments.shape}, expected {forces.shape[:1]}")
+    try:
+        limits = np.broadcast_to(np.asarray(max_normal_force, dtype=float), forces.shape[1:])
+    except ValueError:
+        shape = np.shape(max_normal_force)
+        raise InvalidInputError(f"max_normal_force: shape {shape}, expected {forces.shape[1:]}") from None
+    artists: list[Artist] = []
+    for i, column in enumerate(forces.T):
+        colour = CONTACTS[i % len(CONTACTS)]
+        # Later lines are thinner: equal forces, as of symmetric grasps, then show as lines in lines.
+        width = 1.2 + 1.8 * (forces.shape[1] - 1 - i) / max(1, forces.shape[1] - 1)
+        artists += axes.plot(moments, column, lw=width, color=colour, label=f"contact {i + 1}")
+    for value in np.unique(limits):
+        owners = np.flatnonzero(limits == value)
+        colour = CONTACTS[owners[0] % len(CONTACTS)] if len(owners) == 1 else MUTED
+        limit = axes.axhline(value, lw=1.0, ls=(0, (5, 3)), color=colour)
+        names = "all" if len(owners) == len(limits) else ", ".join(str(i + 1) for i in owners)
+        limit.set_label(f"limit of {names}")
+        artists.append(limit)
+    plain_axes(axes, "row" if times is None else "time (s)", "normal force (N)")
+    axes.set_ylim(bottom=0)
+    axes.legend(fontsize=8, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return artists

@@ -1,0 +1,194 @@
+"""The page: what is drawn, the sliders, and what happens when they move."""
+
+from __future__ import annotations
+
+import threading
+import time
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce._core import Grasp
+from graspforce.errors import GraspForceError, MissingExtraError
+
+from .state import ViewState
+
+try:
+    import viser
+except ModuleNotFoundError as error:
+    raise MissingExtraError("viewer", error) from error
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Viewer", "view"]
+
+_OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
+_CONE_EDGES = 16
+_FRAMES_PER_SECOND = 20
+
+
+def view(
+    grasp: Grasp,
+    mesh: tuple[ArrayLike, ArrayLike] | None = None,
+    wrenches: ArrayLike | None = None,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+) -> Viewer:
+    """Serve a grasp on a page of its own; parameters as for `ViewState`, then the address to listen at.
+
+    Anyone who can reach the address can move the sliders, so by default only this machine can.
+    """
+    return Viewer(ViewState(grasp, mesh, wrenches), host=host, port=port)
+
+
+class Viewer:
+    """A running viewer; its callbacks come from viser's threads and take turns.
+
+    Attributes
+    ----------
+    state : ViewState
+        What is shown.
+    port : int
+        Where the page is served.
+    """
+
+    def __init__(self, state: ViewState, *, host: str = "127.0.0.1", port: int = 8080) -> None:
+        self.state = state
+        self._turn = threading.RLock()
+        self._server = viser.ViserServer(host=host, port=port, label="graspforce", verbose=False)
+        self.port = self._server.get_port()
+        self._size = self._extent()
+        self._stopped = threading.Event()
+        self._add_panel()
+        self._add_object()
+        self.update()
+        self._player = threading.Thread(target=self._play, daemon=True)
+        self._player.start()
+
+    def stop(self) -> None:
+        """Close the page."""
+        self._stopped.set()
+        self._player.join()
+        self._server.stop()
+
+    def update(self) -> None:
+        """Show the state as it is now."""
+        with self._turn, self._server.atomic():
+            grasp = self.state.grasp
+            quality = {criterion: self.state.quality(criterion) for criterion in ("max", "sum")}
+            lines = [f"**epsilon {name}** {found.epsilon:.6g}" for name, found in quality.items()]
+            self._numbers.content = "\n\n".join([*lines, f"**closure** {quality['max'].closure}"])
+            scale = 0.3 * self._size / float(grasp.max_normal_force.max())
+            self._draw_cones(scale)
+            self._draw_forces(scale)
+            self._draw_worst(quality[self._criterion.value].direction)
+
+    def _add_panel(self) -> None:
+        gui = self._server.gui
+        gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
+        self._numbers = gui.add_markdown("")
+        self._criterion = gui.add_dropdown("Worst wrench of", ("max", "sum"))
+        fixed = not self.state.has_cones
+        hints = ("factor of all coefficients", "factor of all limits")
+        self._friction = gui.add_slider("Friction", 0.1, 2.0, 0.05, 1.0, disabled=fixed, hint=hints[0])
+        self._limits = gui.add_slider("Force limits", 0.1, 3.0, 0.05, 1.0, disabled=fixed, hint=hints[1])
+        rows = len(self.state.wrenches)
+        self._row = gui.add_slider("Wrench", 0, max(1, rows - 1), 1, 0, disabled=rows < 2)
+        self._playing = gui.add_checkbox("Play", initial_value=False, disabled=rows < 2)
+        self._message = gui.add_markdown("")
+        for handle in (self._friction, self._limits):
+            handle.on_update(self._rescale)
+        self._criterion.on_update(lambda _: self.update())
+        self._row.on_update(lambda _: self.update())
+
+    def _add_object(self) -> None:
+        scene = self._server.scene
+        scene.set_up_direction("+z")
+        if self.state.mesh is not None:
+            scene.add_mesh_simple("/object", *self.state.mesh, color=_OBJECT, opacity=0.6, side="double")
+        for i, position in enumerate(self.state.grasp.positions):
+            handle = scene.add_transform_controls(
+                f"/contacts/{i}", scale=0.15 * self._size, disable_rotations=True, disable_sliders=True,
+                position=position,
+            )  # fmt: skip
+            handle.on_update(partial(self._drag, i))
+        middle = self.state.grasp.positions.mean(axis=0)
+        self._server.initial_camera.look_at = tuple(middle)
+        self._server.initial_camera.position = tuple(middle + self._size * np.array([1.2, -1.2, 0.9]))
+
+    def _rescale(self, _event: Any) -> None:
+        with self._turn:
+            self.state.scale(self._friction.value, self._limits.value)
+            self.update()
+
+    def _drag(self, contact: int, event: Any) -> None:
+        with self._turn:
+            try:
+                self.state.move(contact, event.target.position)
+                self._message.content = ""
+            except GraspForceError as error:
+                self._message.content = str(error)
+            self.update()
+
+    def _draw_cones(self, scale: float) -> None:
+        grasp = self.state.grasp
+        # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
+        cones = Grasp(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, _CONE_EDGES)
+        fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
+        for i, (fan, frame, tip) in enumerate(zip(fans, cones.frames, cones.positions, strict=True)):
+            rim = tip - scale * fan @ frame
+            count = len(rim)
+            triangles = [(0, 1 + h, 1 + (h + 1) % count) for h in range(count)]
+            self._server.scene.add_mesh_simple(
+                f"/cones/{i}",
+                np.vstack([tip, rim]),
+                np.array(triangles),
+                color=_CONE,
+                opacity=0.5,
+                side="double",
+            )
+
+    def _draw_forces(self, scale: float) -> None:
+        forces = self.state.forces(min(self._row.value, max(0, len(self.state.wrenches) - 1)))
+        if forces is None:
+            forces = np.zeros_like(self.state.grasp.positions)
+        tips = self.state.grasp.positions
+        self._arrows("/forces", np.stack([tips - scale * forces, tips], axis=1), _FORCE)
+
+    def _draw_worst(self, direction: NDArray[np.float64]) -> None:
+        """Draw the force of the worst disturbance, opposite to the weakest direction, at the origin."""
+        force = -direction[:3]
+        length = float(np.linalg.norm(force))
+        start = self.state.grasp.origin
+        end = start + (0.5 * self._size / length if length > 1e-9 else 0.0) * force
+        self._arrows("/worst", np.stack([start, end])[None], _WORST)
+
+    def _arrows(self, name: str, ends: NDArray[np.float64], color: tuple[int, int, int]) -> None:
+        thick = 0.012 * self._size
+        self._server.scene.add_arrows(
+            name, ends, color, shaft_radius=thick, head_radius=2.2 * thick, head_length=5 * thick
+        )
+
+    def _play(self) -> None:
+        while not self._stopped.wait(1 / _FRAMES_PER_SECOND):
+            if self._playing.value:
+                row = (self._row.value + 1) % len(self.state.wrenches)
+                self._row.value = row  # type: ignore[misc] # declared read-only, meant to be assigned
+
+    def _extent(self) -> float:
+        points = self.state.grasp.positions
+        if self.state.mesh is not None:
+            points = np.vstack([points, self.state.mesh[0]])
+        return float(np.ptp(points, axis=0).max()) or 1.0
+
+
+def serve(viewer: Viewer) -> None:
+    """Wait until someone presses Ctrl-C, then close the page."""
+    try:
+        while True:
+            time.sleep(1)
+    except KeyboardInterrupt:
+        viewer.stop()

@@ -1,0 +1,121 @@
+"""What the viewer shows, apart from how: a grasp that can be varied, its quality, and forces over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce._core import ForceDistributor, Grasp
+from graspforce.errors import InfeasibleWrenchError, InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Quality
+
+__all__ = ["ViewState"]
+
+_ARGUMENTS = (
+    "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
+    "length_scale", "friction_margin", "extreme_forces",
+)  # fmt: skip
+
+
+class ViewState:
+    """A spatial grasp under the viewer's sliders.
+
+    It is changed by one thread at a time.
+
+    Parameters
+    ----------
+    grasp : Grasp
+        The grasp as given.
+    mesh : tuple of array_like, optional
+        Vertices (v, 3) in m and triangles (t, 3) of the object; moved contacts stay on it.
+    wrenches : array_like, optional
+        (T, 6) external wrenches to play.
+
+    Raises
+    ------
+    InvalidInputError
+        The grasp is planar, or the wrenches are not (T, 6).
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> from graspforce.viewer import ViewState
+    >>> grasp = gf.Grasp([(-1, 0, 0), (1, 0, 0)], [(1, 0, 0), (-1, 0, 0)], torsion=0.1)
+    >>> state = ViewState(grasp)
+    >>> before = state.quality("max").epsilon
+    >>> state.scale(friction=1.5, limits=2.0)
+    >>> bool(state.quality("max").epsilon > before)
+    True
+    """
+
+    def __init__(
+        self,
+        grasp: Grasp,
+        mesh: tuple[ArrayLike, ArrayLike] | None = None,
+        wrenches: ArrayLike | None = None,
+    ) -> None:
+        if grasp.wrench_dim != 6:
+            raise InvalidInputError("grasp: planar; graspforce.plotting draws it")
+        self.mesh = None if mesh is None else (np.asarray(mesh[0], dtype=np.float64), np.asarray(mesh[1]))
+        self.wrenches = np.zeros((0, 6)) if wrenches is None else np.asarray(wrenches, dtype=np.float64)
+        if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
+            raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
+        self._given: dict[str, Any] = dict(zip(_ARGUMENTS, grasp.__reduce__()[1], strict=True))
+        self._friction, self._limits = 1.0, 1.0
+        self.grasp = grasp
+
+    @property
+    def has_cones(self) -> bool:
+        """Whether friction and limits are what bounds the contacts, and not forces given one by one."""
+        return self._given["extreme_forces"] is None
+
+    def scale(self, friction: float, limits: float) -> None:
+        """Multiply all friction coefficients and all limits of the grasp as given."""
+        self._friction, self._limits = friction, limits
+        self._rebuild()
+
+    def move(self, contact: int, to: ArrayLike) -> NDArray[np.float64]:
+        """Move a contact near a point (3,), on the mesh if there is one, and return where it went."""
+        position = np.asarray(to, dtype=np.float64)
+        positions, normals = self._given["positions"].copy(), self._given["normals"].copy()
+        if self.mesh is not None:
+            position, normals[contact] = self._on_mesh(position)
+        positions[contact] = position
+        # Tangents of the old place may be normal to the new one.
+        self._given |= {"positions": positions, "normals": normals, "tangents": None}
+        self._rebuild()
+        return position
+
+    def quality(self, criterion: str) -> Quality:
+        """Quality of the grasp as it is now."""
+        return self.grasp.quality("sum" if criterion == "sum" else "max")
+
+    def forces(self, row: int) -> NDArray[np.float64] | None:
+        """Least forces (m, 3) in the world against one of the wrenches; None where there are none."""
+        if len(self.wrenches) == 0:
+            return None
+        try:
+            return ForceDistributor(self.grasp).solve(self.wrenches[row]).world_forces
+        except InfeasibleWrenchError:
+            return None
+
+    def _rebuild(self) -> None:
+        scaled = dict(self._given)
+        if self.has_cones:
+            scaled["friction"] = self._friction * scaled["friction"]
+            scaled["max_normal_force"] = self._limits * scaled["max_normal_force"]
+        self.grasp = Grasp(**scaled)
+
+    def _on_mesh(self, point: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        from trimesh import Trimesh  # noqa: PLC0415 - only where there is a mesh
+        from trimesh.proximity import closest_point_naive  # noqa: PLC0415
+
+        vertices, faces = self.mesh if self.mesh is not None else (np.zeros((0, 3)), np.zeros((0, 3), int))
+        mesh = Trimesh(vertices, faces, process=False)
+        closest, _, triangle = closest_point_naive(mesh, point[None])  # type: ignore[no-untyped-call]
+        return np.asarray(closest[0]), -np.asarray(mesh.face_normals[triangle[0]])
