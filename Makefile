@@ -10,7 +10,7 @@ unexport PYTHONPATH PYTHONHOME
 .PHONY: demo test bench lint docs build clean
 
 demo: build
-	$(PY) -m graspforce reproduce racket --out out
+	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
 test: build $(VENV)/simulators
 	cargo test

@@ -56,6 +56,11 @@ def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
     assert max(map(len, text.splitlines())) <= 100
 
 
+def test_the_numbers_are_written_to_the_file_that_is_named(tmp_path):
+    run("reproduce", "racket", "--json", "new/numbers.json", cwd=tmp_path)
+    assert json.loads((tmp_path / "new" / "numbers.json").read_text())["plans"]
+
+
 def test_json_holds_the_reference_iterates_and_table(reproduced, racket):
     folder, _ = reproduced
     found = json.loads((folder / "racket.json").read_text())

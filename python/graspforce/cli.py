@@ -46,7 +46,7 @@ def _bare(arguments: list[str]) -> int:
         parser.print_help()
         return MISUSED
     try:
-        reproduce(options.example, as_json=options.json, out=options.out)
+        reproduce(options.example, json_file=options.json, out=options.out)
     except (GraspForceError, OSError) as error:
         print(f"graspforce: {error}", file=sys.stderr)
         return FAILED
@@ -64,6 +64,6 @@ def _parser() -> argparse.ArgumentParser:
     description = "Compute an example of the paper and print it beside the published numbers."
     command = commands.add_parser("reproduce", help=description, description=description)
     command.add_argument("example", choices=list(EXAMPLES))
-    command.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    command.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
     command.add_argument("--out", type=Path, metavar="DIR", help="write the numbers and pictures into DIR")
     return parser

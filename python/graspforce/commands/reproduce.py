@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from . import reproduction
-from .output import AsJson
 from .progress import progress
 
 __all__ = ["reproduce"]
@@ -21,7 +20,9 @@ def reproduce(
     example: Annotated[
         _Example, typer.Argument(help="racket: Example 1, in the plane; tile: Example 2, planning in space.")
     ],
-    as_json: AsJson = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the same numbers to FILE.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the numbers and pictures into DIR.")] = None,
 ) -> None:
     """Compute an example of the paper and print it beside the published numbers.
@@ -29,4 +30,4 @@ def reproduce(
     Example: `graspforce reproduce racket --out out`
     """
     with progress("computing"):
-        reproduction.reproduce(str(example), as_json=as_json, out=out)
+        reproduction.reproduce(str(example), json_file=json_file, out=out)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLES", "reproduce"]
 
 
-def reproduce(example: str, *, as_json: bool = False, out: Path | None = None) -> None:
-    """Compute one of `EXAMPLES`, print it, and write its numbers and pictures into a folder."""
+def reproduce(example: str, *, json_file: Path | None = None, out: Path | None = None) -> None:
+    """Compute one of `EXAMPLES`, print it, and write its numbers to a file and its pictures into a folder."""
     # Before minutes of someone's attention are spent: a missing extra is known from the start.
     if out is not None and importlib.util.find_spec("matplotlib") is None:
         message = "--out draws with matplotlib, which is not installed: pip install 'graspforce[plot]'"
@@ -24,15 +24,14 @@ def reproduce(example: str, *, as_json: bool = False, out: Path | None = None) -
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     report, numbers, draw = EXAMPLES[example]()
-    text = json.dumps(numbers, indent=2)
-    print(text if as_json else report)
-    if out is None:
-        return
-    path = out / f"{example}.json"
-    path.write_text(text + "\n", encoding="utf-8")
-    for written in [path, *draw(out)]:
-        if not as_json:
-            print(f"wrote {written}")
+    print(report)
+    written = draw(out) if out is not None else []
+    for path in [p for p in (json_file, out and out / f"{example}.json") if p is not None]:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+        written = [path, *written]
+    for path in written:
+        print(f"wrote {path}")
 
 
 def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
