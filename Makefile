@@ -17,8 +17,10 @@ test: build
 	$(PY) -m pytest
 
 bench: build
+	$(PY) -m pip install --group bench
 	cargo bench
 	$(PY) benches/quality.py
+	$(PY) benches/force.py
 
 lint: build
 	cargo fmt --all --check
