@@ -21,6 +21,7 @@ bench: build
 	cargo bench
 	$(PY) benches/quality.py
 	$(PY) benches/force.py
+	$(PY) benches/force_sweep.py
 
 lint: build
 	cargo fmt --all --check

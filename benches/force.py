@@ -1,9 +1,10 @@
 """Least forces beside general solvers, from Python: ``python benches/force.py``.
 
-The paper's Example 2: four contacts with ten edges each on the tile, friction 0.68, limits of 10 N, under the
-wrench of Fig. 6 sampled at 1 kHz over one period. Every solver gets the same linear program, one wrench at a time
-and in order; solvers that can keep their data or their basis do. Everything is timed in one run, so ratios mean
-something on any machine. Solvers that are not installed are skipped: ``pip install --group bench`` brings them.
+The paper's Example 2: four contacts with ten edges each on the tile, friction 0.68, limits of 10 N, under
+the wrench of Fig. 6 sampled at 1 kHz over one period. Every solver gets the same linear program, one wrench
+at a time and in order; solvers that can keep their data or their basis do. Everything is timed in one run,
+so that ratios mean something on any machine. Solvers that are not installed are skipped:
+``pip install --group bench`` brings them.
 """
 
 from __future__ import annotations
@@ -178,7 +179,7 @@ def each(solve: Solve, wrenches: Sequence[np.ndarray]) -> tuple[float, np.ndarra
 
 
 def in_blocks(solve: Callable[[np.ndarray], object], wrenches: Sequence[np.ndarray]) -> tuple[float, float]:
-    """Median and mean seconds a wrench over blocks of consecutive ones: one call is too short for the clock."""
+    """Median and mean seconds a wrench over blocks of them: one call is too short for the clock."""
     times = []
     for first in range(0, len(wrenches), BLOCK):
         block = wrenches[first : first + BLOCK]
