@@ -51,12 +51,10 @@ def _parser() -> argparse.ArgumentParser:
     reproduce.add_argument(
         "example",
         choices=["racket", "tile"],
-        help="racket: Example 1, planning and contact forces; tile: Example 2, planning in space",
+        help="racket: Example 1, planning and contact forces; tile: Example 2, the same in space",
     )
     reproduce.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
-    reproduce.add_argument(
-        "--out", type=Path, metavar="DIR", help="draw one PNG for each plan into DIR (needs matplotlib)"
-    )
+    reproduce.add_argument("--out", type=Path, metavar="DIR", help="draw PNGs into DIR (needs matplotlib)")
     return parser
 
 
