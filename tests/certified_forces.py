@@ -91,6 +91,8 @@ def check_grasp(grasp, primitives, arguments, external, objective, counts, worst
     for name, values in found.items():
         assert np.isfinite(values).all(), name
         worst[name] = max(worst[name], float(values.max()))
+    for name in ("gap as reported", "forces outside their cones"):
+        counts[f"{name}, above 1e-9"] += int((found[name] > 1e-9).sum())
     counts["most pivots"] = max(counts["most pivots"], *(s.pivots for s in solutions))
 
 
