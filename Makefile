@@ -17,8 +17,11 @@ test: build $(VENV)/simulators
 	$(PY) -m pytest
 
 bench: build
+	$(PY) -m pip install --group bench
 	cargo bench
 	$(PY) benches/quality.py
+	$(PY) benches/force.py
+	$(PY) benches/force_sweep.py
 
 lint: build
 	cargo fmt --all --check

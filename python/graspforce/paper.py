@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -19,13 +19,16 @@ from .surfaces import ParametricSurface, PlanarCurve, contacts_on, ellipse, line
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "RACKET",
     "RACKET_WRENCH",
     "TABLE_1",
     "TILE",
+    "TILE_FORCE_MILLISECONDS",
+    "TILE_WRENCHES",
+    "DynamicWrench",
     "PlanningProblem",
     "PublishedForces",
     "PublishedPlan",
@@ -224,3 +227,48 @@ TILE = TileProblem(
     ),
 )
 """Example 2 as printed."""
+
+
+@dataclass(frozen=True, slots=True)
+class DynamicWrench:
+    """An external wrench ``cosine cos(0.2 pi t) + sine sin(0.2 pi t) + constant`` (N, N m) at time t in s.
+
+    Examples
+    --------
+    >>> from graspforce.paper import TILE_WRENCHES
+    >>> TILE_WRENCHES[6].at([0.0, 2.5]).round(9).tolist()
+    [[-8.5, 2.4, -0.7, 0.1, -0.2, 3.2], [-8.2, 0.8, 2.0, -0.3, -2.0, 2.5]]
+    """
+
+    cosine: tuple[float, ...]
+    sine: tuple[float, ...]
+    constant: tuple[float, ...]
+
+    period: ClassVar[float] = 10.0
+
+    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Wrenches (T, 6) at times (T,) in s."""
+        angle = 2 * math.pi / self.period * np.asarray(times, dtype=np.float64)[:, None]
+        return np.cos(angle) * self.cosine + np.sin(angle) * self.sine + self.constant
+
+
+TILE_WRENCHES: Mapping[int, DynamicWrench] = MappingProxyType(
+    {
+        6: DynamicWrench(
+            cosine=(-0.7, 0.2, -2.7, -0.7, 1.0, 0.7),
+            sine=(-0.4, -1.4, 0.0, -1.1, -0.8, 0.0),
+            constant=(-7.8, 2.2, 2.0, 0.8, -1.2, 2.5),
+        ),
+        7: DynamicWrench(
+            cosine=(-1.0, 0.1, -2.2, -1.0, 0.2, 0.7),
+            sine=(-0.1, -1.2, 0.0, 0.3, 1.2, 0.0),
+            constant=(-6.6, 0.5, 2.8, -1.3, 0.3, -2.0),
+        ),
+    }
+)
+"""The two external wrenches that act on the tile in Example 2, by the figures that show their forces."""
+
+TILE_FORCE_MILLISECONDS: Mapping[tuple[int, Literal["max", "sum"]], float] = MappingProxyType(
+    {(6, "max"): 62.10, (7, "sum"): 46.20, (7, "max"): 65.64}
+)
+"""CPU time (ms) of the forces at one time by figure and objective, as far as printed; "max" on 275 points."""

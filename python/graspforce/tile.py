@@ -1,4 +1,4 @@
-"""Example 2 of the paper, computed: the plans of the tile, as printed and with the friction that fits.
+"""Example 2 of the paper, computed: plans of the tile and forces on it, as printed and as inferred.
 
 With the printed friction of 0.2 neither printed end is force closure, and the search ends elsewhere. Friction
 near 0.68 makes the printed psi_1 local optima, and the forces behave as in Figs. 6 and 7: it is inferred, and
@@ -16,6 +16,7 @@ import numpy as np
 from ._core import Grasp
 from .paper import TILE
 from .planning import Criterion, Plan, plan
+from .tile_forces import TrajectoryForces, tile_forces
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -87,14 +88,18 @@ class TileRun:
     """Example 2, computed."""
 
     plans: tuple[TilePlanRun, ...]
+    forces: tuple[TrajectoryForces, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
-        return {"plans": [run.as_dict() for run in self.plans]}
+        return {
+            "plans": [run.as_dict() for run in self.plans],
+            "forces": [run.as_dict() for run in self.forces],
+        }
 
 
 def run_tile() -> TileRun:
-    """Plan the tile by both criteria, with the printed friction and with the inferred one.
+    """Plan the tile by both criteria and load the printed optimum, with printed and with inferred friction.
 
     Examples
     --------
@@ -103,13 +108,10 @@ def run_tile() -> TileRun:
     >>> [(r.friction, r.plan.criterion, len(r.plan.history) - 1) for r in run.plans if not r.as_printed]
     [(0.68, 'max', 10), (0.68, 'sum', 19)]
     """
-    return TileRun(
-        tuple(
-            _run_plan(criterion, friction)
-            for friction in (TILE.friction, INFERRED_FRICTION)
-            for criterion in _CRITERIA
-        )
-    )
+    frictions = (TILE.friction, INFERRED_FRICTION)
+    plans = tuple(_run_plan(criterion, friction) for friction in frictions for criterion in _CRITERIA)
+    optimum = TILE.published["max"].params
+    return TileRun(plans, tuple(tile_forces((mu, tile_grasp(optimum, mu)) for mu in frictions)))
 
 
 def tile_grasp(params: NDArray[np.float64] | tuple[float, ...], friction: float) -> Grasp:

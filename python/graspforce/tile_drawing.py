@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from .paper import TILE, tile_side
 from .spatial_plotting import draw_mesh, draw_spatial_grasp, frame_view
+from .tile_forces_drawing import save_tile_forces_figures
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,14 +67,14 @@ def tile_plan_figure(run: TilePlanRun) -> Figure:
 
 
 def save_tile_figures(run: TileRun, folder: Path) -> list[Path]:
-    """Draw every plan into `folder`, one PNG each, and return their paths."""
+    """Draw every plan and every wrench's forces into `folder`, one PNG each, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for result in run.plans:
         path = folder / f"tile-{result.plan.criterion}-friction-{result.friction:g}.png"
         tile_plan_figure(result).savefig(path)
         paths.append(path)
-    return paths
+    return paths + save_tile_forces_figures(run.forces, folder)
 
 
 def _moved(history: tuple[Iterate, ...]) -> list[tuple[int, Iterate]]:
