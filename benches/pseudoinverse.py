@@ -57,8 +57,9 @@ def reduced_columns(grasp: gf.Grasp) -> None:
 def main() -> None:
     grasp = tile_grasp(TILE.published["max"].params, INFERRED_FRICTION)
     times = np.arange(1000) / 100
-    print("| objective | times with a negative alpha | smallest alpha / sum | points of P_1 | next point's gap "
-          "| unbalanced N, N m |\n|---|---|---|---|---|---|")  # fmt: skip
+    columns = ("objective", "times with a negative alpha", "smallest alpha / sum", "points of P_1")
+    columns += ("next point's gap", "unbalanced N, N m")
+    print("| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
     for objective in ("max", "sum"):
         negative_coefficients(grasp, objective, TILE_WRENCHES[6].at(times))
     reduced_columns(grasp)
