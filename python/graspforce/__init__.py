@@ -21,6 +21,7 @@ from ._core import (
     QualityBatch,
     __version__,
     quality_many,
+    torque_limited_forces,
 )
 from .errors import (
     BusyError,
@@ -56,4 +57,5 @@ __all__ = [
     "plan",
     "quality_many",
     "surfaces",
+    "torque_limited_forces",
 ]

@@ -151,6 +151,14 @@ def quality_many(
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
 
+def torque_limited_forces(
+    jacobian: ArrayLike,
+    torque_limits: ArrayLike,
+    friction: float = 0.5,
+    max_normal_force: float = 1.0,
+    edges: int = 8,
+) -> _Floats: ...
+
 @final
 class MinkowskiSum:
     @property
@@ -175,6 +183,7 @@ class ForceDistributor:
         objective: _Criterion = "max",
         method: Literal["implicit", "enumerated", "reduced"] = "implicit",
         weight: float = 0.0,
+        min_normal: ArrayLike | None = None,
         samples: ArrayLike | None = None,
         tol: float = 1e-9,
     ) -> ForceDistributor: ...
@@ -188,6 +197,8 @@ class ForceDistributor:
     def reduced_points(self) -> NDArray[np.uint32] | None: ...
     @property
     def weight(self) -> float: ...
+    @property
+    def min_normal(self) -> _Floats | None: ...
     @property
     def tol(self) -> float: ...
     def solve(self, external_wrench: ArrayLike) -> ForceSolution: ...

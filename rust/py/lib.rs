@@ -11,6 +11,7 @@ mod arrays;
 mod distribution;
 mod errors;
 mod grasp;
+mod joint_torques;
 mod minkowski;
 mod quality;
 mod quality_many;
@@ -30,5 +31,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<distribution::PyForceBatch>()?;
     module.add_class::<distribution::PyForceSteps>()?;
     module.add_class::<quality_many::PyQualityBatch>()?;
+    module.add_function(wrap_pyfunction!(joint_torques::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }
