@@ -13,7 +13,7 @@ from random_grasps import random_grasp
 
 
 def oracle(wrenches, external, objective, bounds):
-    """The program over all extreme forces with a row for each bound, by HiGHS; None if infeasible."""
+    """Solve over all extreme forces with a row for each bound, by HiGHS; None if infeasible."""
     W = np.vstack(wrenches).T
     m, n = len(wrenches), W.shape[1]
     shares = np.repeat(np.eye(m), [len(w) for w in wrenches], axis=1)

@@ -22,6 +22,7 @@ __all__ = [
     "QualityBatch",
     "__version__",
     "quality_many",
+    "torque_limited_forces",
 ]
 
 __version__: str
@@ -150,7 +151,6 @@ def quality_many(
     metric: ArrayLike | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
-
 def torque_limited_forces(
     jacobian: ArrayLike,
     torque_limits: ArrayLike,
