@@ -21,6 +21,7 @@ from ._core import (
     QualityBatch,
     __version__,
     quality_many,
+    torque_limited_forces,
 )
 from .adapters import from_drake, from_mujoco, from_pinocchio
 from .errors import (
@@ -76,4 +77,5 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "torque_limited_forces",
 ]

@@ -25,6 +25,7 @@ __all__ = [
     "TriangleTree",
     "__version__",
     "quality_many",
+    "torque_limited_forces",
 ]
 
 __version__: str
@@ -195,6 +196,13 @@ def quality_many(
     metric: ArrayLike | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
+def torque_limited_forces(
+    jacobian: ArrayLike,
+    torque_limits: ArrayLike,
+    friction: float = 0.5,
+    max_normal_force: float = 1.0,
+    edges: int = 8,
+) -> _Floats: ...
 
 @final
 class MinkowskiSum:
@@ -227,6 +235,7 @@ class ForceDistributor:
         objective: _Criterion = "max",
         method: Literal["implicit", "enumerated", "reduced"] = "implicit",
         weight: float = 0.0,
+        min_normal: ArrayLike | None = None,
         samples: ArrayLike | None = None,
         tol: float = 1e-9,
     ) -> ForceDistributor: ...
@@ -240,6 +249,8 @@ class ForceDistributor:
     def reduced_points(self) -> NDArray[np.uint32] | None: ...
     @property
     def weight(self) -> float: ...
+    @property
+    def min_normal(self) -> _Floats | None: ...
     @property
     def tol(self) -> float: ...
     def solve(self, external_wrench: ArrayLike) -> ForceSolution: ...

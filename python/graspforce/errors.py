@@ -95,7 +95,7 @@ class InfeasibleWrenchError(GraspForceError):
     ----------
     direction : numpy.ndarray
         (d,) unit vector e that separates: ``w_ih . e <= 0`` for every primitive wrench, and
-        ``-w_ext . e > 0``.
+        ``-w_ext . e > 0``. With ``min_normal`` c the second reads ``-w_ext . e > sum_i c_i max_h w_ih . e``.
     """
 
     direction: NDArray[np.float64]

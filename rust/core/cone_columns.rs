@@ -16,7 +16,7 @@ const USED: u32 = 0;
 
 /// One contact in equilibrated coordinates.
 #[derive(Debug, Clone)]
-enum Contact<const D: usize> {
+pub(crate) enum ConeContact<const D: usize> {
     /// `T G_i f^U` with the friction coefficients.
     Cone { map: SMatrix<f64, D, 4>, limit: f64, mu: f64, gamma: f64 },
     /// Extreme forces and their wrenches.
@@ -27,7 +27,7 @@ enum Contact<const D: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct ConeColumns<const D: usize> {
     pub(crate) objective: Objective,
-    contacts: Vec<Contact<D>>,
+    contacts: Vec<ConeContact<D>>,
     threshold: f64,
 }
 
@@ -39,22 +39,7 @@ impl<const D: usize> ConeColumns<D> {
         equilibration: &Equilibration<D>,
         tolerance: f64,
     ) -> Self {
-        let contact = |i: usize| {
-            let described = &grasp.contacts()[i];
-            if let Some(range) = grasp.edges(i) {
-                let wrenches = &grasp.finite_wrenches()[range.clone()];
-                return Contact::Finite {
-                    wrenches: wrenches.iter().map(|w| equilibration.wrench(w)).collect(),
-                    forces: grasp.finite_forces()[range].to_vec(),
-                };
-            }
-            let limit = described.max_normal_force;
-            let mut map = SMatrix::<f64, D, 4>::zeros();
-            for (k, column) in grasp.maps()[i].column_iter().enumerate() {
-                map.set_column(k, &(equilibration.wrench(&column.into_owned()) * limit));
-            }
-            Contact::Cone { map, limit, mu: described.friction, gamma: described.torsion }
-        };
+        let contact = |i| ConeContact::new(grasp, i, equilibration);
         let contacts = (0..grasp.num_contacts()).map(contact).collect();
         Self { objective, contacts, threshold: 0.5 * tolerance }
     }
@@ -74,16 +59,38 @@ impl<const D: usize> ConeColumns<D> {
 
     /// The force that contact `i` exerts in a column that was priced at `z`.
     pub(crate) fn force(&self, contact: usize, z: &SVector<f64, D>) -> ContactForce {
-        match &self.contacts[contact] {
-            Contact::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
-            Contact::Finite { wrenches, forces } => forces[best_of(wrenches, z).1],
-        }
+        self.contacts[contact].force(z)
     }
 }
 
-impl<const D: usize> Contact<D> {
+impl<const D: usize> ConeContact<D> {
+    pub(crate) fn new(grasp: &Grasp<D>, i: usize, equilibration: &Equilibration<D>) -> Self {
+        let described = &grasp.contacts()[i];
+        if let Some(range) = grasp.edges(i) {
+            let wrenches = &grasp.finite_wrenches()[range.clone()];
+            return Self::Finite {
+                wrenches: wrenches.iter().map(|w| equilibration.wrench(w)).collect(),
+                forces: grasp.finite_forces()[range].to_vec(),
+            };
+        }
+        let limit = described.max_normal_force;
+        let mut map = SMatrix::<f64, D, 4>::zeros();
+        for (k, column) in grasp.maps()[i].column_iter().enumerate() {
+            map.set_column(k, &(equilibration.wrench(&column.into_owned()) * limit));
+        }
+        Self::Cone { map, limit, mu: described.friction, gamma: described.torsion }
+    }
+
+    /// The force that reaches furthest along `z`.
+    pub(crate) fn force(&self, z: &SVector<f64, D>) -> ContactForce {
+        match self {
+            Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
+            Self::Finite { wrenches, forces } => forces[best_of(wrenches, z).1],
+        }
+    }
+
     /// `h_i(z)` and the wrench that attains it.
-    fn support(&self, z: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
+    pub(crate) fn support(&self, z: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
         match self {
             Self::Cone { map, mu, gamma, .. } => {
                 let v = map.tr_mul(z);
@@ -97,7 +104,7 @@ impl<const D: usize> Contact<D> {
     }
 }
 
-fn best_of<const D: usize>(wrenches: &[SVector<f64, D>], z: &SVector<f64, D>) -> (f64, usize) {
+pub(crate) fn best_of<const D: usize>(wrenches: &[SVector<f64, D>], z: &SVector<f64, D>) -> (f64, usize) {
     let values = wrenches.iter().map(|w| w.dot(z)).enumerate();
     values.fold((f64::NEG_INFINITY, 0), |best, (edge, h)| if h > best.0 { (h, edge) } else { best })
 }

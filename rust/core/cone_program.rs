@@ -40,6 +40,8 @@ pub(crate) struct ConeAnswer<const D: usize> {
     pub(crate) dual: Wrench<D>,
     pub(crate) gap: f64,
     pub(crate) pivots: usize,
+    /// Whether the interior-point solver had to give the answer.
+    pub(crate) fell_back: bool,
 }
 
 impl<const D: usize> ConeWorkspace<D> {
@@ -99,7 +101,7 @@ impl<const D: usize> ConeProgram<D> {
         last.copy_from(&simplex.basis);
         self.add_up(simplex, scale, forces);
         let dual = self.equilibration.dual(z) / reach;
-        Ok(ConeAnswer { sigma: upper * scale, dual, gap, pivots: simplex.pivots })
+        Ok(ConeAnswer { sigma: upper * scale, dual, gap, pivots: simplex.pivots, fell_back: false })
     }
 
     fn add_up(&self, simplex: &Simplex<D>, scale: f64, forces: &mut [ContactForce]) {
@@ -117,7 +119,7 @@ impl<const D: usize> ConeProgram<D> {
 }
 
 /// Wrenches that span what the grasp can exert: extreme forces, and the axes of the true cones.
-fn spanning_wrenches<const D: usize>(grasp: &Grasp<D>) -> Vec<Wrench<D>> {
+pub(crate) fn spanning_wrenches<const D: usize>(grasp: &Grasp<D>) -> Vec<Wrench<D>> {
     let mut wrenches = grasp.finite_wrenches().to_vec();
     for (i, contact) in grasp.contacts().iter().enumerate().filter(|(i, _)| grasp.edges(*i).is_none()) {
         let (limit, mu, gamma) = (contact.max_normal_force, contact.friction, contact.torsion);

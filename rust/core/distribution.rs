@@ -39,6 +39,12 @@ pub struct DistributionOptions {
     pub max_points: u128,
     /// External wrenches that choose the points of [`Method::Reduced`].
     pub samples: Vec<Vec<f64>>,
+    /// Lower bounds `c_i >= 0` of the normalised normal forces `f_n / f_i^U`, one for each contact, so that no
+    /// finger loses contact; empty for none. Only with [`Method::Implicit`], and only zero for contacts with
+    /// [`ForceModel::Extreme`]. The forces are then not proportional to the wrench, even no wrench needs some,
+    /// and in an [`Error::InfeasibleWrench`] the direction has
+    /// `-w_ext . e > sum_i c_i max_h w_ih . e`.
+    pub min_normal: Vec<f64>,
 }
 
 impl Default for DistributionOptions {
@@ -49,6 +55,7 @@ impl Default for DistributionOptions {
             tolerance: 1e-9,
             max_points: DEFAULT_MAX_POINTS,
             samples: Vec::new(),
+            min_normal: Vec::new(),
         }
     }
 }
@@ -64,7 +71,8 @@ pub struct Distribution<const D: usize> {
     pub sigma_max: f64,
     /// Sum of normalised normal forces (Eq. 6).
     pub sigma_sum: f64,
-    /// `z_b` of Eq. 26: `sigma = -w_ext . z_b`, so the objective changes by `-z_b` with the wrench.
+    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench; without lower bounds it is
+    /// `sigma = -w_ext . z_b`.
     pub dual: Wrench<D>,
     /// Relative distance between `sigma` and the lower bound that `dual` proves.
     pub gap: f64,

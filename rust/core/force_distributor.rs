@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::law::objective_value;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
+use crate::preload::{Found, PreloadProgram, PreloadWorkspace, checked_bounds};
 use crate::wrench_set::Criterion;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
@@ -39,26 +40,35 @@ pub struct ForceDistributor<const D: usize> {
     workspace: Mutex<Workspace<D>>,
 }
 
-/// The program of a grasp with finitely many extreme forces, or with true cones.
+/// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds.
 #[derive(Debug)]
 enum Program<const D: usize> {
     Linear(Box<LinearProgram<D>>),
     Cone(ConeProgram<D>),
+    Preload(PreloadProgram<D>),
 }
 
 #[derive(Debug)]
 enum Workspace<const D: usize> {
     Linear(Box<LinearWorkspace<D>>),
-    Cone(Box<ConeWorkspace<D>>, Vec<ContactForce>),
+    Cone(Box<ConeWorkspace<D>>, Found),
+    Preload(Box<PreloadWorkspace>, Found),
 }
 
 impl<const D: usize> Program<D> {
     fn workspace(&self, contacts: usize) -> Workspace<D> {
         match self {
             Self::Linear(program) => Workspace::Linear(Box::new(program.workspace())),
-            Self::Cone(program) => {
-                Workspace::Cone(Box::new(program.workspace()), vec![ContactForce::zeros(); contacts])
-            }
+            Self::Cone(program) => Workspace::Cone(Box::new(program.workspace()), Found::new(contacts)),
+            Self::Preload(program) => Workspace::Preload(Box::new(program.workspace()), Found::new(contacts)),
+        }
+    }
+
+    fn objective(&self) -> Objective {
+        match self {
+            Self::Linear(program) => program.objective(),
+            Self::Cone(program) => program.objective(),
+            Self::Preload(program) => program.objective(),
         }
     }
 }
@@ -77,7 +87,9 @@ impl<const D: usize> ForceDistributor<D> {
     ) -> Result<Self> {
         check_options(&options, objective)?;
         let program_objective = Objective::new(objective, options.weight);
-        let program = if grasp.is_finite() {
+        let program = if let Some(bounds) = checked_bounds(grasp, &options)? {
+            Program::Preload(PreloadProgram::new(grasp, program_objective, &bounds, options.tolerance))
+        } else if grasp.is_finite() {
             Program::Linear(Box::new(LinearProgram::new(grasp, program_objective, &options)?))
         } else if options.method == Method::Implicit {
             Program::Cone(ConeProgram::new(grasp, program_objective, options.tolerance))
@@ -111,6 +123,7 @@ impl<const D: usize> ForceDistributor<D> {
             match &mut *workspace {
                 Workspace::Linear(workspace) => workspace.forget(),
                 Workspace::Cone(workspace, _) => workspace.forget(),
+                Workspace::Preload(workspace, _) => workspace.forget(),
             }
         }
     }
@@ -125,7 +138,7 @@ impl<const D: usize> ForceDistributor<D> {
     pub fn reduced_points(&self) -> Option<&[u32]> {
         match &*self.program {
             Program::Linear(program) => program.reduced.as_deref(),
-            Program::Cone(_) => None,
+            _ => None,
         }
     }
 
@@ -141,9 +154,9 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
     pub fn solve(&self, external_wrench: &Wrench<D>) -> Result<Distribution<D>> {
-        let m = self.grasp.num_contacts();
-        if external_wrench.iter().all(|x| *x == 0.0) {
-            return Ok(nothing_to_balance(m));
+        let preloaded = matches!(&*self.program, Program::Preload(_));
+        if !preloaded && external_wrench.iter().all(|x| *x == 0.0) {
+            return Ok(nothing_to_balance(self.grasp.num_contacts()));
         }
         let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
         let b = -external_wrench;
@@ -151,14 +164,46 @@ impl<const D: usize> ForceDistributor<D> {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 self.solve_linear(program, workspace, &b)
             }
-            (Program::Cone(program), Workspace::Cone(workspace, _)) => {
-                let mut forces = vec![ContactForce::zeros(); m];
-                let answer = program.solve(workspace, &b, &mut forces)?;
-                Ok(self.cone_distribution(program, &answer, forces))
+            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+                let (sigma_max, sigma_sum) = found.totals();
+                let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
+                Distribution {
+                    forces: found.forces.clone(),
+                    sigma,
+                    sigma_max,
+                    sigma_sum,
+                    dual: answer.dual,
+                    gap: answer.gap.max((1.0 - answer.sigma / sigma).abs()),
+                    pivots: answer.pivots,
+                    unique: found.unique,
+                    fell_back: answer.fell_back,
+                }
+            }),
+        }
+        .map_err(|error| named(error, external_wrench))
+    }
+
+    /// Leaves the forces over true cones, or with lower bounds, in the workspace.
+    fn solve_cones<'a>(
+        &self,
+        program: &Program<D>,
+        workspace: &'a mut Workspace<D>,
+        b: &Wrench<D>,
+    ) -> Result<(ConeAnswer<D>, &'a Found)> {
+        match (program, workspace) {
+            (Program::Cone(program), Workspace::Cone(workspace, found)) => {
+                let answer = program.solve(workspace, b, &mut found.forces)?;
+                let contacts = self.grasp.contacts().iter().zip(&found.forces);
+                for (normal, (contact, force)) in found.normals.iter_mut().zip(contacts) {
+                    *normal = force[0] / contact.max_normal_force;
+                }
+                Ok((answer, found))
+            }
+            (Program::Preload(program), Workspace::Preload(workspace, found)) => {
+                Ok((program.solve(workspace, b, found)?, found))
             }
             _ => Err(Error::Busy),
         }
-        .map_err(|error| named(error, external_wrench))
     }
 
     fn solve_linear(
@@ -191,32 +236,6 @@ impl<const D: usize> ForceDistributor<D> {
         })
     }
 
-    fn cone_distribution(
-        &self,
-        program: &ConeProgram<D>,
-        answer: &ConeAnswer<D>,
-        forces: Vec<ContactForce>,
-    ) -> Distribution<D> {
-        let shares =
-            self.grasp.contacts().iter().zip(&forces).map(|(c, force)| force[0] / c.max_normal_force);
-        let (sigma_max, sigma_sum) =
-            shares.fold((0.0, 0.0), |(largest, sum), share| (f64::max(largest, share), sum + share));
-        let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
-        let gap = answer.gap.max((1.0 - answer.sigma / sigma).abs());
-        let (dual, pivots) = (answer.dual, answer.pivots);
-        Distribution {
-            forces,
-            sigma,
-            sigma_max,
-            sigma_sum,
-            dual,
-            gap,
-            pivots,
-            unique: false,
-            fell_back: false,
-        }
-    }
-
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
     ///
     /// Nothing is allocated once the wrench's region is known, and on an error `forces` is untouched.
@@ -237,6 +256,7 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         let b = -external_wrench;
+        let preloaded = matches!(&*self.program, Program::Preload(_));
         let solved = match (&*self.program, workspace) {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 program.locate(workspace, &b).map(|(region, _)| {
@@ -244,21 +264,18 @@ impl<const D: usize> ForceDistributor<D> {
                     region.dual.dot(&b)
                 })
             }
-            (Program::Cone(program), Workspace::Cone(workspace, found)) => {
-                program.solve(workspace, &b, found).map(|answer| {
-                    let components = self.grasp.force_components();
-                    for (row, force) in forces.chunks_mut(components.len()).zip(&*found) {
-                        for (x, &component) in row.iter_mut().zip(components) {
-                            *x = force[component];
-                        }
+            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+                let components = self.grasp.force_components();
+                for (row, force) in forces.chunks_mut(components.len()).zip(&found.forces) {
+                    for (x, &component) in row.iter_mut().zip(components) {
+                        *x = force[component];
                     }
-                    answer.sigma
-                })
-            }
-            _ => Err(Error::Busy),
+                }
+                answer.sigma
+            }),
         };
         match solved {
-            Err(_) if external_wrench.iter().all(|x| *x == 0.0) => {
+            Err(_) if !preloaded && external_wrench.iter().all(|x| *x == 0.0) => {
                 forces.fill(0.0);
                 Ok(0.0)
             }
@@ -292,12 +309,7 @@ impl<const D: usize> Session<'_, D> {
             Workspace::Linear(workspace) => {
                 workspace.latest().normals.multiply(&-external_wrench, &mut self.normals);
             }
-            Workspace::Cone(_, found) => {
-                let contacts = self.distributor.grasp.contacts().iter().zip(found);
-                for (normal, (contact, force)) in self.normals.iter_mut().zip(contacts) {
-                    *normal = force[0] / contact.max_normal_force;
-                }
-            }
+            Workspace::Cone(_, found) | Workspace::Preload(_, found) => return Ok(found.totals()),
         }
         let levels = self.normals.iter();
         Ok(levels.fold((0.0, 0.0), |(largest, sum), level| (f64::max(largest, *level), sum + level)))

@@ -24,7 +24,7 @@ const STEEPEST: f64 = 1e6;
 
 /// Weight of the coefficients beside the forces: it chooses among coefficients that make the same force, and
 /// moves the forces by no more than its square.
-const COEFFICIENT_WEIGHT: f64 = 1e-5;
+pub(crate) const COEFFICIENT_WEIGHT: f64 = 1e-5;
 
 /// The law that the third level selects at the wrench that the simplex just balanced.
 #[derive(Debug, Clone)]
@@ -163,7 +163,7 @@ fn signs(face: &Face, extremes: Extremes<'_>, edges: &[(usize, u32)]) -> Vec<Vec
 }
 
 /// Orthonormal bases of the row space of a matrix and of its complement.
-fn orthonormal_split(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+pub(crate) fn orthonormal_split(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = matrix.ncols();
     let mut basis: Vec<DVector<f64>> = Vec::with_capacity(n);
     let lengths: Vec<f64> = matrix.row_iter().map(|row| row.norm()).collect();
@@ -211,7 +211,7 @@ fn extend(basis: &mut Vec<DVector<f64>>, mut candidates: Vec<DVector<f64>>, tole
 }
 
 /// Which constraints hold the shortest `t` with `G t >= h`. The problem must be feasible.
-fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) -> Option<Vec<usize>> {
+pub(crate) fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) -> Option<Vec<usize>> {
     let dim = gradients.ncols();
     let lengths: Vec<f64> = gradients.row_iter().map(|row| row.norm()).collect();
     // A constraint that the choice does not move has a gradient of rounding, however far others move.

@@ -51,6 +51,10 @@ struct State {
 /// weight : float, optional
 ///     With "max": minimise the maximum plus ``weight`` times the sum, a family that leads from one objective to
 ///     the other. Zero means the maximum and, among its optima, the least sum.
+/// min_normal : float or array_like, optional
+///     Lower bounds on the normalised normal forces ``f_n / f^U``, one for all contacts or (m,), so that no finger
+///     loses contact. The forces are then not proportional to the wrench, and no wrench at all needs some, too.
+///     Only with "implicit"; zero for contacts with ``extreme_forces``.
 /// samples : array_like, optional
 ///     (S, d) external wrenches that choose the points of "reduced".
 /// tol : float, optional
@@ -101,6 +105,7 @@ pub struct PyForceDistributor {
     /// What the sum weighs beside the maximum.
     #[pyo3(get)]
     weight: f64,
+    min_normal: Vec<f64>,
     samples: Vec<Vec<f64>>,
     /// Largest relative gap that counts as solved.
     #[pyo3(get)]
@@ -110,13 +115,15 @@ pub struct PyForceDistributor {
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, samples=None, tol=1e-9))]
+    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, tol=1e-9))]
+    #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
         py: Python<'_>,
         grasp: Py<PyGrasp>,
         objective: &str,
         method: &str,
         weight: f64,
+        min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
         tol: f64,
     ) -> PyResult<Self> {
@@ -136,23 +143,42 @@ impl PyForceDistributor {
         options.method = method;
         options.weight = weight;
         options.tolerance = tol;
+        if let Some(min_normal) = min_normal {
+            let contacts = grasp.get().num_contacts();
+            options.min_normal =
+                lower_bounds(min_normal, contacts).map_err(|message| invalid_input(py, message))?;
+        }
         if let Some(samples) = samples {
             options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
         }
-        let samples = options.samples.clone();
+        let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         let inner = py.detach(|| match &grasp.get().inner {
             AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
             AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
         });
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
-        Ok(Self { state: RwLock::new(State { inner, grasp }), objective, method: name, weight, samples, tol })
+        Ok(Self {
+            state: RwLock::new(State { inner, grasp }),
+            objective,
+            method: name,
+            weight,
+            min_normal,
+            samples,
+            tol,
+        })
     }
 
     /// The grasp whose forces are distributed.
     #[getter]
     fn grasp(&self, py: Python<'_>) -> PyResult<Py<PyGrasp>> {
         Ok(self.state(py)?.grasp.clone_ref(py))
+    }
+
+    /// (m,) lower bounds on the normalised normal forces; ``None`` without.
+    #[getter]
+    fn min_normal<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        (!self.min_normal.is_empty()).then(|| PyArray1::from_slice(py, &self.min_normal))
     }
 
     /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
@@ -320,12 +346,15 @@ impl PyForceDistributor {
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
         let (objective, method) = (self.objective, self.method);
         let (weight, samples, tol) = (self.weight, self.samples.clone(), self.tol);
-        Ok(Self { state: RwLock::new(state), objective, method, weight, samples, tol })
+        let min_normal = self.min_normal.clone();
+        Ok(Self { state: RwLock::new(state), objective, method, weight, min_normal, samples, tol })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
         let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
-        let arguments = (self.grasp(py)?, self.objective, self.method, self.weight, samples, self.tol);
+        let min_normal = (!self.min_normal.is_empty()).then(|| self.min_normal.clone());
+        let arguments =
+            (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.tol);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
 
@@ -361,6 +390,16 @@ impl PyForceSteps {
             None => Ok(None),
             Some(wrench) => self.distributor.get().solve(py, &wrench?).map(Some),
         }
+    }
+}
+
+/// One number for all contacts, or one for each.
+fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
+    let array = float_array("min_normal", value)?;
+    match (array.shape(), contents(&array)) {
+        ([], &[bound]) => Ok(vec![bound; contacts]),
+        ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
+        (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
     }
 }
 
@@ -494,7 +533,7 @@ fn solve<const D: usize>(
 /// pivots : int
 ///     Simplex pivots this solve took; 0 where a known region held the wrench.
 /// fell_back : bool
-///     "reduced" had to ask the whole set for this answer.
+///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
 ///     The objective and its tie-break alone determine the forces.
 /// within_limits : bool
@@ -523,7 +562,7 @@ pub struct PyForceSolution {
     /// Simplex pivots this solve took.
     #[pyo3(get)]
     pivots: usize,
-    /// "reduced" had to ask the whole set for this answer.
+    /// Another solver than the method's own had to give this answer.
     #[pyo3(get)]
     fell_back: bool,
     /// The objective and its tie-break alone determine the forces.

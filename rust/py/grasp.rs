@@ -145,7 +145,7 @@ impl PyGrasp {
 
     /// Number of contacts m.
     #[getter]
-    fn num_contacts(&self) -> usize {
+    pub fn num_contacts(&self) -> usize {
         self.arguments.contacts
     }
 

@@ -17,6 +17,7 @@ mod closest_point;
 mod distribution;
 mod errors;
 mod grasp;
+mod joint_torques;
 mod minkowski;
 mod quality;
 mod quality_many;
@@ -40,5 +41,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<search::PyCandidateSearch>()?;
     module.add_class::<box_bound::PyBoxBound>()?;
     module.add_class::<closest_point::PyTriangleTree>()?;
+    module.add_function(wrap_pyfunction!(joint_torques::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }
