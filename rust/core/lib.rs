@@ -43,6 +43,7 @@ mod quality;
 mod region;
 mod resistance;
 mod ridge_table;
+mod second_order;
 mod simplex;
 mod wrench_set;
 
