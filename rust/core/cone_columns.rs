@@ -27,7 +27,7 @@ pub(crate) enum ConeContact<const D: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct ConeColumns<const D: usize> {
     pub(crate) objective: Objective,
-    contacts: Vec<ConeContact<D>>,
+    pub(crate) contacts: Vec<ConeContact<D>>,
     threshold: f64,
 }
 

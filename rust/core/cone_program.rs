@@ -13,7 +13,9 @@ use crate::contact::ContactForce;
 use crate::equilibration::{Equilibration, Reachable};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
-use crate::simplex::{Outcome, Simplex};
+use crate::law::objective_value;
+use crate::second_order::least_forces;
+use crate::simplex::{Outcome, Simplex, Target};
 
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 12;
@@ -96,16 +98,63 @@ impl<const D: usize> ConeProgram<D> {
         if stalled || gap.is_nan() || gap > tolerance {
             last.artificial = [true; D];
             let iterations = simplex.pivots;
-            return Err(Error::NotConverged { solver: "column generation", iterations, gap });
+            let better = self.fall_back(simplex, &target, scale, forces).filter(|a| a.gap <= tolerance);
+            return better.ok_or(Error::NotConverged { solver: "column generation", iterations, gap });
         }
         last.copy_from(&simplex.basis);
+        forces.fill(ContactForce::zeros());
         self.add_up(simplex, scale, forces);
         let dual = self.equilibration.dual(z) / reach;
         Ok(ConeAnswer { sigma: upper * scale, dual, gap, pivots: simplex.pivots, fell_back: false })
     }
 
+    /// Asks the interior-point solver. What its forces leave unbalanced is balanced by forces of the simplex, so
+    /// that the sum lies in the cones exactly; its multiplier, scaled to reach one, proves the bound.
+    fn fall_back(
+        &self,
+        simplex: &mut Simplex<D>,
+        target: &Target<D>,
+        scale: f64,
+        forces: &mut [ContactForce],
+    ) -> Option<ConeAnswer<D>> {
+        let ConeColumns { objective, contacts, .. } = &self.columns;
+        let found = least_forces(contacts, *objective, target.rank, &target.wrench)?;
+        let spent = simplex.pivots;
+        let rest = target.wrench - found.wrench;
+        let size = rest.amax();
+        for (force, known) in forces.iter_mut().zip(&found.forces) {
+            *force = known * scale;
+        }
+        let mut upper = {
+            let largest = found.normals.iter().copied().fold(0.0, f64::max);
+            objective_value(*objective, largest, found.normals.iter().sum())
+        };
+        if size > 0.0 {
+            let rest = Target { wrench: rest / size, rank: target.rank, tolerance: target.tolerance };
+            let outcome = simplex.cold(&self.columns, &rest);
+            if matches!(outcome, Outcome::Infeasible(_))
+                || simplex.basis.artificial[..rest.rank].contains(&true)
+            {
+                return None;
+            }
+            self.add_up(simplex, scale * size, forces);
+            upper += size * simplex.basis.costs[0].dot(&simplex.levels);
+        }
+        let weight = self.columns.objective.weight();
+        let floor = if weight > 0.0 { 1.0 } else { f64::MIN_POSITIVE };
+        let dual = found.dual / self.columns.value(&found.dual, weight).max(floor);
+        let gap = ((upper - dual.dot(&target.wrench)) / upper).abs();
+        let pivots = spent + simplex.pivots;
+        Some(ConeAnswer {
+            sigma: upper * scale,
+            dual: self.equilibration.dual(&dual),
+            gap,
+            pivots,
+            fell_back: true,
+        })
+    }
+
     fn add_up(&self, simplex: &Simplex<D>, scale: f64, forces: &mut [ContactForce]) {
-        forces.fill(ContactForce::zeros());
         for row in (0..D).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z: SVector<f64, D> = simplex.basis.directions.column(row).into();
             let level = simplex.levels[row] * scale;
@@ -131,4 +180,52 @@ pub(crate) fn spanning_wrenches<const D: usize>(grasp: &Grasp<D>) -> Vec<Wrench<
         }
     }
     wrenches
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::contact::Contact;
+
+    /// Hard and soft fingers around a ball, and one that is linearised.
+    fn grasp(torsion: f64) -> Grasp<6> {
+        let contacts: Vec<Contact> = (0..5_u8)
+            .map(|i| {
+                let (s, c) = (2.4 * f64::from(i)).sin_cos();
+                let outward = Vector3::new(c, s, 0.4 * f64::from(i) - 0.8).normalize();
+                let contact = Contact::new(outward, -outward).friction(0.6).torsion(torsion);
+                if i == 0 { contact.edges(8) } else { contact.cone() }
+            })
+            .collect();
+        Grasp::new(&contacts).unwrap()
+    }
+
+    #[test]
+    fn the_interior_point_solver_gives_what_column_generation_gives() {
+        for (torsion, objective) in [0.0, 0.2].into_iter().flat_map(|torsion| {
+            [Objective::Sum, Objective::MaxThenSum, Objective::Weighted(0.1)].map(|o| (torsion, o))
+        }) {
+            let grasp = grasp(torsion);
+            let program = ConeProgram::new(&grasp, objective, 1e-8);
+            let mut workspace = program.workspace();
+            for k in 0..6 {
+                let b = Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8 * 7 + k) + 0.3));
+                let mut forces = vec![ContactForce::zeros(); 5];
+                let expected = program.solve(&mut workspace, &b, &mut forces).unwrap();
+                let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
+                let found = program.fall_back(&mut workspace.simplex, &target, scale, &mut forces).unwrap();
+                assert!((found.sigma - expected.sigma).abs() <= 1e-7 * expected.sigma);
+                assert!(found.fell_back && found.gap <= 1e-8, "{:e}", found.gap);
+                let balance: Wrench<6> = grasp.maps().iter().zip(&forces).map(|(map, f)| map * f).sum();
+                assert!((balance - b).amax() <= 1e-12, "{:e}", (balance - b).amax());
+                for (contact, f) in grasp.contacts().iter().zip(&forces) {
+                    let twist = if torsion > 0.0 { f[3] / torsion } else { 0.0 };
+                    let load = (f[1].hypot(f[2]) / contact.friction).hypot(twist);
+                    assert!(load <= f[0] * (1.0 + 1e-12));
+                }
+            }
+        }
+    }
 }

@@ -78,7 +78,8 @@ pub struct Distribution<const D: usize> {
     pub gap: f64,
     /// Simplex pivots that this solve took.
     pub pivots: usize,
-    /// Whether [`Method::Reduced`] had to ask the whole set for this answer.
+    /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
+    /// an interior-point solver.
     pub fell_back: bool,
     /// Whether the objective and its tie-break alone determine the forces. Where they do not, the least
     /// `sum_i |f_i|^2 / f_i^U^2` does.

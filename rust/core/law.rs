@@ -107,6 +107,25 @@ pub(crate) fn unbalanced<const R: usize>(
     (forces.sum::<SVector<f64, R>>() - target).amax()
 }
 
+/// How far a law's objective at the simplex's target is from the multipliers' (Eq. 26), relative.
+pub(crate) fn duality_gap<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    coefficients: &[SVector<f64, R>],
+    simplex: &Simplex<R>,
+) -> f64 {
+    let (mut largest, mut sum, mut next) = (0.0_f64, 0.0, 0);
+    for contact in 0..face.roles.len() {
+        let count = face.edges(contact).len();
+        let normal: f64 = coefficients[next..next + count].iter().map(|c| c.dot(&simplex.target)).sum();
+        next += count;
+        largest = largest.max(normal);
+        sum += normal;
+    }
+    let sigma = objective_value(columns.objective, largest, sum);
+    (1.0 - simplex.multipliers[0].dot(&simplex.target) / sigma).abs()
+}
+
 /// The columns of the unknowns, completed by unit vectors in the rows that are zero; `None` unless there are
 /// as many unknowns as equations.
 fn unknowns<const R: usize>(

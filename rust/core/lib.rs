@@ -47,6 +47,7 @@ mod region;
 mod resistance;
 mod ridge_table;
 mod search;
+mod second_order;
 mod simplex;
 mod wrench_set;
 

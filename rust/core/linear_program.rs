@@ -249,7 +249,13 @@ impl<const D: usize> LinearProgram<D> {
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
         let region = &mut known.region;
-        self.write_law(region, simplex, face, coefficients);
+        let mut mismatch = self.write_law(region, simplex, face, coefficients);
+        if mismatch.is_nan() || mismatch > self.trusted(simplex) {
+            // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
+            simplex.refactorise();
+            simplex.refresh_multipliers();
+            mismatch = self.write_law(region, simplex, face, coefficients);
+        }
         let z = &simplex.multipliers[0];
         region.dual = self.equilibration.dual(z);
         region.fell_back = !*confirmed;
@@ -261,24 +267,34 @@ impl<const D: usize> LinearProgram<D> {
         let reach = self.columns.value(z, weight);
         // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
         region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
-        let gap = (1.0 - 1.0 / region.reach).abs();
+        // Forces that do not balance, or whose objective is not the multipliers', are no answer.
+        let mismatch = if mismatch <= self.trusted(simplex) { 0.0 } else { mismatch };
+        let gap = (1.0 - 1.0 / region.reach).abs().max(mismatch);
         // Multipliers that large cannot be written down in double precision any better.
         let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
-        if gap.is_nan() || gap > tolerance {
+        if gap.is_nan() || gap > tolerance || mismatch.is_nan() || mismatch > 0.0 {
             known.forget();
             return Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap });
         }
         Ok(slot)
     }
 
-    /// The linear law of the forces on the face that the multipliers describe.
+    /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
+    fn trusted(&self, simplex: &Simplex<D>) -> f64 {
+        let z = simplex.multipliers[0].lp_norm(1);
+        let rounding = 1e-14 * simplex.levels.lp_norm(1);
+        self.tolerance.min(1e-9).max(64.0 * f64::EPSILON * z).max(rounding)
+    }
+
+    /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
+    /// balance and from the multipliers' objective at the simplex's target.
     fn write_law(
         &self,
         region: &mut Region<D>,
         simplex: &Simplex<D>,
         face: &mut Face,
         coefficients: &mut Vec<SVector<f64, D>>,
-    ) {
+    ) -> f64 {
         let extremes = Extremes {
             forces: &self.extreme_forces,
             components: self.components,
@@ -289,9 +305,19 @@ impl<const D: usize> LinearProgram<D> {
         let unique = law::unique_law(face, &self.columns, self.equilibration.rank, coefficients)
             .filter(|_| law::unbalanced(face, &self.columns, coefficients, &simplex.target) <= UNBALANCED);
         region.unique = unique.is_some();
+        let trusted = self.trusted(simplex);
+        let mismatch = |face: &Face, coefficients: &[SVector<f64, D>]| {
+            let unbalanced = law::unbalanced(face, &self.columns, coefficients, &simplex.target);
+            unbalanced.max(law::duality_gap(face, &self.columns, coefficients, simplex))
+        };
+        let unique = unique.filter(|_| mismatch(face, coefficients) <= trusted);
         if let Some(level) = unique {
             law::write_region(region, face, coefficients, &level, map, extremes);
-        } else if let Some(law) = least_squares_law(face, &self.columns, simplex, extremes, &self.limits) {
+            return mismatch(face, coefficients);
+        }
+        let law = least_squares_law(face, &self.columns, simplex, extremes, &self.limits)
+            .filter(|law| mismatch(face, &law.coefficients) <= trusted);
+        if let Some(law) = law {
             law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
             for multiplier in &law.multipliers {
                 region.conditions.push(&map.tr_mul(multiplier));
@@ -299,6 +325,7 @@ impl<const D: usize> LinearProgram<D> {
             for equation in &law.equations {
                 region.equations.push(&map.tr_mul(equation));
             }
+            mismatch(face, &law.coefficients)
         } else {
             face.read_basis(&self.columns, simplex);
             let level = law::basic_law(face, simplex, coefficients);
@@ -306,6 +333,7 @@ impl<const D: usize> LinearProgram<D> {
             for row in (0..self.equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
                 region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
             }
+            mismatch(face, coefficients)
         }
     }
 }
