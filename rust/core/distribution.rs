@@ -24,7 +24,7 @@ pub enum Method {
     Reduced,
 }
 
-/// Options of a [`ForceDistributor`].
+/// Options of a [`ForceDistributor`](crate::ForceDistributor).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DistributionOptions {
