@@ -26,7 +26,8 @@ def reproduce(example: str, *, json_file: Path | None = None, out: Path | None =
     report, numbers, draw = EXAMPLES[example]()
     print(report)
     written = draw(out) if out is not None else []
-    for path in [p for p in (json_file, out and out / f"{example}.json") if p is not None]:
+    files = dict.fromkeys([json_file, out and out / f"{example}.json"])
+    for path in (file for file in files if file is not None):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
         written = [path, *written]
