@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::float_array;
 use crate::errors::{invalid_grasp, invalid_input, to_python};
-use crate::quality::quality_options;
+use crate::quality_options::quality_options;
 
 enum AnyBound {
     Planar(BoxBound<3>),

@@ -10,7 +10,9 @@ use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::minkowski::PyMinkowskiSum;
-use crate::quality::{AnyOptions, Asked, PyQuality, parse_criterion, quality_of, quality_options};
+use crate::quality::PyQuality;
+use crate::quality_options::{AnyOptions, Asked, parse_criterion, quality_options};
+use crate::workspace::quality_of;
 
 /// A grasp of either wrench dimension.
 #[derive(Debug, Clone)]

@@ -1,54 +1,15 @@
-//! `graspforce.Quality`, and the options of quality queries.
+//! `graspforce.Quality`.
 
-use std::cell::RefCell;
-
-use graspforce::{
-    Closure, Criterion, Gradient, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench,
-};
-use nalgebra::{SMatrix, Vector3};
-use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
+use graspforce::{Closure, Quality};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{contents, float_array, float_vector, matrix};
-use crate::errors::{invalid_input, to_python};
+use crate::errors::invalid_input;
+use crate::gradient::PyGradient;
 use crate::grasp::{AnyGrasp, PyGrasp};
-
-thread_local! {
-    static PLANAR: RefCell<QualityWorkspace<3>> = RefCell::default();
-    static SPATIAL: RefCell<QualityWorkspace<6>> = RefCell::default();
-}
-
-/// Dimensions that keep a workspace for each thread.
-pub trait Workspace: Sized {
-    fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R;
-}
-
-impl Workspace for QualityWorkspace<3> {
-    fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        PLANAR.with_borrow_mut(body)
-    }
-}
-
-impl Workspace for QualityWorkspace<6> {
-    fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        SPATIAL.with_borrow_mut(body)
-    }
-}
-
-/// What a quality was asked with, to ask for its gradient later.
-pub enum AnyOptions {
-    Planar(QualityOptions<3>),
-    Spatial(QualityOptions<6>),
-}
-
-/// The same as Python passed it, to pickle.
-pub struct Asked {
-    pub rtol: Option<f64>,
-    pub center: Option<Py<PyAny>>,
-    pub metric: Option<Py<PyAny>>,
-}
+use crate::quality_options::{AnyOptions, Asked, criterion_name, parse_criterion, quality_options};
 
 /// The quality of a grasp, with its certificate.
 ///
@@ -255,45 +216,6 @@ pub fn closure_name(closure: Closure) -> &'static str {
     }
 }
 
-/// The options of a quality query, or what is wrong with them.
-pub fn quality_options<const D: usize>(
-    criterion: &str,
-    rtol: Option<f64>,
-    center: Option<&Bound<'_, PyAny>>,
-    metric: Option<&Bound<'_, PyAny>>,
-) -> Result<QualityOptions<D>, String> {
-    let criterion = parse_criterion("criterion", criterion)?;
-    let center = center.map(|value| float_vector("center", value, D)).transpose()?;
-    let metric = metric.map(parse_metric).transpose()?;
-    let center = center.map(Wrench::from_vec);
-    Ok(QualityOptions { rtol, center, metric, ..QualityOptions::new(criterion) })
-}
-
-/// The word for a criterion.
-fn criterion_name(criterion: Criterion) -> &'static str {
-    match criterion {
-        Criterion::Max => "max",
-        Criterion::Sum => "sum",
-    }
-}
-
-/// "max" or "sum".
-pub fn parse_criterion(argument: &str, criterion: &str) -> Result<Criterion, String> {
-    match criterion {
-        "max" => Ok(Criterion::Max),
-        "sum" => Ok(Criterion::Sum),
-        other => Err(format!("{argument}: {other:?} is neither \"max\" nor \"sum\"")),
-    }
-}
-
-fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<Metric<D>, String> {
-    let array = float_array("metric", value)?;
-    if array.shape() != [D, D] {
-        return Err(format!("metric: shape {:?}, expected ({D}, {D})", array.shape()));
-    }
-    Metric::from_matrix(&SMatrix::from_row_slice(contents(&array))).map_err(|error| error.to_string())
-}
-
 impl PyQuality {
     /// Hands a quality over, with what its gradient will need.
     pub fn new<const D: usize>(
@@ -321,114 +243,5 @@ impl PyQuality {
             direction: quality.direction.as_slice().to_vec(),
             wrench: quality.wrench.as_slice().to_vec(),
         }
-    }
-}
-
-/// Computes a quality in this thread's workspace, without the interpreter.
-pub fn quality_of<const D: usize>(
-    py: Python<'_>,
-    grasp: &Grasp<D>,
-    options: &QualityOptions<D>,
-) -> PyResult<Quality<D>>
-where
-    QualityWorkspace<D>: Workspace,
-{
-    py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))
-        .map_err(|error| to_python(py, &error))
-}
-
-/// How epsilon changes as contacts move.
-///
-/// It is immutable and may be shared between threads, copied and pickled.
-///
-/// Attributes
-/// ----------
-/// positions : numpy.ndarray
-///     (m, dim) change of epsilon by m of displacement of each contact.
-/// normals : numpy.ndarray
-///     (m, dim) change of epsilon by rad that each normal turns, orthogonal to it; the contact frame turns with
-///     it by the smallest rotation.
-/// spins : numpy.ndarray
-///     (m,) change of epsilon by rad that each contact frame spins about its normal: edges turn with it. Zero for
-///     planar contacts, and for true cones.
-/// unique : bool
-///     Whether epsilon is differentiable here. Where several directions are equally bad, or several forces reach
-///     the same boundary wrench (symmetric grasps), this is one element of the subdifferential.
-#[pyclass(name = "Gradient", module = "graspforce", frozen)]
-pub struct PyGradient {
-    gradient: Gradient,
-    dim: usize,
-}
-
-#[pymethods]
-impl PyGradient {
-    /// (m, dim) change of epsilon by m of displacement of each contact.
-    #[getter]
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, &self.gradient.positions)
-    }
-
-    /// (m, dim) change of epsilon by rad that each normal turns.
-    #[getter]
-    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.rows(py, &self.gradient.normals)
-    }
-
-    /// (m,) change of epsilon by rad that each contact frame spins about its normal.
-    #[getter]
-    fn spins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.gradient.spins)
-    }
-
-    /// Whether epsilon is differentiable here.
-    #[getter]
-    fn unique(&self) -> bool {
-        self.gradient.unique
-    }
-
-    /// Everything as plain Python numbers and lists, ready for JSON.
-    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("gradient_dict", (slf,))
-    }
-
-    #[staticmethod]
-    fn _restore(
-        positions: Vec<[f64; 3]>,
-        normals: Vec<[f64; 3]>,
-        spins: Vec<f64>,
-        unique: bool,
-        dim: usize,
-    ) -> Self {
-        let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vector3::from).collect();
-        let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), spins, unique };
-        Self { gradient, dim }
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let (py, this) = (slf.py(), slf.get());
-        let rows = |vectors: &[Vector3<f64>]| vectors.iter().map(|&v| v.into()).collect::<Vec<[f64; 3]>>();
-        let Gradient { positions, normals, spins, unique } = &this.gradient;
-        let state = (rows(positions), rows(normals), spins.clone(), *unique, this.dim);
-        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Gradient({} contacts, unique={})", self.gradient.positions.len(), self.gradient.unique)
-    }
-}
-
-impl PyGradient {
-    fn of<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, options: &QualityOptions<D>) -> PyResult<Py<Self>>
-    where
-        QualityWorkspace<D>: Workspace,
-    {
-        let gradient =
-            py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)));
-        let gradient = gradient.map_err(|error| to_python(py, &error))?;
-        Py::new(py, Self { gradient, dim: if D == 3 { 2 } else { 3 } })
-    }
-
-    fn rows<'py>(&self, py: Python<'py>, vectors: &[Vector3<f64>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, vectors.len(), self.dim, vectors.iter().flat_map(|v| v.iter().copied().take(self.dim)))
     }
 }

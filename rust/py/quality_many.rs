@@ -7,7 +7,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input};
-use crate::quality::quality_options;
+use crate::quality_options::quality_options;
 
 /// Grasps between two looks at the interpreter: short enough for Ctrl-C, long enough for all cores.
 const CHUNK: usize = 256;

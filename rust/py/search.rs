@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
-use crate::quality::quality_options;
+use crate::quality_options::quality_options;
 
 enum Search {
     Planar(CandidateSearch<3>),

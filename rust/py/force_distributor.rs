@@ -1,21 +1,34 @@
-//! `graspforce.ForceDistributor` and its results.
+//! `graspforce.ForceDistributor`.
 
-use graspforce::{ContactForce, Distribution, DistributionOptions, ForceDistributor, Grasp, Method, Wrench};
+use graspforce::{DistributionOptions, ForceDistributor, Method, Wrench};
 use std::sync::{RwLock, RwLockReadGuard};
 
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyIterator, PyTuple, PyType};
+use pyo3::types::{PyTuple, PyType};
 
-use crate::arrays::{contents, float_array, float_vector, matrix};
+use crate::arrays::{contents, float_array, float_vector};
 use crate::errors::{invalid_input, to_python};
+use crate::force_batch::PyForceBatch;
+use crate::force_solution::PyForceSolution;
+use crate::force_steps::PyForceSteps;
 use crate::grasp::{AnyGrasp, PyGrasp};
-use crate::quality::parse_criterion;
+use crate::quality_options::parse_criterion;
 
 #[derive(Clone)]
 enum Any {
     Planar(ForceDistributor<3>),
     Spatial(ForceDistributor<6>),
+}
+
+/// Runs the same expression on a distributor of either dimension.
+macro_rules! with_distributor {
+    ($any:expr, $distributor:ident => $body:expr) => {
+        match $any {
+            Any::Planar($distributor) => $body,
+            Any::Spatial($distributor) => $body,
+        }
+    };
 }
 
 impl Any {
@@ -185,10 +198,7 @@ impl PyForceDistributor {
     #[getter]
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let state = self.state(py)?;
-        let points = match &state.inner {
-            Any::Planar(distributor) => distributor.reduced_points(),
-            Any::Spatial(distributor) => distributor.reduced_points(),
-        };
+        let points = with_distributor!(&state.inner, distributor => distributor.reduced_points());
         Ok(points.map(|points| PyArray1::from_slice(py, points)))
     }
 
@@ -213,12 +223,9 @@ impl PyForceDistributor {
     ///     The wrench has the wrong shape or is not finite.
     /// BusyError
     ///     Another thread is using this distributor.
-    fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
+    pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        match &state.inner {
-            Any::Planar(distributor) => solve(py, &state.grasp, distributor, external_wrench),
-            Any::Spatial(distributor) => solve(py, &state.grasp, distributor, external_wrench),
-        }
+        with_distributor!(&state.inner, distributor => solve(py, &state.grasp, distributor, external_wrench))
     }
 
     /// The same, written into an array of the caller's: for control loops.
@@ -258,10 +265,7 @@ impl PyForceDistributor {
         forces: &Bound<'_, PyAny>,
     ) -> PyResult<f64> {
         let state = self.state(py)?;
-        match &state.inner {
-            Any::Planar(distributor) => solve_into(py, distributor, external_wrench, forces),
-            Any::Spatial(distributor) => solve_into(py, distributor, external_wrench, forces),
-        }
+        with_distributor!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
     }
 
     /// Least contact forces for many wrenches in one call.
@@ -293,10 +297,7 @@ impl PyForceDistributor {
         parallel: bool,
     ) -> PyResult<PyForceBatch> {
         let state = self.state(py)?;
-        match &state.inner {
-            Any::Planar(distributor) => solve_many(py, distributor, external_wrenches, parallel),
-            Any::Spatial(distributor) => solve_many(py, distributor, external_wrenches, parallel),
-        }
+        with_distributor!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
     }
 
     /// Solves for each wrench that an iterable yields, when it yields it.
@@ -371,46 +372,17 @@ impl PyForceDistributor {
     }
 }
 
-/// What `ForceDistributor.step` returns.
-#[pyclass(name = "ForceSteps", module = "graspforce", frozen)]
-pub struct PyForceSteps {
-    distributor: Py<PyForceDistributor>,
-    wrenches: Py<PyIterator>,
-}
-
-#[pymethods]
-impl PyForceSteps {
-    fn __iter__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyForceSolution>> {
-        let mut wrenches = self.wrenches.bind(py).clone();
-        match wrenches.next() {
-            None => Ok(None),
-            Some(wrench) => self.distributor.get().solve(py, &wrench?).map(Some),
-        }
-    }
-}
-
-/// One number for all contacts, or one for each.
-fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
-    let array = float_array("min_normal", value)?;
-    match (array.shape(), contents(&array)) {
-        ([], &[bound]) => Ok(vec![bound; contacts]),
-        ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
-        (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
-    }
-}
-
-fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
-    let array = float_array(argument, value)?;
-    match array.shape() {
-        &[_, columns] if columns > 0 => {
-            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
-        }
-        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
-    }
+fn solve<const D: usize>(
+    py: Python<'_>,
+    grasp: &Py<PyGrasp>,
+    distributor: &ForceDistributor<D>,
+    external_wrench: &Bound<'_, PyAny>,
+) -> PyResult<PyForceSolution> {
+    let wrench =
+        float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
+    let wrench = Wrench::<D>::from_column_slice(&wrench);
+    let distribution = distributor.solve(&wrench).map_err(|error| to_python(py, &error))?;
+    Ok(PyForceSolution::new(py, grasp, distributor.grasp(), distribution))
 }
 
 fn solve_into<const D: usize>(
@@ -454,199 +426,32 @@ fn solve_many<const D: usize>(
 ) -> PyResult<PyForceBatch> {
     let array =
         float_array("external_wrenches", external_wrenches).map_err(|message| invalid_input(py, message))?;
-    let &[rows, columns] = array.shape() else {
-        let message = format!("external_wrenches: shape {:?}, expected (T, {D})", array.shape());
-        return Err(invalid_input(py, message));
-    };
-    if columns != D {
+    if array.shape().len() != 2 || array.shape()[1] != D {
         let message = format!("external_wrenches: shape {:?}, expected (T, {D})", array.shape());
         return Err(invalid_input(py, message));
     }
     let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
     let batch = py.detach(|| distributor.solve_many(&wrenches, parallel));
     let batch = batch.map_err(|error| to_python(py, &error))?;
-    let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
-    let forces = PyArray1::from_vec(py, batch.forces).reshape([rows, m, k])?;
-    Ok(PyForceBatch {
-        forces: forces.unbind(),
-        sigma_max: PyArray1::from_vec(py, batch.sigma_max).unbind(),
-        sigma_sum: PyArray1::from_vec(py, batch.sigma_sum).unbind(),
-        status: PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)).unbind(),
-    })
+    PyForceBatch::new(py, distributor.grasp(), batch)
 }
 
-/// Least contact forces for many wrenches.
-///
-/// Attributes
-/// ----------
-/// forces : numpy.ndarray
-///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
-/// sigma_max, sigma_sum : numpy.ndarray
-///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
-/// status : numpy.ndarray
-///     (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
-#[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
-pub struct PyForceBatch {
-    /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
-    #[pyo3(get)]
-    forces: Py<PyArray3<f64>>,
-    /// (T,) largest normalised normal force (Eq. 7).
-    #[pyo3(get)]
-    sigma_max: Py<PyArray1<f64>>,
-    /// (T,) sum of normalised normal forces (Eq. 6).
-    #[pyo3(get)]
-    sigma_sum: Py<PyArray1<f64>>,
-    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
-    #[pyo3(get)]
-    status: Py<PyArray1<i8>>,
-}
-
-fn solve<const D: usize>(
-    py: Python<'_>,
-    grasp: &Py<PyGrasp>,
-    distributor: &ForceDistributor<D>,
-    external_wrench: &Bound<'_, PyAny>,
-) -> PyResult<PyForceSolution> {
-    let wrench =
-        float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
-    let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let distribution = distributor.solve(&wrench).map_err(|error| to_python(py, &error))?;
-    Ok(PyForceSolution::new(py, grasp, distributor.grasp(), distribution))
-}
-
-/// Least contact forces for one external wrench, with their certificate.
-///
-/// Attributes
-/// ----------
-/// forces : numpy.ndarray
-///     (m, k) contact forces in the contact frames, ``[n, (o,) t, (torsion)]``, in N (torsion in N m).
-/// world_forces : numpy.ndarray
-///     (m, dim) the same in world axes, without torsion.
-/// contact_wrenches : numpy.ndarray
-///     (m, d) wrench of each contact; they sum to ``-external_wrench``.
-/// sigma_max, sigma_sum : float
-///     Largest normalised normal force (Eq. 7) and their sum (Eq. 6).
-/// dual : numpy.ndarray
-///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
-/// gap : float
-///     Relative distance between the objective and the lower bound that ``dual`` proves.
-/// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench.
-/// fell_back : bool
-///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
-/// unique : bool
-///     The objective and its tie-break alone determine the forces.
-/// within_limits : bool
-///     ``sigma_max <= 1``: no normal force exceeds its upper bound.
-/// slip_margin : numpy.ndarray
-///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
-///     on the edge of slip; NaN for general extreme forces.
-#[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
-pub struct PyForceSolution {
-    grasp: Py<PyGrasp>,
-    forces: Vec<ContactForce>,
-    components: &'static [usize],
-    world_forces: Vec<f64>,
-    contact_wrenches: Vec<f64>,
-    slip_margin: Vec<f64>,
-    dual: Vec<f64>,
-    /// Largest normalised normal force (Eq. 7).
-    #[pyo3(get)]
-    sigma_max: f64,
-    /// Sum of normalised normal forces (Eq. 6).
-    #[pyo3(get)]
-    sigma_sum: f64,
-    /// Relative distance between the objective and its proven lower bound.
-    #[pyo3(get)]
-    gap: f64,
-    /// Simplex pivots this solve took.
-    #[pyo3(get)]
-    pivots: usize,
-    /// Another solver than the method's own had to give this answer.
-    #[pyo3(get)]
-    fell_back: bool,
-    /// The objective and its tie-break alone determine the forces.
-    #[pyo3(get)]
-    unique: bool,
-    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
-    #[pyo3(get)]
-    within_limits: bool,
-}
-
-#[pymethods]
-impl PyForceSolution {
-    /// The grasp that exerts the forces.
-    #[getter]
-    fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
-        self.grasp.clone_ref(py)
-    }
-
-    /// (m, k) contact forces in the contact frames, in N (torsion in N m).
-    #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let values = self.forces.iter().flat_map(|force| self.components.iter().map(|&row| force[row]));
-        matrix(py, self.forces.len(), self.components.len(), values)
-    }
-
-    /// (m, dim) contact forces in world axes, without torsion, in N.
-    #[getter]
-    fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (rows, values) = (self.forces.len(), &self.world_forces);
-        matrix(py, rows, values.len() / rows, values.iter().copied())
-    }
-
-    /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
-    #[getter]
-    fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (rows, values) = (self.forces.len(), &self.contact_wrenches);
-        matrix(py, rows, values.len() / rows, values.iter().copied())
-    }
-
-    /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
-    #[getter]
-    fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.dual)
-    }
-
-    /// (m,) unused share of each contact's friction.
-    #[getter]
-    fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.slip_margin)
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
-            self.sigma_max, self.sigma_sum, self.gap
-        )
+/// One number for all contacts, or one for each.
+fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
+    let array = float_array("min_normal", value)?;
+    match (array.shape(), contents(&array)) {
+        ([], &[bound]) => Ok(vec![bound; contacts]),
+        ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
+        (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
     }
 }
 
-impl PyForceSolution {
-    fn new<const D: usize>(
-        py: Python<'_>,
-        owner: &Py<PyGrasp>,
-        grasp: &Grasp<D>,
-        distribution: Distribution<D>,
-    ) -> Self {
-        let dim = if D == 3 { 2 } else { 3 };
-        let world = distribution.world_forces(grasp);
-        let wrenches = distribution.contact_wrenches(grasp);
-        Self {
-            grasp: owner.clone_ref(py),
-            components: grasp.force_components(),
-            world_forces: world.iter().flat_map(|force| force.iter().copied().take(dim)).collect(),
-            contact_wrenches: wrenches.iter().flat_map(|wrench| wrench.iter().copied()).collect(),
-            slip_margin: distribution.slip_margin(grasp),
-            dual: distribution.dual.as_slice().to_vec(),
-            sigma_max: distribution.sigma_max,
-            sigma_sum: distribution.sigma_sum,
-            gap: distribution.gap,
-            pivots: distribution.pivots,
-            unique: distribution.unique,
-            fell_back: distribution.fell_back,
-            within_limits: distribution.within_limits(),
-            forces: distribution.forces,
+fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
+    let array = float_array(argument, value)?;
+    match array.shape() {
+        &[_, columns] if columns > 0 => {
+            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
         }
+        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
     }
 }

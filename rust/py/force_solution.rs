@@ -1,0 +1,145 @@
+//! `graspforce.ForceSolution`.
+
+use graspforce::{ContactForce, Distribution, Grasp};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+
+use crate::arrays::matrix;
+use crate::grasp::PyGrasp;
+
+/// Least contact forces for one external wrench, with their certificate.
+///
+/// Attributes
+/// ----------
+/// forces : numpy.ndarray
+///     (m, k) contact forces in the contact frames, ``[n, (o,) t, (torsion)]``, in N (torsion in N m).
+/// world_forces : numpy.ndarray
+///     (m, dim) the same in world axes, without torsion.
+/// contact_wrenches : numpy.ndarray
+///     (m, d) wrench of each contact; they sum to ``-external_wrench``.
+/// sigma_max, sigma_sum : float
+///     Largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+/// dual : numpy.ndarray
+///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+/// gap : float
+///     Relative distance between the objective and the lower bound that ``dual`` proves.
+/// pivots : int
+///     Simplex pivots this solve took; 0 where a known region held the wrench.
+/// fell_back : bool
+///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
+/// unique : bool
+///     The objective and its tie-break alone determine the forces.
+/// within_limits : bool
+///     ``sigma_max <= 1``: no normal force exceeds its upper bound.
+/// slip_margin : numpy.ndarray
+///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
+///     on the edge of slip; NaN for general extreme forces.
+#[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
+pub struct PyForceSolution {
+    grasp: Py<PyGrasp>,
+    forces: Vec<ContactForce>,
+    components: &'static [usize],
+    world_forces: Vec<f64>,
+    contact_wrenches: Vec<f64>,
+    slip_margin: Vec<f64>,
+    dual: Vec<f64>,
+    /// Largest normalised normal force (Eq. 7).
+    #[pyo3(get)]
+    sigma_max: f64,
+    /// Sum of normalised normal forces (Eq. 6).
+    #[pyo3(get)]
+    sigma_sum: f64,
+    /// Relative distance between the objective and its proven lower bound.
+    #[pyo3(get)]
+    gap: f64,
+    /// Simplex pivots this solve took.
+    #[pyo3(get)]
+    pivots: usize,
+    /// Another solver than the method's own had to give this answer.
+    #[pyo3(get)]
+    fell_back: bool,
+    /// The objective and its tie-break alone determine the forces.
+    #[pyo3(get)]
+    unique: bool,
+    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
+    #[pyo3(get)]
+    within_limits: bool,
+}
+
+#[pymethods]
+impl PyForceSolution {
+    /// The grasp that exerts the forces.
+    #[getter]
+    fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
+        self.grasp.clone_ref(py)
+    }
+
+    /// (m, k) contact forces in the contact frames, in N (torsion in N m).
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let values = self.forces.iter().flat_map(|force| self.components.iter().map(|&row| force[row]));
+        matrix(py, self.forces.len(), self.components.len(), values)
+    }
+
+    /// (m, dim) contact forces in world axes, without torsion, in N.
+    #[getter]
+    fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (rows, values) = (self.forces.len(), &self.world_forces);
+        matrix(py, rows, values.len() / rows, values.iter().copied())
+    }
+
+    /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
+    #[getter]
+    fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (rows, values) = (self.forces.len(), &self.contact_wrenches);
+        matrix(py, rows, values.len() / rows, values.iter().copied())
+    }
+
+    /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+    #[getter]
+    fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.dual)
+    }
+
+    /// (m,) unused share of each contact's friction.
+    #[getter]
+    fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.slip_margin)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
+            self.sigma_max, self.sigma_sum, self.gap
+        )
+    }
+}
+
+impl PyForceSolution {
+    pub fn new<const D: usize>(
+        py: Python<'_>,
+        owner: &Py<PyGrasp>,
+        grasp: &Grasp<D>,
+        distribution: Distribution<D>,
+    ) -> Self {
+        let dim = if D == 3 { 2 } else { 3 };
+        let world = distribution.world_forces(grasp);
+        let wrenches = distribution.contact_wrenches(grasp);
+        Self {
+            grasp: owner.clone_ref(py),
+            components: grasp.force_components(),
+            world_forces: world.iter().flat_map(|force| force.iter().copied().take(dim)).collect(),
+            contact_wrenches: wrenches.iter().flat_map(|wrench| wrench.iter().copied()).collect(),
+            slip_margin: distribution.slip_margin(grasp),
+            dual: distribution.dual.as_slice().to_vec(),
+            sigma_max: distribution.sigma_max,
+            sigma_sum: distribution.sigma_sum,
+            gap: distribution.gap,
+            pivots: distribution.pivots,
+            unique: distribution.unique,
+            fell_back: distribution.fell_back,
+            within_limits: distribution.within_limits(),
+            forces: distribution.forces,
+        }
+    }
+}
