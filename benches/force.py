@@ -19,7 +19,7 @@ from scipy import sparse
 
 import graspforce as gf
 from graspforce.paper import TILE, TILE_WRENCHES
-from graspforce.tile import INFERRED_FRICTION
+from graspforce.paper.tile import INFERRED_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -12,7 +12,7 @@ import numpy as np
 
 import graspforce as gf
 from graspforce.paper import TILE, TILE_WRENCHES
-from graspforce.tile import INFERRED_FRICTION, tile_grasp
+from graspforce.paper.tile import INFERRED_FRICTION, tile_grasp
 
 ON_HYPERPLANE = 1e-9
 NEGATIVE = -1e-9

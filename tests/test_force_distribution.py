@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import graspforce as gf
 from conftest import SPATIAL
 from graspforce.paper import RACKET, RACKET_WRENCH, TABLE_1
-from graspforce.reproduction import grasp_at
+from graspforce.paper.racket import grasp_at
 from oracles import grasp_arguments, least_max, least_sum, primitive_wrenches
 
 OBJECTIVES = ["sum", "max"]

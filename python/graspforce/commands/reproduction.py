@@ -36,8 +36,8 @@ def reproduce(example: str, *, json_file: Path | None = None, out: Path | None =
 
 
 def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
-    from graspforce.report import racket_report  # noqa: PLC0415
-    from graspforce.reproduction import run_racket  # noqa: PLC0415
+    from graspforce.paper.racket import run_racket  # noqa: PLC0415
+    from graspforce.paper.racket_report import racket_report  # noqa: PLC0415
 
     run = run_racket()
 
@@ -50,13 +50,13 @@ def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
 
 
 def _tile() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
-    from graspforce.tile import run_tile  # noqa: PLC0415
-    from graspforce.tile_report import tile_report  # noqa: PLC0415
+    from graspforce.paper.tile import run_tile  # noqa: PLC0415
+    from graspforce.paper.tile_report import tile_report  # noqa: PLC0415
 
     run = run_tile()
 
     def draw(folder: Path) -> list[Path]:
-        from graspforce.tile_drawing import save_tile_figures  # noqa: PLC0415
+        from graspforce.paper.tile_drawing import save_tile_figures  # noqa: PLC0415
 
         return save_tile_figures(run, folder)
 

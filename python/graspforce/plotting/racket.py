@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from graspforce.paper import RACKET_WRENCH
-from graspforce.reproduction import grasp_at
+from graspforce.paper.racket import grasp_at
 
 from .planar import LONGEST, draw_planar_grasp
 from .racket_outline import draw_racket, label_contacts
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
+    from graspforce.paper.racket import PlanRun, RacketRun
     from graspforce.planning import Iterate
-    from graspforce.reproduction import PlanRun, RacketRun
 
 __all__ = ["plan_figure", "save_plan_figures"]
 

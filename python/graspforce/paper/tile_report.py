@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .paper import TILE, TILE_FORCE_MILLISECONDS
+from .examples import TILE, TILE_FORCE_MILLISECONDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

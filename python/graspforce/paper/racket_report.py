@@ -5,13 +5,13 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from .paper import RACKET_WRENCH
-from .reproduction import NOTES, REPEATS
+from .examples import RACKET_WRENCH
+from .racket import NOTES, REPEATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from .reproduction import PlanRun, RacketRun, TableRow
+    from .racket import PlanRun, RacketRun, TableRow
 
 __all__ = ["racket_report"]
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from ._core import ForceDistributor, Grasp
-from .errors import InfeasibleWrenchError
-from .paper import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
-from .planning import Criterion, Plan, plan
+from graspforce._core import ForceDistributor, Grasp
+from graspforce.errors import InfeasibleWrenchError
+from graspforce.planning import Criterion, Plan, plan
+
+from .examples import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -144,7 +145,7 @@ def run_racket(*, repeats: int = REPEATS) -> RacketRun:
 
     Examples
     --------
-    >>> from graspforce.reproduction import run_racket
+    >>> from graspforce.paper.racket import run_racket
     >>> run = run_racket(repeats=1)
     >>> [(p.problem.name, p.plan.criterion, len(p.plan.history) - 1) for p in run.plans[:2]]
     [('three fingers', 'max', 4), ('three fingers', 'sum', 4)]

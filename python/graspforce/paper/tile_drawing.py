@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from .paper import TILE, tile_side
-from .spatial_plotting import draw_mesh, draw_spatial_grasp, frame_view
+from graspforce.spatial_plotting import draw_mesh, draw_spatial_grasp, frame_view
+
+from .examples import TILE, tile_side
 from .tile_forces_drawing import save_tile_forces_figures
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
     from numpy.typing import NDArray
 
-    from .planning import Iterate
+    from graspforce.planning import Iterate
+
     from .tile import TilePlanRun, TileRun
 
 __all__ = ["draw_tile", "save_tile_figures", "tile_plan_figure"]

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._core import Grasp
-from .paper import TILE
-from .planning import Criterion, Plan, plan
+from graspforce._core import Grasp
+from graspforce.planning import Criterion, Plan, plan
+
+from .examples import TILE
 from .tile_forces import TrajectoryForces, tile_forces
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def run_tile() -> TileRun:
 
     Examples
     --------
-    >>> from graspforce.tile import run_tile
+    >>> from graspforce.paper.tile import run_tile
     >>> run = run_tile()
     >>> [(r.friction, r.plan.criterion, len(r.plan.history) - 1) for r in run.plans if not r.as_printed]
     [(0.68, 'max', 10), (0.68, 'sum', 19)]

@@ -1,9 +1,4 @@
-"""The paper's examples: its racket and its tile, their grasps, and what it printed.
-
-Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifingered grasping", Mechanism and
-Machine Theory 41 (2006) 1243-1257, section 5. Everything here is data as printed; what is computed from it is
-in `graspforce.reproduction` and `graspforce.tile`.
-"""
+"""The racket and the tile as printed: their grasps, their wrenches, and what the paper says of them."""
 
 from __future__ import annotations
 
@@ -14,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from .surfaces import ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
+from graspforce.surfaces import ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._core import ForceDistributor
-from .paper import TILE, TILE_WRENCHES
+from graspforce._core import ForceDistributor
+
+from .examples import TILE, TILE_WRENCHES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from numpy.typing import NDArray
 
-    from ._core import Grasp
+    from graspforce._core import Grasp
 
 __all__ = ["TrajectoryForces", "tile_forces", "trajectory_forces"]
 
@@ -92,8 +93,8 @@ def trajectory_forces(grasp: Grasp, friction: float, figure: int, objective: Obj
     Examples
     --------
     >>> from graspforce.paper import TILE
-    >>> from graspforce.tile import tile_grasp
-    >>> from graspforce.tile_forces import trajectory_forces
+    >>> from graspforce.paper.tile import tile_grasp
+    >>> from graspforce.paper.tile_forces import trajectory_forces
     >>> grasp = tile_grasp(TILE.published["max"].params, 0.68)
     >>> runs = [trajectory_forces(grasp, 0.68, 6, objective) for objective in ("max", "sum")]
     >>> [round(float(run.largest.max()), 6) for run in runs]
