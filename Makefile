@@ -7,7 +7,7 @@ export PYO3_PYTHON := $(CURDIR)/$(PY)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: demo test bench lint docs build clean
+.PHONY: demo test bench lint docs dist build clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
@@ -35,6 +35,15 @@ docs: build $(VENV)/docs
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
+
+# What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried.
+dist: $(VENV)/ready
+	$(PY) -m pip install --quiet --group release
+	rm -rf dist
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --sdist --zig --compatibility manylinux2014 --out dist
+	$(PY) -m twine check --strict dist/*
+	$(PY) -m abi3audit --strict --verbose dist/*.whl
+	GRASPFORCE_WHEEL="$$(ls dist/*.whl)" $(PY) -m pytest tests/test_packaging.py
 
 $(VENV)/docs: $(VENV)/ready
 	$(PY) -m pip install --quiet --group docs
