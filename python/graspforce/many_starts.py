@@ -139,7 +139,7 @@ def plan_many(
         As for `graspforce.plan`; also where no start is feasible.
     InvalidGraspError
         As for `graspforce.plan`, where every start fails.
-    GraspForceError
+    MissingExtraError
         SciPy, or rich for the progress bar, is not installed.
 
     Examples
@@ -244,7 +244,7 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
 
 
 def _halton(size: int, seed: int) -> Any:
-    qmc = optional("scipy.stats", "drawing starts", "search").qmc
+    qmc = optional("scipy.stats", "search").qmc
     generator = np.random.default_rng(seed)
     try:
         return qmc.Halton(size, scramble=True, rng=generator)
@@ -287,5 +287,5 @@ def _distance(one: Plan, other: Plan, interchangeable: bool) -> float:
     apart = np.linalg.norm(one.grasp.positions[:, None] - other.grasp.positions[None], axis=-1)
     if not interchangeable:
         return float(np.diagonal(apart).max())
-    assignment = optional("scipy.optimize", "comparing grasps", "search").linear_sum_assignment
+    assignment = optional("scipy.optimize", "search").linear_sum_assignment
     return float(apart[assignment(apart)].max())

@@ -108,7 +108,7 @@ def refine(
     ------
     InvalidInputError
         As for `graspforce.plan`; or the start is infeasible.
-    GraspForceError
+    MissingExtraError
         SciPy is not installed.
 
     Examples
@@ -239,7 +239,7 @@ class _Ascent:
         The minimum over weights of the gradients and over multipliers of the bounds met is a nonnegative
         least squares problem once the weights' sum is a heavy equation.
         """
-        optimize = optional("scipy.optimize", "refinement", "search")
+        optimize = optional("scipy.optimize", "search")
         edge = 1e-12 * self._range
         at_lower = np.flatnonzero(params <= self._lower + edge)
         at_upper = np.flatnonzero(params >= self._lower + self._range - edge)

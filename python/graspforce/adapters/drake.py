@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 from .reading import ContactReading
 
@@ -51,16 +52,10 @@ def from_drake(
     MissingExtraError
         Drake is not installed.
     """
+    combined_friction = optional("pydrake.multibody.plant", "drake").CalcContactFrictionFromSurfaceProperties
+    index = optional("pydrake.multibody.tree", "drake").BodyIndex
     try:
-        from pydrake.multibody.plant import (  # noqa: PLC0415 - needed here alone
-            CalcContactFrictionFromSurfaceProperties,
-        )
-        from pydrake.multibody.tree import BodyIndex  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("drake", error) from error
-
-    try:
-        ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(BodyIndex(body))
+        ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(index(body))
     except (RuntimeError, IndexError) as error:
         raise InvalidInputError(f"body: {body!r}: {error}") from None
     inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
@@ -77,7 +72,7 @@ def from_drake(
             inspector.GetProximityProperties(geometry).GetProperty("material", "coulomb_friction")
             for geometry in (pair.id_A, pair.id_B)
         )
-        mu = CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction()
+        mu = combined_friction(*surfaces).static_friction()
         rows.append((info.contact_point(), sign * pair.nhat_BA_W, mu, -sign * info.contact_force()))
         ids.append(i)
     if not rows:

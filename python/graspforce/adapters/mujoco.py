@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 from .reading import ContactReading
 
@@ -62,11 +63,7 @@ def from_mujoco(
     MissingExtraError
         MuJoCo is not installed.
     """
-    try:
-        import mujoco  # noqa: PLC0415 - needed here alone
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("mujoco", error) from error
-
+    mujoco = optional("mujoco", "mujoco")
     try:
         body_id = int(model.body(body).id)
     except (KeyError, IndexError) as error:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce.errors import InvalidFileError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidFileError
 
 from .document import limited_bytes
 
@@ -33,11 +34,7 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
     MissingExtraError
         trimesh is not installed.
     """
-    try:
-        import trimesh  # noqa: PLC0415 - most files have no mesh
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("mesh", error) from error
-
+    trimesh = optional("trimesh", "mesh")
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in _FORMATS:

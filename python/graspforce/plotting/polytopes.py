@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 from .spatial import equal_box
 from .style import INK, MINKOWSKI, OVERLOAD, UNION
@@ -91,14 +92,10 @@ def draw_wrench_polytopes(
 
 def _facets(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Facets of a hull as polygons, triangles of one plane joined."""
+    spatial = optional("scipy.spatial", "plot")
     try:
-        from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - needed here alone
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("plot", error) from error
-
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
+        hull = spatial.ConvexHull(points)
+    except spatial.QhullError:
         raise InvalidInputError("grasp: its wrench polytope is flat, some wrench cannot be exerted") from None
     planes = np.round(hull.equations / [1, 1, 1, np.abs(points).max()], 7)
     polygons = []
