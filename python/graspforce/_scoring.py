@@ -133,8 +133,11 @@ class CandidateSource:
 
     def grasp(self, params: Array) -> Grasp:
         """Grasp at (p,) parameters."""
-        contacts = self.contacts(params[None])
-        return Grasp(**{**self.options, **{name: array[0] for name, array in contacts.items()}})
+        return self.grasp_of(self.contacts(params[None]), 0)
+
+    def grasp_of(self, contacts: Contacts, row: int) -> Grasp:
+        """Grasp of one row of contacts."""
+        return Grasp(**{**self.options, **{name: array[row] for name, array in contacts.items()}})
 
     def feasible(self, contacts: Contacts) -> NDArray[np.bool_]:
         """Which rows the caller allows."""

@@ -13,7 +13,10 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
     from ._core import ForceSolution, Gradient, Grasp, MinkowskiSum, Quality, QualityBatch
+    from .many_starts import PlanSet
     from .planning import Plan
 
 __all__ = [
@@ -25,6 +28,8 @@ __all__ = [
     "minkowski_dict",
     "plan_dict",
     "plan_html",
+    "plan_set_dict",
+    "plan_set_html",
     "quality_dict",
     "quality_html",
     "solution_dict",
@@ -79,11 +84,8 @@ def gradient_dict(gradient: Gradient) -> dict[str, Any]:
 def batch_dict(batch: QualityBatch) -> dict[str, Any]:
     """Columns of a batch; None where a row is no grasp."""
     numbers = {name: getattr(batch, name) for name in ("rho", "epsilon", "lower", "upper")}
-    columns = {
-        name: [None if np.isnan(x) else x for x in column.tolist()] for name, column in numbers.items()
-    }
     return {
-        **columns,
+        **{name: _known(column) for name, column in numbers.items()},
         "closure": batch.closure.tolist(),
         "status": batch.status.tolist(),
         "errors": dict(batch.errors),
@@ -99,7 +101,6 @@ def minkowski_dict(points: MinkowskiSum) -> dict[str, Any]:
 
 def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     """Collect the forces of one wrench with their certificate; None for a margin that is not defined."""
-    margins = solution.slip_margin.tolist()
     return {
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
@@ -107,7 +108,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "gap": solution.gap,
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
-        "slip_margin": [None if np.isnan(margin) else margin for margin in margins],
+        "slip_margin": _known(solution.slip_margin),
     }
 
 
@@ -122,6 +123,18 @@ def plan_dict(plan: Plan) -> dict[str, Any]:
         "history": [
             {"params": row.params.tolist(), "rho": row.rho, "step": row.step.tolist()} for row in plan.history
         ],
+    }
+
+
+def plan_set_dict(found: PlanSet) -> dict[str, Any]:
+    """Show the grasps kept, best first, and where every search began and ended."""
+    return {
+        "plans": [plan_dict(plan) for plan in found.plans],
+        "starts": found.starts.tolist(),
+        "epsilon": _known(found.epsilon),
+        "failures": {str(row): reason for row, reason in found.failures.items()},
+        "stopped": found.stopped,
+        "seconds": found.seconds,
     }
 
 
@@ -171,6 +184,19 @@ def plan_html(plan: Plan) -> str:
     )
     title = f"Plan: {len(plan.history) - 1} iterations, {plan.num_candidates} candidates"
     return _table(title, header, rows)
+
+
+def plan_set_html(found: PlanSet) -> str:
+    """One row for each grasp kept."""
+    rows = (
+        (str(k), f"{plan.quality.epsilon:.6g}", plan.quality.closure, _vector(plan.params))
+        for k, plan in enumerate(found.plans, start=1)
+    )
+    return _table(repr(found), ("grasp", "epsilon", "closure", "parameters"), rows)
+
+
+def _known(column: NDArray[np.float64]) -> list[float | None]:
+    return [None if np.isnan(x) else x for x in column.tolist()]
 
 
 def _vector(values: Iterable[float]) -> str:

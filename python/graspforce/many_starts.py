@@ -14,6 +14,7 @@ from ._core import quality_many
 from ._optional import optional
 from ._progress import Report, progress_bar
 from ._scoring import CandidateSource, EpsilonScore, Score
+from .display import plan_set_dict, plan_set_html
 from .errors import GraspForceError, InvalidInputError
 from .planning import pattern_search
 
@@ -66,6 +67,13 @@ class PlanSet:
     def best(self) -> Plan:
         """The best plan."""
         return self.plans[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain Python numbers and lists, ready for JSON."""
+        return plan_set_dict(self)
+
+    def _repr_html_(self) -> str:
+        return plan_set_html(self)
 
     def __repr__(self) -> str:
         run = int(np.isfinite(self.epsilon).sum())

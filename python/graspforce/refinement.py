@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._core import Grasp, Quality
+    from ._scoring import Contacts
     from .planning import Criterion, Feasible, GraspOptions, Surface
 
     Array = NDArray[np.float64]
@@ -216,13 +217,13 @@ class _Ascent:
             axis=(1, 2)
         )
         if np.any(gradient.spins):
-            rise += np.array([self._spins(a, b) for a, b in zip(*ends, strict=True)]) @ gradient.spins
+            rise += np.array([self._spins(after, before, row) for row in range(len(rise))]) @ gradient.spins
         slopes[self._free] = rise / spans
         return slopes
 
-    def _spins(self, after: Array, before: Array) -> Array:
+    def _spins(self, after: Contacts, before: Contacts, row: int) -> Array:
         """Angles (m,) by which contact frames spin about their normals beyond the smallest rotation."""
-        new, old = self._source.grasp(after).frames, self._source.grasp(before).frames
+        new, old = (self._source.grasp_of(contacts, row).frames for contacts in (after, before))
         n_new, n_old, o_old = new[:, 0], old[:, 0], old[:, 1]
         # The smallest rotation from n_old to n_new, applied to o_old.
         axis = np.cross(n_old, n_new)

@@ -97,12 +97,13 @@ def plane(
     >>> points.tolist(), normals.tolist()
     ([[0.02, 0.03, 0.1]], [[0.0, 0.0, -1.0]])
     """
-    corner, along = finite_vector("start", start, 3), [finite_vector("u", u, 3), finite_vector("v", v, 3)]
-    across = np.cross(*along)
+    corner = finite_vector("start", start, 3)
+    first, second = finite_vector("u", u, 3), finite_vector("v", v, 3)
+    across = np.cross(first, second)
     if not np.linalg.norm(across) > 0:
-        raise InvalidInputError(f"u and v: {along[0].tolist()} and {along[1].tolist()} span no plane")
+        raise InvalidInputError(f"u and v: {first.tolist()} and {second.tolist()} span no plane")
     return ParametricSurface(
-        point=partial(_plane_points, corner, np.array(along)),
+        point=partial(_plane_points, corner, np.stack([first, second])),
         normal=partial(_plane_normals, across),
         object_side=object_side,
     )
@@ -165,7 +166,8 @@ def _plane_normals(across: Array, params: Array) -> Array:
 def _ellipsoid_points(axes: Array, params: Array) -> Array:
     longitude, latitude = params.T
     ring = np.cos(latitude)
-    return axes * np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.sin(latitude)], axis=-1)
+    unit: Array = np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.sin(latitude)], axis=-1)
+    return axes * unit
 
 
 def _cylinder_points(radius: float, params: Array) -> Array:

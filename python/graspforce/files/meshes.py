@@ -1,4 +1,4 @@
-"""Meshes of objects, for pictures."""
+"""Meshes of objects, read as plain triangles."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MAX_MESH_BYTES", "load_mesh"]
+__all__ = ["FORMATS", "MAX_MESH_BYTES", "load_mesh"]
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
-_FORMATS = ("obj", "off", "ply", "stl")
+FORMATS = ("obj", "off", "ply", "stl")
 
 
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -37,8 +37,8 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
     trimesh = optional("trimesh", "mesh")
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
-    if kind not in _FORMATS:
-        raise InvalidFileError(path, f"not one of the known formats: {', '.join(_FORMATS)}")
+    if kind not in FORMATS:
+        raise InvalidFileError(path, f"not one of the known formats: {', '.join(FORMATS)}")
     content = limited_bytes(path, MAX_MESH_BYTES)
     try:
         mesh: Any = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh")
