@@ -9,6 +9,7 @@ import numpy as np
 
 from ._checks import checked_contacts
 from ._core import CandidateSearch, Grasp
+from .display import Record
 from .errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ TIE = 1e-9
 
 
 @dataclass(slots=True)
-class SearchCounts:
+class SearchCounts(Record):
     """What a search cost.
 
     Attributes

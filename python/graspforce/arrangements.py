@@ -46,6 +46,8 @@ class Place(Protocol):
 class Arrangement:
     """A surface as `graspforce.plan` takes it, which knows its contacts' friction and limits.
 
+    Threads may share it as far as its places allow; it can be pickled where they can.
+
     Attributes
     ----------
     num_params : int
@@ -75,6 +77,8 @@ class Arrangement:
 
 def contacts_on(*places: Place) -> Arrangement:
     """Put one contact on each place, their parameters one after another.
+
+    Threads may share the result as far as its places allow.
 
     Parameters
     ----------
@@ -118,6 +122,8 @@ def tied(
 ) -> Arrangement:
     """Search fewer parameters x than a surface has: it gets ``matrix @ x + offset``.
 
+    Threads may share the result as far as the surface allows.
+
     Parameters
     ----------
     surface : callable
@@ -158,6 +164,8 @@ def mirrored(
     surface: Callable[[Array], tuple[Array, ...]], normal: ArrayLike, through: ArrayLike = 0.0
 ) -> Arrangement:
     """Add to each contact its mirror image: 2m contacts for the parameters of m.
+
+    Threads may share the result as far as the surface allows.
 
     Parameters
     ----------

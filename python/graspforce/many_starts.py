@@ -40,6 +40,8 @@ Starts: TypeAlias = "int | ArrayLike"
 class PlanSet:
     """The best distinct grasps of many searches.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     plans : tuple of Plan
@@ -110,6 +112,8 @@ def plan_many(
 
     Starts are drawn from a scrambled Halton sequence over the bounds, infeasible ones are replaced, and all
     are measured first, so that the most promising are searched first.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ import numpy as np
 from ._checks import finite_vector, search_bounds
 from ._optional import optional
 from ._scoring import CandidateSource
+from .display import Record
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -36,8 +37,10 @@ _SUFFICIENT = 1e-4  # share of the predicted increase that a step must deliver (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Refinement:
+class Refinement(Record):
     """Where refinement ended.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -86,6 +89,8 @@ def refine(
     **grasp_options: Unpack[GraspOptions],
 ) -> Refinement:
     """Improve a grasp by gradients of epsilon, projected on the bounds.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
 
     Parameters
     ----------

@@ -26,6 +26,8 @@ __all__ = ["ParametricSurface", "cylinder", "ellipsoid", "plane"]
 class ParametricSurface:
     """A spatial surface with two parameters and a side on which the object is.
 
+    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
+
     Attributes
     ----------
     point : callable
@@ -88,6 +90,8 @@ def plane(
 
     The object lies on the side to which ``u x v`` points, or on the other.
 
+    Threads may share the surface.
+
     Examples
     --------
     >>> import numpy as np
@@ -117,6 +121,8 @@ def ellipsoid(
     A finger presses on it from outside (the object is the solid) or from inside (the object surrounds the
     cavity). Normals are exact, at the poles too.
 
+    Threads may share the surface.
+
     Examples
     --------
     >>> import numpy as np
@@ -136,6 +142,8 @@ def ellipsoid(
 
 def cylinder(radius: float, *, pressed_from: Literal["outside", "inside"] = "outside") -> ParametricSurface:
     """Side of a round cylinder about the z axis; the parameters are the angle in rad and the height in m.
+
+    Threads may share the surface.
 
     Examples
     --------

@@ -45,6 +45,8 @@ __all__ = [
 class PlanarCurve:
     """A planar parametric curve with a side on which the object is.
 
+    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
+
     Attributes
     ----------
     point : callable
@@ -107,6 +109,8 @@ def ellipse(
     A finger presses on it from outside (the object is the disc) or from inside (the object surrounds the
     hole).
 
+    Threads may share the curve.
+
     Examples
     --------
     >>> import numpy as np
@@ -125,6 +129,8 @@ def ellipse(
 
 def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left", "right"]) -> PlanarCurve:
     """Straight edge `start + s direction`, both (2,); the parameter counts multiples of the direction.
+
+    Threads may share the curve.
 
     Examples
     --------

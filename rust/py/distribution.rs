@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods}
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple, PyType};
 
-use crate::arrays::{contents, float_array, float_vector, matrix};
+use crate::arrays::{as_array, contents, float_array, float_vector, matrix};
 use crate::errors::{invalid_input, to_python};
 use crate::grasp::{AnyGrasp, PyGrasp};
 use crate::quality::parse_criterion;
@@ -80,7 +80,8 @@ struct State {
 /// least ``sum |f_i|^2 / f_i^U^2`` decides. They are continuous along a continuous path of wrenches. For true
 /// cones there is no exact tie-break; a small ``weight`` prefers a small sum.
 ///
-/// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait.
+/// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait. Copies and pickles
+/// start without a basis, but for `copy.copy`.
 ///
 /// Examples
 /// --------
@@ -341,6 +342,11 @@ impl PyForceDistributor {
         Ok(())
     }
 
+    /// Its grasp and its options as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("distributor_dict", (slf,))
+    }
+
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
         let state = self.state(py)?;
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
@@ -371,7 +377,10 @@ impl PyForceDistributor {
     }
 }
 
-/// What `ForceDistributor.step` returns.
+/// What `ForceDistributor.step` returns: an iterator of solutions.
+///
+/// One thread at a time takes from it. It can be copied and pickled where the wrenches' own iterator can: one of a
+/// list, not a generator.
 #[pyclass(name = "ForceSteps", module = "graspforce", frozen)]
 pub struct PyForceSteps {
     distributor: Py<PyForceDistributor>,
@@ -382,6 +391,12 @@ pub struct PyForceSteps {
 impl PyForceSteps {
     fn __iter__(slf: Py<Self>) -> Py<Self> {
         slf
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let step = this.distributor.bind(py).getattr("step")?;
+        Ok((step, (&this.wrenches,).into_pyobject(py)?))
     }
 
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyForceSolution>> {
@@ -477,6 +492,8 @@ fn solve_many<const D: usize>(
 
 /// Least contact forces for many wrenches.
 ///
+/// Threads may share it; it can be copied and pickled. `numpy.asarray` gives its forces.
+///
 /// Attributes
 /// ----------
 /// forces : numpy.ndarray
@@ -501,6 +518,54 @@ pub struct PyForceBatch {
     status: Py<PyArray1<i8>>,
 }
 
+#[pymethods]
+impl PyForceBatch {
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("forces_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("forces_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        as_array(self.forces.bind(py).as_any(), dtype, copy)
+    }
+
+    #[staticmethod]
+    fn _restore(
+        forces: Py<PyArray3<f64>>,
+        sigma_max: Py<PyArray1<f64>>,
+        sigma_sum: Py<PyArray1<f64>>,
+        status: Py<PyArray1<i8>>,
+    ) -> Self {
+        Self { forces, sigma_max, sigma_sum, status }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.status);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
+    }
+
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.status.bind(py).len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let status = self.status.bind(py).try_readonly()?;
+        let solved = status.as_array().iter().filter(|&&status| status == 0).count();
+        Ok(format!("ForceBatch({} wrenches, {solved} solved)", status.len()))
+    }
+}
+
 fn solve<const D: usize>(
     py: Python<'_>,
     grasp: &Py<PyGrasp>,
@@ -515,6 +580,8 @@ fn solve<const D: usize>(
 }
 
 /// Least contact forces for one external wrench, with their certificate.
+///
+/// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its forces.
 ///
 /// Attributes
 /// ----------
@@ -612,6 +679,73 @@ impl PyForceSolution {
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.slip_margin)
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("solution_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("solution_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // The forces are copied out in any case.
+        as_array(self.forces(py)?.as_any(), dtype, copy.filter(|&copy| !copy))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        grasp: Py<PyGrasp>,
+        forces: Vec<[f64; 4]>,
+        vectors: [Vec<f64>; 4],
+        numbers: (f64, f64, f64, usize),
+        answers: (bool, bool, bool),
+    ) -> PyResult<Self> {
+        let [world_forces, contact_wrenches, slip_margin, dual] = vectors;
+        let (components, d, m) = match &grasp.get().inner {
+            AnyGrasp::Planar(grasp) => (grasp.force_components(), 3, grasp.num_contacts()),
+            AnyGrasp::Spatial(grasp) => (grasp.force_components(), 6, grasp.num_contacts()),
+        };
+        let lengths =
+            [forces.len(), world_forces.len(), contact_wrenches.len(), slip_margin.len(), dual.len()];
+        if lengths != [m, m * if d == 3 { 2 } else { 3 }, m * d, m, d] {
+            return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
+        }
+        Ok(Self {
+            grasp,
+            forces: forces.into_iter().map(ContactForce::from).collect(),
+            components,
+            world_forces,
+            contact_wrenches,
+            slip_margin,
+            dual,
+            sigma_max: numbers.0,
+            sigma_sum: numbers.1,
+            gap: numbers.2,
+            pivots: numbers.3,
+            fell_back: answers.0,
+            unique: answers.1,
+            within_limits: answers.2,
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let forces: Vec<[f64; 4]> = this.forces.iter().map(|&force| force.into()).collect();
+        let vectors = [&this.world_forces, &this.contact_wrenches, &this.slip_margin, &this.dual];
+        let numbers = (this.sigma_max, this.sigma_sum, this.gap, this.pivots);
+        let answers = (this.fell_back, this.unique, this.within_limits);
+        let state = (&this.grasp, forces, vectors.map(Clone::clone), numbers, answers);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {

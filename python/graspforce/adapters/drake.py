@@ -29,6 +29,8 @@ def from_drake(
     The friction of a pair is Drake's own combination, ``2 mu_1 mu_2 / (mu_1 + mu_2)``, of the static
     coefficients. Hydroelastic surfaces are no points and are left out.
 
+    The plant and its context belong to one thread while they are read.
+
     Parameters
     ----------
     plant : pydrake.multibody.plant.MultibodyPlant

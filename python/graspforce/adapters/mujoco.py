@@ -41,6 +41,8 @@ def from_mujoco(
     MuJoCo's pyramidal cones lie inside the linearised cones of 8 edges here, and its elliptic ones are the
     true cones of ``edges=None``.
 
+    The simulation belongs to one thread while it is read: nothing may step it meanwhile.
+
     Parameters
     ----------
     model, data : mujoco.MjModel, mujoco.MjData

@@ -38,6 +38,8 @@ def from_pinocchio(
     quality and forces respect the torques: a maximum of 1 means that some joint is at its limit. Contacts
     should be on different fingers; a joint that moves several is limited for each of them alone.
 
+    Threads may call this at once: the model is only read, and the data is its own.
+
     Parameters
     ----------
     model : pinocchio.Model

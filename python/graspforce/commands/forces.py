@@ -9,7 +9,6 @@ import numpy as np
 import typer
 
 from graspforce._core import ForceDistributor
-from graspforce.display import solution_dict
 from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
 
 from .exit_codes import INFEASIBLE
@@ -71,7 +70,7 @@ def _one(
     wrench = parse_wrench(text, file.grasp.wrench_dim)
     solution = distributor.solve(wrench)
     if as_json:
-        print_json({"external_wrench": wrench.tolist(), **solution_dict(solution)})
+        print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
     else:
         shares = solution.forces[:, 0] / file.grasp.max_normal_force
         columns = zip(solution.forces, shares, solution.slip_margin, strict=True)

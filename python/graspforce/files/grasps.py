@@ -42,6 +42,8 @@ _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 class GraspFile:
     """A grasp, and what its file says about the object.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     path : pathlib.Path
@@ -84,6 +86,8 @@ class GraspFile:
 
 def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     """Read a grasp from a YAML, JSON or NPZ file.
+
+    Threads may call this at once.
 
     Parameters
     ----------

@@ -37,6 +37,8 @@ _BRACKET = 1e-4
 class MeshPlanFile:
     """A planning problem on a mesh from a file.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     path : pathlib.Path

@@ -27,6 +27,8 @@ FORMATS = ("obj", "off", "ply", "stl")
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY or STL file.
 
+    Threads may call this at once.
+
     Raises
     ------
     InvalidFileError

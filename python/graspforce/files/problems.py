@@ -47,6 +47,8 @@ __all__ = ["PlanFile", "load_problem"]
 class PlanFile:
     """A planning problem from a file.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     path : pathlib.Path
@@ -81,6 +83,8 @@ class PlanFile:
 
 def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:
     """Read a planning problem from a YAML or JSON file.
+
+    Threads may call this at once.
 
     Parameters
     ----------

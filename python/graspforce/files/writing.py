@@ -28,6 +28,8 @@ def save_grasp(
 ) -> None:
     """Write a grasp as a JSON grasp file, making its folder.
 
+    Threads may call this at once for different files.
+
     Parameters
     ----------
     path : pathlib.Path

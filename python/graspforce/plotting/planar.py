@@ -40,6 +40,8 @@ def draw_planar_grasp(
     A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
     arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
 
+    For one thread at a time, as all of matplotlib.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes

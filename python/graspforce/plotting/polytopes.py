@@ -33,6 +33,8 @@ def draw_wrench_polytopes(
     limits; the hull of their Minkowski sum (blue) is what the maximum limits. The radius of the largest ball
     about the origin inside a polytope is its epsilon.
 
+    For one thread at a time, as all of matplotlib.
+
     Parameters
     ----------
     axes : mpl_toolkits.mplot3d.axes3d.Axes3D

@@ -35,6 +35,8 @@ def draw_spatial_grasp(
 ) -> list[Artist]:
     """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
 
+    For one thread at a time, as all of matplotlib.
+
     Parameters
     ----------
     axes : mpl_toolkits.mplot3d.axes3d.Axes3D
