@@ -188,7 +188,6 @@ def plan_dict(plan: Plan) -> dict[str, Any]:
         "quality": quality_dict(plan.quality),
         "grasp": grasp_dict(plan.grasp),
         "num_candidates": plan.num_candidates,
-        "counts": plan.counts.to_dict(),
         "blocks": _plain(plan.blocks),
         "stopped": plan.stopped,
         "history": [row.to_dict() for row in plan.history],

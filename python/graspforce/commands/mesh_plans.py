@@ -40,7 +40,8 @@ def plan_on_mesh(
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
         mesh = (file.surface.vertices, file.surface.faces)
-        title = f"{file.name}: epsilon_{criterion} = {found.best.quality.epsilon:.6g}"
+        epsilon = rf"$\epsilon_\mathrm{{{criterion}}}$ = {found.best.quality.epsilon:.6g} N"
+        title = f"{file.name}   {epsilon}"
         save(grasp_figure(best, title=title, mesh=mesh), plot)
 
 

@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
-from .spatial import equal_box
+from .scene import equal_box
 from .style import INK, MINKOWSKI, OVERLOAD, UNION
 
 if TYPE_CHECKING:
