@@ -53,6 +53,32 @@ def from_drake(
         There is no such body, or nothing touches it at a point.
     MissingExtraError
         Drake is not installed.
+
+    Examples
+    --------
+    A ball of 2 kg pressed into the floor a little.
+
+    >>> from pydrake.geometry import Box, Sphere
+    >>> from pydrake.math import RigidTransform
+    >>> from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+    >>> from pydrake.multibody.tree import SpatialInertia
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> import graspforce as gf
+    >>> builder = DiagramBuilder()
+    >>> plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    >>> ball = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(mass=2.0, radius=0.1))
+    >>> here, beneath = RigidTransform(), RigidTransform([0, 0, -0.5])
+    >>> friction = CoulombFriction(0.5, 0.5)
+    >>> _ = plant.RegisterCollisionGeometry(ball, here, Sphere(0.1), "ball", friction)
+    >>> _ = plant.RegisterCollisionGeometry(plant.world_body(), beneath, Box(2, 2, 1), "floor", friction)
+    >>> plant.Finalize()
+    >>> diagram = builder.Build()
+    >>> whole = diagram.CreateDefaultContext()
+    >>> context = plant.GetMyMutableContextFromRoot(whole)
+    >>> plant.SetFreeBodyPose(context, ball, RigidTransform([0, 0, 0.0999]))
+    >>> reading = gf.from_drake(plant, context, "ball", max_normal_force=100.0)
+    >>> reading.grasp.normals.tolist(), reading.grasp.friction.tolist()
+    ([[0.0, 0.0, 1.0]], [0.5])
     """
     combined_friction = optional("pydrake.multibody.plant", "drake").CalcContactFrictionFromSurfaceProperties
     index = optional("pydrake.multibody.tree", "drake").BodyIndex

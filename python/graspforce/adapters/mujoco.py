@@ -64,6 +64,25 @@ def from_mujoco(
         There is no such body, or nothing touches it.
     MissingExtraError
         MuJoCo is not installed.
+
+    Examples
+    --------
+    A box rests on the floor: the least forces are no larger than MuJoCo's.
+
+    >>> import mujoco
+    >>> import graspforce as gf
+    >>> model = mujoco.MjModel.from_xml_string(
+    ...     "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='box' pos='0 0 0.049'>"
+    ...     "<freejoint/><geom type='box' size='0.05 0.05 0.05' mass='1'/></body></worldbody></mujoco>"
+    ... )
+    >>> data = mujoco.MjData(model)
+    >>> mujoco.mj_forward(model, data)
+    >>> reading = gf.from_mujoco(model, data, "box", max_normal_force=50.0)
+    >>> reading.grasp.normals.tolist() == [[0, 0, 1]] * 4
+    True
+    >>> least = gf.ForceDistributor(reading.grasp).solve(reading.external_wrench)
+    >>> least.sigma_max <= reading.sigma_max * (1 + 1e-9)
+    True
     """
     mujoco = optional("mujoco", "mujoco")
     try:

@@ -66,6 +66,25 @@ def from_pinocchio(
         A frame is unknown, or the torque limits leave a contact no force at all.
     MissingExtraError
         Pinocchio is not installed.
+
+    Examples
+    --------
+    Three fingers of one prismatic joint each press inwards with at most 5 N.
+
+    >>> import numpy as np
+    >>> import pinocchio as pin
+    >>> import graspforce as gf
+    >>> hand, frames = pin.Model(), ["first", "second", "third"]
+    >>> for name, angle in zip(frames, np.deg2rad([0, 120, 240])):
+    ...     outward = np.array([np.cos(angle), np.sin(angle), 0])
+    ...     placement = pin.SE3(pin.utils.rotate("z", angle), 0.04 * outward)
+    ...     joint = hand.addJoint(0, pin.JointModelPX(), placement, name + " joint")
+    ...     _ = hand.addFrame(pin.Frame(name, joint, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    >>> hand.effortLimit = np.full(3, 5.0)
+    >>> normals = [(-np.cos(a), -np.sin(a), 0) for a in np.deg2rad([0, 120, 240])]
+    >>> grasp = gf.from_pinocchio(hand, np.zeros(3), frames, normals, friction=0.6)
+    >>> round(float(grasp.extreme_forces[:, 0].max()), 9)
+    5.0
     """
     pin = optional("pinocchio", "pinocchio")
     q = np.asarray(configuration, dtype=float)
