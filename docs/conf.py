@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "matplotlib.sphinxext.mathmpl",
     "sphinx_gallery.gen_gallery",
+    "myst_parser",
 ]
 mathmpl_fontsize = 12.5
 mathmpl_srcset = ["2x"]
@@ -52,6 +53,7 @@ COMMANDS = {
     "forces": ["forces", "cup.yaml", "--wrench", "0,0,-5,0,0,0"],
     "trajectory": ["forces", "cup.yaml", "--wrenches", "lift.csv"],
     "plan": ["plan", "disc.yaml"],
+    "pear": ["plan", "pear.yaml", "--plot", str(HERE / "_generated" / "pear.png")],
     "help": ["--help"],
 }
 

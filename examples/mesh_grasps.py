@@ -13,7 +13,7 @@ from _meshes import named
 from matplotlib.figure import Figure
 
 import graspforce as gf
-from graspforce.spatial_plotting import draw_mesh, draw_spatial_grasp, frame_view
+from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view
 from graspforce.surfaces import contacts_on
 
 # name: file, largest extent in m, subdivisions, options of the surface
@@ -72,13 +72,13 @@ def picture(name, mesh, found, path):
     margin = 0.2 * (high - low).max()
     for place, grasp in enumerate(found.plans[:3], start=1):
         axes = figure.add_subplot(1, 3, place, projection="3d", computed_zorder=False)
-        positions, normals = grasp.grasp.positions, grasp.grasp.normals
         draw_mesh(axes, mesh.vertices, mesh.faces, alpha=0.55)
-        draw_spatial_grasp(axes, positions, normals, FRICTION, length=margin * 0.8)
+        draw_spatial_grasp(axes, grasp.grasp, metres_per_newton=margin * 0.8, labels=True)
         frame_view(axes, low - margin, high + margin, elevation=25, azimuth=-55)
         axes.set_title(rf"$\epsilon = {grasp.quality.epsilon:.3f}$", fontsize=9)
     figure.suptitle(
-        f"{name}: the three best of {len(found.starts)} starts, {len(positions)} contacts", fontsize=10
+        f"{name}: the three best of {len(found.starts)} starts, {found.best.grasp.num_contacts} contacts",
+        fontsize=10,
     )
     figure.savefig(path)
     print(f"  wrote {path}")

@@ -171,7 +171,7 @@ def test_a_line_is_a_curve_too(write):
         "{kind: ellipse, semi_x: 1, semi_y: 1}",
         "{kind: line, start: [0, 0], direction: [1, 0], object_side: left}",
     )
-    assert load_problem(write(text)).curves[0].normals(np.zeros(1)).tolist() == [[0, 1]]
+    assert load_problem(write(text)).places[0].normals(np.zeros(1)).tolist() == [[0, 1]]
 
 
 def test_csv_with_and_without_names_and_npy_hold_the_same_wrenches(write, tmp_path):

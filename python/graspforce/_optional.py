@@ -5,16 +5,14 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from .errors import GraspForceError
+from .errors import MissingExtraError
 
 __all__ = ["optional"]
 
 
-def optional(module: str, purpose: str, extra: str) -> Any:
+def optional(module: str, extra: str) -> Any:
     """Import an optional module, or say which extra brings it."""
     try:
         return importlib.import_module(module)
-    except ImportError as error:
-        package = module.partition(".")[0]
-        message = f"{purpose} needs {package}, which is not installed: pip install 'graspforce[{extra}]'"
-        raise GraspForceError(message) from error
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(extra, error) from error

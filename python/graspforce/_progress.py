@@ -20,7 +20,7 @@ Report: TypeAlias = Callable[[int, int, float], object]
 @contextlib.contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
     """Show a bar with the best epsilon while the block runs."""
-    rich = optional("rich.progress", "the progress bar", "search")
+    rich = optional("rich.progress", "search")
     columns = (*rich.Progress.get_default_columns(), rich.TextColumn("best epsilon {task.fields[epsilon]}"))
     with rich.Progress(*columns, transient=True) as bar:
         task = bar.add_task(title, total=None, epsilon="-")

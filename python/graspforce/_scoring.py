@@ -9,6 +9,7 @@ import numpy as np
 
 from ._checks import checked_contacts
 from ._core import CandidateSearch, Grasp
+from .display import Record
 from .errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ TIE = 1e-9
 
 
 @dataclass(slots=True)
-class SearchCounts:
+class SearchCounts(Record):
     """What a search cost.
 
     Attributes
@@ -133,8 +134,11 @@ class CandidateSource:
 
     def grasp(self, params: Array) -> Grasp:
         """Grasp at (p,) parameters."""
-        contacts = self.contacts(params[None])
-        return Grasp(**{**self.options, **{name: array[0] for name, array in contacts.items()}})
+        return self.grasp_of(self.contacts(params[None]), 0)
+
+    def grasp_of(self, contacts: Contacts, row: int) -> Grasp:
+        """Grasp of one row of contacts."""
+        return Grasp(**{**self.options, **{name: array[row] for name, array in contacts.items()}})
 
     def feasible(self, contacts: Contacts) -> NDArray[np.bool_]:
         """Which rows the caller allows."""

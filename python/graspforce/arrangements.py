@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -10,7 +11,7 @@ from ._checks import finite_array, finite_vector
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -45,6 +46,8 @@ class Place(Protocol):
 class Arrangement:
     """A surface as `graspforce.plan` takes it, which knows its contacts' friction and limits.
 
+    Threads may share it as far as its places allow; it can be pickled where they can.
+
     Attributes
     ----------
     num_params : int
@@ -75,6 +78,8 @@ class Arrangement:
 def contacts_on(*places: Place) -> Arrangement:
     """Put one contact on each place, their parameters one after another.
 
+    Threads may share the result as far as its places allow.
+
     Parameters
     ----------
     *places : PlanarCurve, ParametricSurface or MeshSurface
@@ -100,21 +105,7 @@ def contacts_on(*places: Place) -> Arrangement:
     """
     if not places:
         raise InvalidInputError("places: a grasp needs at least one contact")
-    ends = np.cumsum([place.num_params for place in places])
-
-    def function(params: Array) -> tuple[Array, ...]:
-        columns = np.split(params, ends[:-1], axis=1)
-        found = [place.contacts(column) for place, column in zip(places, columns, strict=True)]
-        for contact, (points, normals) in enumerate(found):
-            shapes = np.shape(points), np.shape(normals)
-            if shapes != (np.shape(found[0][0]),) * 2:
-                raise InvalidInputError(
-                    f"places: contact {contact} has points {shapes[0]} and normals {shapes[1]}, "
-                    f"expected {np.shape(found[0][0])}"
-                )
-        all_points, all_normals = zip(*found, strict=True)
-        return np.stack(all_points, axis=1), np.stack(all_normals, axis=1)
-
+    num_params = sum(place.num_params for place in places)
     options = {}
     for name in ("friction", "max_normal_force"):
         values = [getattr(place, name) for place in places]
@@ -123,13 +114,15 @@ def contacts_on(*places: Place) -> Arrangement:
             raise InvalidInputError(f"{name}: contact {known.index(False)} has none, but others do")
         if all(known):
             options[name] = finite_vector(name, values)
-    return Arrangement(function, int(ends[-1]), options)
+    return Arrangement(partial(_one_on_each, places), num_params, options)
 
 
 def tied(
     surface: Callable[[Array], tuple[Array, ...]], matrix: ArrayLike, offset: ArrayLike = 0.0
 ) -> Arrangement:
     """Search fewer parameters x than a surface has: it gets ``matrix @ x + offset``.
+
+    Threads may share the result as far as the surface allows.
 
     Parameters
     ----------
@@ -163,10 +156,7 @@ def tied(
     if wanted != len(ties):
         raise InvalidInputError(f"matrix: {len(ties)} rows for a surface of {wanted} parameters")
     constant = finite_vector("offset", offset, size=len(ties))
-
-    def function(params: Array) -> tuple[Array, ...]:
-        return surface(params @ ties.T + constant)
-
+    function = partial(_with_ties, surface, ties, constant)
     return Arrangement(function, ties.shape[1], getattr(surface, "grasp_options", {}))
 
 
@@ -174,6 +164,8 @@ def mirrored(
     surface: Callable[[Array], tuple[Array, ...]], normal: ArrayLike, through: ArrayLike = 0.0
 ) -> Arrangement:
     """Add to each contact its mirror image: 2m contacts for the parameters of m.
+
+    Threads may share the result as far as the surface allows.
 
     Parameters
     ----------
@@ -206,19 +198,42 @@ def mirrored(
         raise InvalidInputError(f"normal: {across.tolist()} has no direction")
     across = across / length
     point = finite_vector("through", through, size=across.size)
-
-    def image(vectors: Array) -> Array:
-        return vectors - 2.0 * (vectors @ across)[..., None] * across
-
-    def function(params: Array) -> tuple[Array, ...]:
-        positions, *directions = (np.asarray(array, dtype=np.float64) for array in surface(params))
-        if positions.shape[-1] != across.size:
-            raise InvalidInputError(
-                f"normal: {across.size} components for contacts in {positions.shape[-1]}-D"
-            )
-        images = [point + image(positions - point), *map(image, directions)]
-        pairs = zip([positions, *directions], images, strict=True)
-        return tuple(np.concatenate(pair, axis=1) for pair in pairs)
-
+    function = partial(_with_images, surface, across, point)
     options = getattr(surface, "grasp_options", {})
     return Arrangement(function, num_params, {name: np.tile(value, 2) for name, value in options.items()})
+
+
+# Functions of the module, not of a call, so that arrangements can be copied and pickled.
+def _one_on_each(places: Sequence[Place], params: Array) -> tuple[Array, ...]:
+    columns = np.split(params, np.cumsum([place.num_params for place in places])[:-1], axis=1)
+    found = [place.contacts(column) for place, column in zip(places, columns, strict=True)]
+    for contact, (points, normals) in enumerate(found):
+        shapes = np.shape(points), np.shape(normals)
+        if shapes != (np.shape(found[0][0]),) * 2:
+            raise InvalidInputError(
+                f"places: contact {contact} has points {shapes[0]} and normals {shapes[1]}, "
+                f"expected {np.shape(found[0][0])}"
+            )
+    all_points, all_normals = zip(*found, strict=True)
+    return np.stack(all_points, axis=1), np.stack(all_normals, axis=1)
+
+
+def _with_ties(
+    surface: Callable[[Array], tuple[Array, ...]], ties: Array, constant: Array, params: Array
+) -> tuple[Array, ...]:
+    return surface(params @ ties.T + constant)
+
+
+def _with_images(
+    surface: Callable[[Array], tuple[Array, ...]], across: Array, point: Array, params: Array
+) -> tuple[Array, ...]:
+    positions, *directions = (np.asarray(array, dtype=np.float64) for array in surface(params))
+    if positions.shape[-1] != across.size:
+        raise InvalidInputError(f"normal: {across.size} components for contacts in {positions.shape[-1]}-D")
+    images = [point + _image(positions - point, across), *(_image(vectors, across) for vectors in directions)]
+    pairs = zip([positions, *directions], images, strict=True)
+    return tuple(np.concatenate(pair, axis=1) for pair in pairs)
+
+
+def _image(vectors: Array, across: Array) -> Array:
+    return vectors - 2.0 * (vectors @ across)[..., None] * across

@@ -70,6 +70,10 @@ class InvalidFileError(InvalidInputError):
     def __init__(self, path: Path, message: str, line: int | None = None) -> None:
         super().__init__(f"{path}:{line}: {message}" if line else f"{path}: {message}")
         self.path, self.line = path, line
+        self._given = path, message, line
+
+    def __reduce__(self) -> tuple[type[InvalidFileError], tuple[Path, str, int | None]]:
+        return type(self), self._given
 
 
 class MissingExtraError(GraspForceError, ImportError):
@@ -86,6 +90,10 @@ class MissingExtraError(GraspForceError, ImportError):
     def __init__(self, extra: str, error: ImportError) -> None:
         package = (error.name or str(error)).partition(".")[0]
         super().__init__(f"{package} is not installed: pip install 'graspforce[{extra}]'", name=error.name)
+        self._given = extra, error
+
+    def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, ImportError]]:
+        return type(self), self._given
 
 
 class InfeasibleWrenchError(GraspForceError):

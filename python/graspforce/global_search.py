@@ -21,6 +21,7 @@ import numpy as np
 from ._checks import finite_array, search_bounds
 from ._core import BoxBound
 from ._scoring import CandidateSource, EpsilonScore
+from .display import Record
 from .errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -39,8 +40,10 @@ _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class GlobalOptimum:
+class GlobalOptimum(Record):
     """The best grasp found, and how much better any other can be.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -98,6 +101,8 @@ def plan_global(
     **grasp_options: Unpack[GraspOptions],
 ) -> GlobalOptimum:
     """Find the globally best grasp for up to four parameters, by branch and bound.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
 
     Parameters
     ----------

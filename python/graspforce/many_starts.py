@@ -14,6 +14,7 @@ from ._core import quality_many
 from ._optional import optional
 from ._progress import Report, progress_bar
 from ._scoring import CandidateSource, EpsilonScore, Score
+from .display import plan_set_dict, plan_set_html
 from .errors import GraspForceError, InvalidInputError
 from .planning import pattern_search
 
@@ -38,6 +39,8 @@ Starts: TypeAlias = "int | ArrayLike"
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanSet:
     """The best distinct grasps of many searches.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -66,6 +69,13 @@ class PlanSet:
     def best(self) -> Plan:
         """The best plan."""
         return self.plans[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain Python numbers and lists, ready for JSON."""
+        return plan_set_dict(self)
+
+    def _repr_html_(self) -> str:
+        return plan_set_html(self)
 
     def __repr__(self) -> str:
         run = int(np.isfinite(self.epsilon).sum())
@@ -103,6 +113,8 @@ def plan_many(
     Starts are drawn from a scrambled Halton sequence over the bounds, infeasible ones are replaced, and all
     are measured first, so that the most promising are searched first.
 
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+
     Parameters
     ----------
     surface, step, tolerance, criterion, rtol, center, metric
@@ -139,7 +151,7 @@ def plan_many(
         As for `graspforce.plan`; also where no start is feasible.
     InvalidGraspError
         As for `graspforce.plan`, where every start fails.
-    GraspForceError
+    MissingExtraError
         SciPy, or rich for the progress bar, is not installed.
 
     Examples
@@ -244,7 +256,7 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
 
 
 def _halton(size: int, seed: int) -> Any:
-    qmc = optional("scipy.stats", "drawing starts", "search").qmc
+    qmc = optional("scipy.stats", "search").qmc
     generator = np.random.default_rng(seed)
     try:
         return qmc.Halton(size, scramble=True, rng=generator)
@@ -287,5 +299,5 @@ def _distance(one: Plan, other: Plan, interchangeable: bool) -> float:
     apart = np.linalg.norm(one.grasp.positions[:, None] - other.grasp.positions[None], axis=-1)
     if not interchangeable:
         return float(np.diagonal(apart).max())
-    assignment = optional("scipy.optimize", "comparing grasps", "search").linear_sum_assignment
+    assignment = optional("scipy.optimize", "search").linear_sum_assignment
     return float(apart[assignment(apart)].max())

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .display import Record
 from .errors import InvalidGraspError
 
 if TYPE_CHECKING:
@@ -26,11 +27,13 @@ _MAX_HULL_POINTS = 128
 
 
 @dataclass(frozen=True, slots=True)
-class Metrics:
+class Metrics(Record):
     r"""Algebraic and geometric measures of one grasp.
 
     The singular values are those of the grasp matrix G in the norm of the grasp's ``length_scale``
     (torques divided by L).
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------

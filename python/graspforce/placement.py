@@ -10,6 +10,7 @@ import numpy as np
 from ._checks import finite_array
 from ._core import quality_many
 from ._scoring import TIE, Choice
+from .display import Record
 from .errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -27,9 +28,11 @@ __all__ = ["Placement", "PlacementQuality"]
 _ROWS = 65_536
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlacementQuality:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PlacementQuality(Record):
     """Quality of grasps under placement noise.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -49,10 +52,17 @@ class PlacementQuality:
     percentile_5: Array
     closure_rate: Array
 
+    def __repr__(self) -> str:
+        grasps, samples = self.epsilon.shape
+        best = f", best mean epsilon={self.mean.max():.6g}" if grasps else ""
+        return f"PlacementQuality({grasps} grasps, {samples} samples of each{best})"
+
 
 @dataclass(frozen=True, slots=True)
-class Placement:
+class Placement(Record):
     """How contacts miss their place, and which statistic of the quality that leaves counts.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------

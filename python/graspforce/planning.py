@@ -16,7 +16,7 @@ import numpy as np
 from ._checks import finite_vector, search_bounds
 from ._pattern import Blocks, choose_blocks, pattern
 from ._scoring import CandidateSource, EpsilonScore, Score, SearchCounts
-from .display import plan_dict, plan_html
+from .display import Record, plan_dict, plan_html
 from .errors import GraspForceError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -66,8 +66,10 @@ class GraspOptions(TypedDict, total=False):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Iterate:
+class Iterate(Record):
     """One iterate of a plan.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -87,6 +89,8 @@ class Iterate:
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Plan:
     """Where the contacts should go, and how the search got there.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -165,6 +169,8 @@ def plan(
     Each iteration compares all combinations of every parameter one step down, where it is, and one step up
     (clipped to its bounds), moves to the best, and halves the step of each parameter that stayed. It stops
     when every step is within its tolerance.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
 
     Parameters
     ----------

@@ -16,12 +16,14 @@ import numpy as np
 from ._checks import finite_vector, search_bounds
 from ._optional import optional
 from ._scoring import CandidateSource
+from .display import Record
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._core import Grasp, Quality
+    from ._scoring import Contacts
     from .planning import Criterion, Feasible, GraspOptions, Surface
 
     Array = NDArray[np.float64]
@@ -35,8 +37,10 @@ _SUFFICIENT = 1e-4  # share of the predicted increase that a step must deliver (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Refinement:
+class Refinement(Record):
     """Where refinement ended.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -86,6 +90,8 @@ def refine(
 ) -> Refinement:
     """Improve a grasp by gradients of epsilon, projected on the bounds.
 
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+
     Parameters
     ----------
     surface, bounds, criterion, rtol, center, metric, feasible, min_distance, **grasp_options
@@ -108,7 +114,7 @@ def refine(
     ------
     InvalidInputError
         As for `graspforce.plan`; or the start is infeasible.
-    GraspForceError
+    MissingExtraError
         SciPy is not installed.
 
     Examples
@@ -216,13 +222,13 @@ class _Ascent:
             axis=(1, 2)
         )
         if np.any(gradient.spins):
-            rise += np.array([self._spins(a, b) for a, b in zip(*ends, strict=True)]) @ gradient.spins
+            rise += np.array([self._spins(after, before, row) for row in range(len(rise))]) @ gradient.spins
         slopes[self._free] = rise / spans
         return slopes
 
-    def _spins(self, after: Array, before: Array) -> Array:
+    def _spins(self, after: Contacts, before: Contacts, row: int) -> Array:
         """Angles (m,) by which contact frames spin about their normals beyond the smallest rotation."""
-        new, old = self._source.grasp(after).frames, self._source.grasp(before).frames
+        new, old = (self._source.grasp_of(contacts, row).frames for contacts in (after, before))
         n_new, n_old, o_old = new[:, 0], old[:, 0], old[:, 1]
         # The smallest rotation from n_old to n_new, applied to o_old.
         axis = np.cross(n_old, n_new)
@@ -239,7 +245,7 @@ class _Ascent:
         The minimum over weights of the gradients and over multipliers of the bounds met is a nonnegative
         least squares problem once the weights' sum is a heavy equation.
         """
-        optimize = optional("scipy.optimize", "refinement", "search")
+        optimize = optional("scipy.optimize", "search")
         edge = 1e-12 * self._range
         at_lower = np.flatnonzero(params <= self._lower + edge)
         at_upper = np.flatnonzero(params >= self._lower + self._range - edge)

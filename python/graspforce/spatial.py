@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from ._checks import finite_vector
 from ._differences import surface_normals
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     Array = NDArray[np.float64]
 
-__all__ = ["ParametricSurface"]
+__all__ = ["ParametricSurface", "cylinder", "ellipsoid", "plane"]
 
 
 @dataclass(frozen=True, slots=True)
 class ParametricSurface:
     """A spatial surface with two parameters and a side on which the object is.
+
+    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
 
     Attributes
     ----------
@@ -77,3 +81,108 @@ class ParametricSurface:
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals (B, 3) at parameters (B, 2)."""
         return np.asarray(self.point(params), dtype=np.float64), self.normals(params)
+
+
+def plane(
+    start: ArrayLike, u: ArrayLike, v: ArrayLike, *, object_side: Literal["along", "against"]
+) -> ParametricSurface:
+    """Flat face ``start + p u + q v``, all (3,) in m; the parameters count multiples of `u` and `v`.
+
+    The object lies on the side to which ``u x v`` points, or on the other.
+
+    Threads may share the surface.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import plane
+    >>> top = plane((0, 0, 0.1), (1, 0, 0), (0, 1, 0), object_side="against")
+    >>> points, normals = top.contacts(np.array([[0.02, 0.03]]))
+    >>> points.tolist(), normals.tolist()
+    ([[0.02, 0.03, 0.1]], [[0.0, 0.0, -1.0]])
+    """
+    corner = finite_vector("start", start, 3)
+    first, second = finite_vector("u", u, 3), finite_vector("v", v, 3)
+    across = np.cross(first, second)
+    if not np.linalg.norm(across) > 0:
+        raise InvalidInputError(f"u and v: {first.tolist()} and {second.tolist()} span no plane")
+    return ParametricSurface(
+        point=partial(_plane_points, corner, np.stack([first, second])),
+        normal=partial(_plane_normals, across),
+        object_side=object_side,
+    )
+
+
+def ellipsoid(
+    semi_x: float, semi_y: float, semi_z: float, *, pressed_from: Literal["outside", "inside"] = "outside"
+) -> ParametricSurface:
+    """Ellipsoid about the origin, its semi-axes in m; the parameters are longitude and latitude in rad.
+
+    A finger presses on it from outside (the object is the solid) or from inside (the object surrounds the
+    cavity). Normals are exact, at the poles too.
+
+    Threads may share the surface.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import ellipsoid
+    >>> egg = ellipsoid(0.03, 0.03, 0.05)
+    >>> points, normals = egg.contacts(np.array([[0.0, np.pi / 2]]))
+    >>> points.round(12).tolist(), (normals.round(12) + 0.0).tolist()
+    ([[0.0, 0.0, 0.05]], [[0.0, 0.0, -1.0]])
+    """
+    axes = finite_vector("semi_x, semi_y, semi_z", [semi_x, semi_y, semi_z], positive=True)
+    return ParametricSurface(
+        point=partial(_ellipsoid_points, axes),
+        normal=partial(_ellipsoid_points, 1 / axes),
+        object_side="against" if pressed_from == "outside" else "along",
+    )
+
+
+def cylinder(radius: float, *, pressed_from: Literal["outside", "inside"] = "outside") -> ParametricSurface:
+    """Side of a round cylinder about the z axis; the parameters are the angle in rad and the height in m.
+
+    Threads may share the surface.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from graspforce.surfaces import cylinder
+    >>> points, normals = cylinder(0.04).contacts(np.array([[0.0, 0.02]]))
+    >>> points.tolist(), normals.tolist()
+    ([[0.04, 0.0, 0.02]], [[-1.0, 0.0, 0.0]])
+    """
+    (size,) = finite_vector("radius", [radius], positive=True)
+    return ParametricSurface(
+        point=partial(_cylinder_points, size),
+        normal=_cylinder_normals,
+        object_side="against" if pressed_from == "outside" else "along",
+    )
+
+
+# Functions of the module, not of a call, so that surfaces can be copied and pickled.
+def _plane_points(corner: Array, along: Array, params: Array) -> Array:
+    points: Array = corner + params @ along
+    return points
+
+
+def _plane_normals(across: Array, params: Array) -> Array:
+    return np.broadcast_to(across, (len(params), 3))
+
+
+def _ellipsoid_points(axes: Array, params: Array) -> Array:
+    longitude, latitude = params.T
+    ring = np.cos(latitude)
+    unit: Array = np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.sin(latitude)], axis=-1)
+    return axes * unit
+
+
+def _cylinder_points(radius: float, params: Array) -> Array:
+    angle, height = params.T
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
+
+
+def _cylinder_normals(params: Array) -> Array:
+    angle = params[:, 0]
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)

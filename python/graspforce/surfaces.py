@@ -8,6 +8,7 @@ other. Any function of the form that `graspforce.plan` takes does as well: what 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from ._differences import curve_tangents
 from .arrangements import contacts_on, mirrored, tied
 from .errors import InvalidInputError
 from .mesh import MeshSurface
-from .spatial import ParametricSurface
+from .spatial import ParametricSurface, cylinder, ellipsoid, plane
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,9 +31,12 @@ __all__ = [
     "ParametricSurface",
     "PlanarCurve",
     "contacts_on",
+    "cylinder",
     "ellipse",
+    "ellipsoid",
     "line",
     "mirrored",
+    "plane",
     "tied",
 ]
 
@@ -40,6 +44,8 @@ __all__ = [
 @dataclass(frozen=True, slots=True)
 class PlanarCurve:
     """A planar parametric curve with a side on which the object is.
+
+    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
 
     Attributes
     ----------
@@ -103,6 +109,8 @@ def ellipse(
     A finger presses on it from outside (the object is the disc) or from inside (the object surrounds the
     hole).
 
+    Threads may share the curve.
+
     Examples
     --------
     >>> import numpy as np
@@ -113,14 +121,16 @@ def ellipse(
     [[1.0, 0.0]]
     """
     return PlanarCurve(
-        point=lambda s: np.stack([semi_x * np.cos(s), semi_y * np.sin(s)], axis=-1),
-        tangent=lambda s: np.stack([-semi_x * np.sin(s), semi_y * np.cos(s)], axis=-1),
+        point=partial(_ellipse_points, semi_x, semi_y),
+        tangent=partial(_ellipse_tangents, semi_x, semi_y),
         object_side="left" if pressed_from == "outside" else "right",
     )
 
 
 def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left", "right"]) -> PlanarCurve:
     """Straight edge `start + s direction`, both (2,); the parameter counts multiples of the direction.
+
+    Threads may share the curve.
 
     Examples
     --------
@@ -136,7 +146,25 @@ def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left",
             f"start and direction: shapes {origin.shape} and {along.shape}, expected (2,)"
         )
     return PlanarCurve(
-        point=lambda s: origin + s[..., None] * along,
-        tangent=lambda s: np.broadcast_to(along, (*s.shape, 2)),
+        point=partial(_line_points, origin, along),
+        tangent=partial(_line_tangents, along),
         object_side=object_side,
     )
+
+
+# Functions of the module, not of a call, so that curves can be copied and pickled.
+def _ellipse_points(semi_x: float, semi_y: float, s: Array) -> Array:
+    return np.stack([semi_x * np.cos(s), semi_y * np.sin(s)], axis=-1)
+
+
+def _ellipse_tangents(semi_x: float, semi_y: float, s: Array) -> Array:
+    return np.stack([-semi_x * np.sin(s), semi_y * np.cos(s)], axis=-1)
+
+
+def _line_points(start: Array, direction: Array, s: Array) -> Array:
+    points: Array = start + s[..., None] * direction
+    return points
+
+
+def _line_tangents(direction: Array, s: Array) -> Array:
+    return np.broadcast_to(direction, (*s.shape, 2))

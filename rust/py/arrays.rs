@@ -61,3 +61,15 @@ pub fn matrix(
     let flat = PyArray1::from_iter(py, values);
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
 }
+
+/// What `__array__` answers for an array that is there already.
+pub fn as_array<'py>(
+    array: &Bound<'py, PyAny>,
+    dtype: Option<Bound<'py, PyAny>>,
+    copy: Option<bool>,
+) -> PyResult<Bound<'py, PyAny>> {
+    match (dtype, copy) {
+        (None, None | Some(false)) => Ok(array.clone()),
+        (dtype, _) => array.call_method1("astype", (dtype.map_or_else(|| array.getattr("dtype"), Ok)?,)),
+    }
+}

@@ -1,10 +1,15 @@
 //! `graspforce.ForceBatch`.
 
 use graspforce::{DistributionBatch, Grasp};
-use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::arrays::as_array;
 
 /// Least contact forces for many wrenches.
+///
+/// Threads may share it; it can be copied and pickled. `numpy.asarray` gives its forces.
 ///
 /// Attributes
 /// ----------
@@ -28,6 +33,54 @@ pub struct PyForceBatch {
     /// (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
+}
+
+#[pymethods]
+impl PyForceBatch {
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("forces_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("forces_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        as_array(self.forces.bind(py).as_any(), dtype, copy)
+    }
+
+    #[staticmethod]
+    fn _restore(
+        forces: Py<PyArray3<f64>>,
+        sigma_max: Py<PyArray1<f64>>,
+        sigma_sum: Py<PyArray1<f64>>,
+        status: Py<PyArray1<i8>>,
+    ) -> Self {
+        Self { forces, sigma_max, sigma_sum, status }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.status);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
+    }
+
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.status.bind(py).len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let status = self.status.bind(py).try_readonly()?;
+        let solved = status.as_array().iter().filter(|&&status| status == 0).count();
+        Ok(format!("ForceBatch({} wrenches, {solved} solved)", status.len()))
+    }
 }
 
 impl PyForceBatch {

@@ -93,7 +93,8 @@ struct State {
 /// least ``sum |f_i|^2 / f_i^U^2`` decides. They are continuous along a continuous path of wrenches. For true
 /// cones there is no exact tie-break; a small ``weight`` prefers a small sum.
 ///
-/// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait.
+/// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait. Copies and pickles
+/// start without a basis, but for `copy.copy`.
 ///
 /// Examples
 /// --------
@@ -340,6 +341,11 @@ impl PyForceDistributor {
         }
         state.grasp = grasp;
         Ok(())
+    }
+
+    /// Its grasp and its options as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("distributor_dict", (slf,))
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {

@@ -3,11 +3,15 @@
 use graspforce::{ContactForce, Distribution, Grasp};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
-use crate::arrays::matrix;
-use crate::grasp::PyGrasp;
+use crate::arrays::{as_array, matrix};
+use crate::errors::invalid_input;
+use crate::grasp::{AnyGrasp, PyGrasp};
 
 /// Least contact forces for one external wrench, with their certificate.
+///
+/// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its forces.
 ///
 /// Attributes
 /// ----------
@@ -105,6 +109,73 @@ impl PyForceSolution {
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.slip_margin)
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("solution_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.display")?.call_method1("solution_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // The forces are copied out in any case.
+        as_array(self.forces(py)?.as_any(), dtype, copy.filter(|&copy| !copy))
+    }
+
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        grasp: Py<PyGrasp>,
+        forces: Vec<[f64; 4]>,
+        vectors: [Vec<f64>; 4],
+        numbers: (f64, f64, f64, usize),
+        answers: (bool, bool, bool),
+    ) -> PyResult<Self> {
+        let [world_forces, contact_wrenches, slip_margin, dual] = vectors;
+        let (components, d, m) = match &grasp.get().inner {
+            AnyGrasp::Planar(grasp) => (grasp.force_components(), 3, grasp.num_contacts()),
+            AnyGrasp::Spatial(grasp) => (grasp.force_components(), 6, grasp.num_contacts()),
+        };
+        let lengths =
+            [forces.len(), world_forces.len(), contact_wrenches.len(), slip_margin.len(), dual.len()];
+        if lengths != [m, m * if d == 3 { 2 } else { 3 }, m * d, m, d] {
+            return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
+        }
+        Ok(Self {
+            grasp,
+            forces: forces.into_iter().map(ContactForce::from).collect(),
+            components,
+            world_forces,
+            contact_wrenches,
+            slip_margin,
+            dual,
+            sigma_max: numbers.0,
+            sigma_sum: numbers.1,
+            gap: numbers.2,
+            pivots: numbers.3,
+            fell_back: answers.0,
+            unique: answers.1,
+            within_limits: answers.2,
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let forces: Vec<[f64; 4]> = this.forces.iter().map(|&force| force.into()).collect();
+        let vectors = [&this.world_forces, &this.contact_wrenches, &this.slip_margin, &this.dual];
+        let numbers = (this.sigma_max, this.sigma_sum, this.gap, this.pivots);
+        let answers = (this.fell_back, this.unique, this.within_limits);
+        let state = (&this.grasp, forces, vectors.map(Clone::clone), numbers, answers);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
     fn __repr__(&self) -> String {

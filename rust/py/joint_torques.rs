@@ -11,7 +11,7 @@ use crate::errors::{invalid_input, to_python};
 ///
 /// A finger that exerts the force f at its contact needs the joint torques ``J^T f``. Limits on them cut a
 /// polytope out of the linearised friction cone; its vertices, exact to rounding, are extreme forces in the sense
-/// of Eq. 3.
+/// of Eq. 3. Any number of threads may call this at once.
 ///
 /// Parameters
 /// ----------

@@ -5,6 +5,8 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::arrays::as_array;
+
 /// The explicit Minkowski sum of the contacts' wrenches, in the order of Algorithm 1.
 ///
 /// Made by `Grasp.minkowski_sum`. Point j is the sum of the primitive wrenches of its entries
@@ -81,13 +83,7 @@ impl PyMinkowskiSum {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let wrenches = self.wrenches.bind(py).as_any();
-        match (dtype, copy) {
-            (None, None | Some(false)) => Ok(wrenches.clone()),
-            (dtype, _) => {
-                wrenches.call_method1("astype", (dtype.map_or_else(|| wrenches.getattr("dtype"), Ok)?,))
-            }
-        }
+        as_array(self.wrenches.bind(py).as_any(), dtype, copy)
     }
 
     /// Everything as plain Python numbers and lists, ready for JSON.

@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::arguments::{Argument, Arguments, Raw};
+use crate::arrays::as_array;
 use crate::errors::{invalid_grasp, invalid_input};
 use crate::quality_options::quality_options;
 
@@ -14,7 +15,7 @@ const CHUNK: usize = 256;
 
 /// Qualities of a batch of grasps, as arrays with one entry for each.
 ///
-/// It is immutable and may be shared between threads, copied and pickled.
+/// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its epsilon.
 ///
 /// Attributes
 /// ----------
@@ -114,6 +115,17 @@ impl PyQualityBatch {
         slf.py().import("graspforce.display")?.call_method1("batch_html", (slf,))
     }
 
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // The numbers are copied out in any case.
+        as_array(self.epsilon(py).as_any(), dtype, copy.filter(|&copy| !copy))
+    }
+
     #[staticmethod]
     fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>) -> Self {
         let row =
@@ -154,7 +166,7 @@ impl PyQualityBatch {
 
 /// Qualities of many grasps with the same number of contacts, on all cores.
 ///
-/// The interpreter lock is released while they are computed. A row that is not a grasp does not stop the others:
+/// The interpreter lock is released while they are computed, and any number of threads may call it at once. A row that is not a grasp does not stop the others:
 /// it gets status 2 and its reason.
 ///
 /// Parameters

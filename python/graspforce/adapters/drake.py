@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 from .reading import ContactReading
 
@@ -27,6 +28,8 @@ def from_drake(
 
     The friction of a pair is Drake's own combination, ``2 mu_1 mu_2 / (mu_1 + mu_2)``, of the static
     coefficients. Hydroelastic surfaces are no points and are left out.
+
+    The plant and its context belong to one thread while they are read.
 
     Parameters
     ----------
@@ -50,17 +53,37 @@ def from_drake(
         There is no such body, or nothing touches it at a point.
     MissingExtraError
         Drake is not installed.
-    """
-    try:
-        from pydrake.multibody.plant import (  # noqa: PLC0415 - needed here alone
-            CalcContactFrictionFromSurfaceProperties,
-        )
-        from pydrake.multibody.tree import BodyIndex  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("drake", error) from error
 
+    Examples
+    --------
+    A ball of 2 kg pressed into the floor a little.
+
+    >>> from pydrake.geometry import Box, Sphere
+    >>> from pydrake.math import RigidTransform
+    >>> from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+    >>> from pydrake.multibody.tree import SpatialInertia
+    >>> from pydrake.systems.framework import DiagramBuilder
+    >>> import graspforce as gf
+    >>> builder = DiagramBuilder()
+    >>> plant, _ = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    >>> ball = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(mass=2.0, radius=0.1))
+    >>> here, beneath = RigidTransform(), RigidTransform([0, 0, -0.5])
+    >>> friction = CoulombFriction(0.5, 0.5)
+    >>> _ = plant.RegisterCollisionGeometry(ball, here, Sphere(0.1), "ball", friction)
+    >>> _ = plant.RegisterCollisionGeometry(plant.world_body(), beneath, Box(2, 2, 1), "floor", friction)
+    >>> plant.Finalize()
+    >>> diagram = builder.Build()
+    >>> whole = diagram.CreateDefaultContext()
+    >>> context = plant.GetMyMutableContextFromRoot(whole)
+    >>> plant.SetFreeBodyPose(context, ball, RigidTransform([0, 0, 0.0999]))
+    >>> reading = gf.from_drake(plant, context, "ball", max_normal_force=100.0)
+    >>> reading.grasp.normals.tolist(), reading.grasp.friction.tolist()
+    ([[0.0, 0.0, 1.0]], [0.5])
+    """
+    combined_friction = optional("pydrake.multibody.plant", "drake").CalcContactFrictionFromSurfaceProperties
+    index = optional("pydrake.multibody.tree", "drake").BodyIndex
     try:
-        ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(BodyIndex(body))
+        ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(index(body))
     except (RuntimeError, IndexError) as error:
         raise InvalidInputError(f"body: {body!r}: {error}") from None
     inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
@@ -77,7 +100,7 @@ def from_drake(
             inspector.GetProximityProperties(geometry).GetProperty("material", "coulomb_friction")
             for geometry in (pair.id_A, pair.id_B)
         )
-        mu = CalcContactFrictionFromSurfaceProperties(*surfaces).static_friction()
+        mu = combined_friction(*surfaces).static_friction()
         rows.append((info.contact_point(), sign * pair.nhat_BA_W, mu, -sign * info.contact_force()))
         ids.append(i)
     if not rows:

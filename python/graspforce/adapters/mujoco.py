@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 from .reading import ContactReading
 
@@ -40,6 +41,8 @@ def from_mujoco(
     MuJoCo's pyramidal cones lie inside the linearised cones of 8 edges here, and its elliptic ones are the
     true cones of ``edges=None``.
 
+    The simulation belongs to one thread while it is read: nothing may step it meanwhile.
+
     Parameters
     ----------
     model, data : mujoco.MjModel, mujoco.MjData
@@ -61,12 +64,27 @@ def from_mujoco(
         There is no such body, or nothing touches it.
     MissingExtraError
         MuJoCo is not installed.
-    """
-    try:
-        import mujoco  # noqa: PLC0415 - needed here alone
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("mujoco", error) from error
 
+    Examples
+    --------
+    A box rests on the floor: the least forces are no larger than MuJoCo's.
+
+    >>> import mujoco
+    >>> import graspforce as gf
+    >>> model = mujoco.MjModel.from_xml_string(
+    ...     "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='box' pos='0 0 0.049'>"
+    ...     "<freejoint/><geom type='box' size='0.05 0.05 0.05' mass='1'/></body></worldbody></mujoco>"
+    ... )
+    >>> data = mujoco.MjData(model)
+    >>> mujoco.mj_forward(model, data)
+    >>> reading = gf.from_mujoco(model, data, "box", max_normal_force=50.0)
+    >>> reading.grasp.normals.tolist() == [[0, 0, 1]] * 4
+    True
+    >>> least = gf.ForceDistributor(reading.grasp).solve(reading.external_wrench)
+    >>> least.sigma_max <= reading.sigma_max * (1 + 1e-9)
+    True
+    """
+    mujoco = optional("mujoco", "mujoco")
     try:
         body_id = int(model.body(body).id)
     except (KeyError, IndexError) as error:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import Grasp
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._core import Grasp, torque_limited_forces
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 __all__ = ["from_pinocchio"]
 
@@ -33,9 +34,11 @@ def from_pinocchio(
 
     A finger in frame i can press with any force f of its friction cone for which
     :math:`|J_i^T f| \leq \tau_{\max}` (the model's effort limits; the hand's own weight is left out). The
-    corners of that polytope become the contact's extreme forces, so quality and forces respect the
-    torques: a maximum of 1 means that some joint is at its limit. Contacts should be on different fingers;
-    a joint that moves several is limited for each of them alone.
+    corners of that polytope (`graspforce.torque_limited_forces`) become the contact's extreme forces, so
+    quality and forces respect the torques: a maximum of 1 means that some joint is at its limit. Contacts
+    should be on different fingers; a joint that moves several is limited for each of them alone.
+
+    Threads may call this at once: the model is only read, and the data is its own.
 
     Parameters
     ----------
@@ -62,14 +65,28 @@ def from_pinocchio(
     InvalidInputError
         A frame is unknown, or the torque limits leave a contact no force at all.
     MissingExtraError
-        Pinocchio, or SciPy, is not installed.
-    """
-    try:
-        import pinocchio as pin  # noqa: PLC0415 - needed here alone
-        from scipy.spatial import HalfspaceIntersection  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("pinocchio", error) from error
+        Pinocchio is not installed.
 
+    Examples
+    --------
+    Three fingers of one prismatic joint each press inwards with at most 5 N.
+
+    >>> import numpy as np
+    >>> import pinocchio as pin
+    >>> import graspforce as gf
+    >>> hand, frames = pin.Model(), ["first", "second", "third"]
+    >>> for name, angle in zip(frames, np.deg2rad([0, 120, 240])):
+    ...     outward = np.array([np.cos(angle), np.sin(angle), 0])
+    ...     placement = pin.SE3(pin.utils.rotate("z", angle), 0.04 * outward)
+    ...     joint = hand.addJoint(0, pin.JointModelPX(), placement, name + " joint")
+    ...     _ = hand.addFrame(pin.Frame(name, joint, 0, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    >>> hand.effortLimit = np.full(3, 5.0)
+    >>> normals = [(-np.cos(a), -np.sin(a), 0) for a in np.deg2rad([0, 120, 240])]
+    >>> grasp = gf.from_pinocchio(hand, np.zeros(3), frames, normals, friction=0.6)
+    >>> round(float(grasp.extreme_forces[:, 0].max()), 9)
+    5.0
+    """
+    pin = optional("pinocchio", "pinocchio")
     q = np.asarray(configuration, dtype=float)
     if q.shape != (model.nq,):
         raise InvalidInputError(f"configuration: shape {q.shape}, expected ({model.nq},)")
@@ -85,35 +102,16 @@ def from_pinocchio(
         full = pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         jacobians.append(full[:3])
     cones = Grasp(positions, normals, friction, 1.0, edges)
-    corners = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
     extreme_forces = []
-    for name, fan, axes, jacobian in zip(frames, corners, cones.frames, jacobians, strict=True):
-        if len(fan) == 1:
-            raise InvalidInputError(
-                f"friction: zero at {name!r}, where torques then limit a line, not a cone"
+    for name, mu, axes, jacobian in zip(frames, cones.friction, cones.frames, jacobians, strict=True):
+        try:
+            forces = torque_limited_forces(
+                axes @ jacobian, model.effortLimit, float(mu), max_normal_force, edges
             )
-        torques = (axes @ jacobian).T
-        halfspaces = _halfspaces(fan, torques, model.effortLimit, max_normal_force)
-        # Half of the largest normal force that the torques allow: off every side.
-        reach = np.append(model.effortLimit / np.maximum(np.abs(torques[:, 0]), 1e-300), max_normal_force)
-        if reach.min() <= 0:
-            raise InvalidInputError(f"model: its effort limits leave no force at {name!r}")
-        inside = np.array([reach.min() / 2, 0, 0])
-        found = HalfspaceIntersection(halfspaces, inside).intersections
-        extreme_forces.append(np.unique(found.round(12), axis=0))
+        except InvalidInputError as error:
+            raise InvalidInputError(f"frames: {name!r} with the model's effort limits: {error}") from None
+        extreme_forces.append(forces)
     return Grasp(
         positions, normals, friction, max_normal_force, origin=origin, length_scale=length_scale,
         extreme_forces=extreme_forces,
     )  # fmt: skip
-
-
-def _halfspaces(
-    fan: NDArray[np.float64], torques: NDArray[np.float64], limits: NDArray[np.float64], bound: float
-) -> NDArray[np.float64]:
-    """Rows ``[a, b]`` of ``a . f + b <= 0``: sides of the cone, its end, and both bounds of each torque."""
-    sides = np.cross(np.roll(fan, -1, axis=0), fan)
-    sides *= -np.sign(sides[:, :1] * fan[:1, 0])
-    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-    moving = np.abs(torques).max(axis=1) > 1e-12
-    both = [np.column_stack([sign * torques[moving], -limits[moving]]) for sign in (1, -1)]
-    return np.vstack([np.column_stack([sides, np.zeros(len(sides))]), [[1, 0, 0, -bound]], *both])

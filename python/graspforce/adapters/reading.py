@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from graspforce.display import Record
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -14,9 +16,11 @@ if TYPE_CHECKING:
 __all__ = ["ContactReading"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContactReading:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ContactReading(Record):
     """The contacts on a body as a grasp, and the forces a simulator has at them.
+
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -32,6 +36,9 @@ class ContactReading:
     grasp: Grasp
     forces: NDArray[np.float64]
     contacts: tuple[int, ...]
+
+    def __repr__(self) -> str:
+        return f"ContactReading({len(self.contacts)} contacts, sigma_max={self.sigma_max:.6g})"
 
     @property
     def external_wrench(self) -> NDArray[np.float64]:

@@ -9,11 +9,11 @@ import numpy as np
 import typer
 
 from graspforce._core import ForceDistributor
-from graspforce.display import solution_dict
-from graspforce.files import GraspFile, WrenchFile, load_grasp, load_mesh, load_wrenches, parse_wrench
+from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
 
 from .exit_codes import INFEASIBLE
-from .output import AsJson, Criterion, note, print_json, print_table, save, vector
+from .mesh_input import At, Edges, Friction, GraspArgument, MaxNormalForce, Unit, grasp_from
+from .output import AsJson, Criterion, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -21,13 +21,20 @@ __all__ = ["forces"]
 
 
 def forces(
-    grasp: Annotated[Path, typer.Argument(help="Grasp file: YAML, JSON or NPZ.")],
+    grasp: GraspArgument,
     wrench: Annotated[str | None, typer.Option(help="One external wrench: numbers with commas.")] = None,
     wrenches: Annotated[Path | None, typer.Option(help="Many of them: CSV or NPY.")] = None,
     objective: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[Path | None, typer.Option(help="Write all forces into FILE (npz).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the forces into FILE (png, pdf, svg).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).")
+    ] = None,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
 ) -> None:
     """Find how hard each finger must press: the least contact forces against one or many external wrenches.
 
@@ -35,7 +42,7 @@ def forces(
     """
     if (wrench is None) == (wrenches is None):
         raise typer.BadParameter("give either --wrench or --wrenches")
-    file = load_grasp(grasp)
+    file = grasp_from(grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges)
     distributor = ForceDistributor(file.grasp, objective)
     if wrench is not None:
         _one(file, distributor, wrench, as_json=as_json, plot=plot)
@@ -63,18 +70,14 @@ def _one(
     wrench = parse_wrench(text, file.grasp.wrench_dim)
     solution = distributor.solve(wrench)
     if as_json:
-        print_json({"external_wrench": wrench.tolist(), **solution_dict(solution)})
+        print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
     else:
         shares = solution.forces[:, 0] / file.grasp.max_normal_force
         columns = zip(solution.forces, shares, solution.slip_margin, strict=True)
         title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
+        scale = float(np.abs(solution.forces).max())
         rows = [
-            (
-                str(i),
-                vector(force),
-                f"{share:.4f}",
-                f"{abs(margin):.4f}" if abs(margin) < 5e-5 else f"{margin:.4f}",
-            )
+            (str(i), vector(force, scale), rounded(share), rounded(margin))
             for i, (force, share, margin) in enumerate(columns)
         ]
         names = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}[file.grasp.force_dim]
@@ -84,9 +87,10 @@ def _one(
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        mesh = None if file.mesh is None else load_mesh(file.mesh)
         title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
-        figure = grasp_figure(file.grasp, solution.forces, title=title, outline=file.outline, mesh=mesh)
+        figure = grasp_figure(
+            file.grasp, solution.forces, title=title, outline=file.outline, mesh=file.object_mesh()
+        )
         save(figure, plot)
 
 

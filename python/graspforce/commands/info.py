@@ -8,8 +8,9 @@ from enum import StrEnum
 from typing import Annotated
 
 import typer
+from pydantic import BaseModel
 
-from graspforce.files.schema import GraspModel, PlanModel
+from graspforce.files.schema import GraspModel, MeshPlanModel, PlanModel
 
 from .output import AsJson, print_json, print_table
 
@@ -21,11 +22,19 @@ _PACKAGES = ("numpy", "scipy", "matplotlib", "trimesh", "viser", "mujoco", "drak
 class _Schema(StrEnum):
     GRASP = "grasp"
     PLAN = "plan"
+    MESH_PLAN = "mesh-plan"
+
+
+_MODELS: dict[_Schema, type[BaseModel]] = {
+    _Schema.GRASP: GraspModel,
+    _Schema.PLAN: PlanModel,
+    _Schema.MESH_PLAN: MeshPlanModel,
+}
 
 
 def info(
     schema: Annotated[
-        _Schema | None, typer.Option(help="Print the JSON Schema of grasp or plan files instead.")
+        _Schema | None, typer.Option(help="Print the JSON Schema of such files instead.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -34,7 +43,7 @@ def info(
     Example: `graspforce info --schema grasp > grasp.schema.json`
     """
     if schema is not None:
-        print_json((GraspModel if schema is _Schema.GRASP else PlanModel).model_json_schema())
+        print_json(_MODELS[schema].model_json_schema())
         return
     versions = {"graspforce": _version("graspforce"), "python": platform.python_version()}
     versions |= {package: _version(package) for package in _PACKAGES}

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-__all__ = ["AsJson", "Criterion", "note", "print_json", "print_table", "save", "vector"]
+__all__ = ["AsJson", "Criterion", "note", "print_json", "print_table", "rounded", "save", "vector"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[
@@ -65,8 +65,14 @@ def save(figure: Figure, path: Path) -> None:
     note(f"wrote {path}")
 
 
-def vector(values: Iterable[float]) -> str:
-    """Numbers as a list that can be pasted, without the dust of rounding."""
+def rounded(value: float) -> str:
+    """Four digits after the point, and no zero with a sign."""
+    return f"{0.0 if abs(value) < 5e-5 else value:.4f}"
+
+
+def vector(values: Iterable[float], scale: float | None = None) -> str:
+    """Numbers as a list that can be pasted, without the dust of rounding beside `scale` or their largest."""
     numbers = list(values)
-    dust = 1e-12 * max((abs(number) for number in numbers), default=0.0)
+    largest = max((abs(number) for number in numbers), default=0.0) if scale is None else scale
+    dust = 1e-12 * largest
     return "[" + ", ".join("0" if abs(x) <= dust else f"{x:.4g}" for x in numbers) + "]"

@@ -7,25 +7,76 @@ from typing import Annotated
 
 import typer
 
-from graspforce.files import load_problem
+from graspforce.files import MeshPlanFile, PlanFile, load_problem, save_grasp
 
-from .output import AsJson, Criterion, print_json, print_table, save, vector
+from .mesh_input import Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
+from .mesh_plans import plan_on_mesh
+from .output import AsJson, Criterion, note, print_json, print_table, save, vector
 from .progress import progress
 
 __all__ = ["plan"]
 
+_PANEL = "With a mesh in place of a file"
+
 
 def plan(
-    problem: Annotated[Path, typer.Argument(help="Plan file: YAML or JSON.")],
+    problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (OBJ, OFF, PLY, STL).")],
     criterion: Criterion = "max",
     as_json: AsJson = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw the search into FILE (png, pdf, svg).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).")
+    ] = None,
+    contacts: Annotated[
+        int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=_PANEL)
+    ] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(help="Searches, from all over the mesh.  \\[default: 100]", rich_help_panel=_PANEL),
+    ] = None,
+    best: Annotated[
+        int | None,
+        typer.Option(help="How many distinct grasps to keep.  \\[default: 3]", rich_help_panel=_PANEL),
+    ] = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    edges: Edges = None,
+    refine: Annotated[
+        bool | None,
+        typer.Option(
+            "--refine/--no-refine",
+            help="Whether to refine the grasps by gradients.  \\[default: refine]",
+            rich_help_panel=_PANEL,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Of the starts.  \\[default: 0]", rich_help_panel=_PANEL)
+    ] = None,
 ) -> None:
-    """Search for the best contact positions by the paper's pattern search.
+    """Search for the best contact positions: the paper's pattern search, on curves, surfaces or a mesh.
 
     Example: `graspforce plan disc.yaml --criterion sum`
     """
-    file = load_problem(problem)
+    options = {
+        "contacts": contacts, "starts": starts, "best": best, "friction": friction, "edges": edges,
+        "refine": refine, "seed": seed,
+    }  # fmt: skip
+    if is_mesh(problem):
+        file: PlanFile | MeshPlanFile = mesh_problem_from(problem, unit, **options)
+    else:
+        refuse_with_a_file(unit=unit, **options)
+        file = load_problem(problem)
+    if isinstance(file, MeshPlanFile):
+        plan_on_mesh(file, criterion, as_json=as_json, out=out, plot=plot)
+    else:
+        _plan_on_places(file, criterion, as_json=as_json, out=out, plot=plot)
+
+
+def _plan_on_places(
+    file: PlanFile, criterion: Criterion, *, as_json: bool, out: Path | None, plot: Path | None
+) -> None:
     with progress("planning"):
         found = file.plan(criterion)
     if as_json:
@@ -38,6 +89,9 @@ def plan(
         title = f"{file.name}: least rho_{criterion}, {found.num_candidates} candidates"
         print_table(title, ("iteration", "parameters", f"rho_{criterion}", "steps after"), rows)
         print(f"closure {found.quality.closure}, epsilon {found.quality.epsilon:.9g}")
+    if out is not None:
+        save_grasp(out, found.grasp, file.grasp_options, name=file.name)
+        note(f"wrote {out}")
     if plot is not None:
         from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 

@@ -8,9 +8,19 @@ from typing import Annotated
 import typer
 
 from graspforce._core import Quality
-from graspforce.files import GraspFile, load_grasp, load_mesh, parse_wrench
+from graspforce.files import GraspFile, parse_wrench
 from graspforce.files.wrenches import COLUMNS
 
+from .mesh_input import (
+    At,
+    Edges,
+    Friction,
+    GraspArgument,
+    LengthScale,
+    MaxNormalForce,
+    Unit,
+    grasp_from,
+)
 from .output import AsJson, print_json, print_table, save
 from .progress import progress
 
@@ -18,20 +28,31 @@ __all__ = ["quality"]
 
 
 def quality(
-    grasp: Annotated[Path, typer.Argument(help="Grasp file: YAML, JSON or NPZ.")],
+    grasp: GraspArgument,
     center: Annotated[
         str | None,
         typer.Option(help="External wrench that acts all the time, such as the weight: numbers with commas."),
     ] = None,
     rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
     as_json: AsJson = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw the grasp into FILE (png, pdf, svg).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).")
+    ] = None,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
+    length_scale: LengthScale = None,
 ) -> None:
     """Measure a grasp by both criteria: how large a wrench it resists in its worst direction.
 
     Example: `graspforce quality cup.yaml --center 0,0,-3,0,0,0 --plot cup.png`
     """
-    file = load_grasp(grasp)
+    file = grasp_from(
+        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
+        length_scale=length_scale,
+    )  # fmt: skip
     about = None if center is None else parse_wrench(center, file.grasp.wrench_dim)
     with progress("measuring"):
         found = [file.grasp.quality(criterion, rtol, about) for criterion in ("max", "sum")]
@@ -43,8 +64,8 @@ def quality(
     if plot is not None:
         from graspforce.plotting import quality_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        mesh = None if file.mesh is None else load_mesh(file.mesh)
-        save(quality_figure(file.grasp, title=file.name, outline=file.outline, mesh=mesh), plot)
+        figure = quality_figure(file.grasp, title=file.name, outline=file.outline, mesh=file.object_mesh())
+        save(figure, plot)
 
 
 def _print(file: GraspFile, found: list[Quality]) -> None:

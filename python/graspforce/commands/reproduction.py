@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from typing import TYPE_CHECKING, Any
 
-from graspforce.errors import GraspForceError
+from graspforce._optional import optional
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -18,10 +17,8 @@ __all__ = ["EXAMPLES", "reproduce"]
 def reproduce(example: str, *, json_file: Path | None = None, out: Path | None = None) -> None:
     """Compute one of `EXAMPLES`, print it, and write its numbers to a file and its pictures into a folder."""
     # Before minutes of someone's attention are spent: a missing extra is known from the start.
-    if out is not None and importlib.util.find_spec("matplotlib") is None:
-        message = "--out draws with matplotlib, which is not installed: pip install 'graspforce[plot]'"
-        raise GraspForceError(message)
     if out is not None:
+        optional("matplotlib", "plot")
         out.mkdir(parents=True, exist_ok=True)
     report, numbers, draw = EXAMPLES[example]()
     print(report)

@@ -7,20 +7,37 @@ from typing import Annotated
 
 import typer
 
-from graspforce.files import load_grasp, load_mesh, load_wrenches
+from graspforce.files import load_mesh, load_wrenches
 
+from .mesh_input import (
+    At,
+    Edges,
+    Friction,
+    GraspArgument,
+    LengthScale,
+    MaxNormalForce,
+    Unit,
+    grasp_from,
+)
 from .output import note
 
 __all__ = ["view"]
 
 
 def view(
-    grasp: Annotated[Path, typer.Argument(help="Grasp file: YAML, JSON or NPZ.")],
+    grasp: GraspArgument,
     mesh: Annotated[
-        Path | None, typer.Option(help="The object's mesh, if the grasp file names none.")
+        Path | None,
+        typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
     ] = None,
     wrenches: Annotated[Path | None, typer.Option(help="External wrenches to play: CSV or NPY.")] = None,
     port: Annotated[int, typer.Option(help="Where the page is served, on this machine only.")] = 8080,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
+    length_scale: LengthScale = None,
 ) -> None:
     """Show a spatial grasp in the browser: sliders for friction and limits, contacts to drag, forces to play.
 
@@ -29,9 +46,12 @@ def view(
     from graspforce.viewer.scene import serve  # noqa: PLC0415 - viser only where it is asked for
     from graspforce.viewer.scene import view as start  # noqa: PLC0415
 
-    file = load_grasp(grasp)
-    where = mesh or file.mesh
+    file = grasp_from(
+        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
+        length_scale=length_scale,
+    )  # fmt: skip
+    surface = file.object_mesh() if mesh is None else load_mesh(mesh)
     given = None if wrenches is None else load_wrenches(wrenches, file.grasp.wrench_dim).wrenches
-    viewer = start(file.grasp, None if where is None else load_mesh(where), given, port=port)
+    viewer = start(file.grasp, surface, given, port=port)
     note(f"http://127.0.0.1:{viewer.port}  (Ctrl-C ends)")
     serve(viewer)

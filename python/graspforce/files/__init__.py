@@ -5,12 +5,15 @@ Whatever is wrong is an `graspforce.InvalidFileError` that names file, line and 
 """
 
 from .grasps import GraspFile, load_grasp
+from .mesh_problems import MeshPlanFile
 from .meshes import load_mesh
 from .problems import PlanFile, load_problem
 from .wrenches import WrenchFile, load_wrenches, parse_wrench
+from .writing import save_grasp
 
 __all__ = [
     "GraspFile",
+    "MeshPlanFile",
     "PlanFile",
     "WrenchFile",
     "load_grasp",
@@ -18,4 +21,5 @@ __all__ = [
     "load_problem",
     "load_wrenches",
     "parse_wrench",
+    "save_grasp",
 ]

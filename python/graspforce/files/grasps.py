@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import Grasp
+from graspforce._mesh_checks import metres
 from graspforce.errors import InvalidFileError, InvalidGraspError
 
 from .document import Document, limited_bytes, read_document
+from .mesh_surfaces import contact_places, mesh_path
+from .meshes import load_mesh
 from .schema import GraspModel
 
 if TYPE_CHECKING:
@@ -21,7 +24,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "load_grasp"]
+    from graspforce.surfaces import MeshSurface
+
+__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "grasp_of", "load_grasp"]
 
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
@@ -37,6 +42,8 @@ _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 class GraspFile:
     """A grasp, and what its file says about the object.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     path : pathlib.Path
@@ -49,6 +56,10 @@ class GraspFile:
         (n, 2) corners of a planar object in m.
     mesh : pathlib.Path or None
         File of the object's mesh.
+    mesh_unit : float
+        Unit of its vertices in m.
+    surface : MeshSurface or None
+        Its surface, where contacts took their normals from it.
     """
 
     path: Path
@@ -56,10 +67,27 @@ class GraspFile:
     grasp: Grasp
     outline: NDArray[np.float64] | None = None
     mesh: Path | None = None
+    mesh_unit: float = 1.0
+    surface: MeshSurface | None = None
+
+    def object_mesh(self) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+        """Vertices (V, 3) in m and triangles (F, 3) of the object, read now; None where no mesh is named.
+
+        Raises
+        ------
+        InvalidFileError, MissingExtraError
+            As for `load_mesh`.
+        """
+        if self.mesh is None:
+            return None
+        vertices, faces = load_mesh(self.mesh)
+        return self.mesh_unit * vertices, faces
 
 
 def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     """Read a grasp from a YAML, JSON or NPZ file.
+
+    Threads may call this at once.
 
     Parameters
     ----------
@@ -97,27 +125,34 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
 
 
 def _from_text(document: Document) -> GraspFile:
-    model = document.parsed(GraspModel)
-    dim = len(model.contacts[0].position)
-    for i, contact in enumerate(model.contacts):
-        for field, value in (("position", contact.position), ("normal", contact.normal)):
+    return grasp_of(document, document.parsed(GraspModel))
+
+
+def grasp_of(document: Document, model: GraspModel) -> GraspFile:
+    """Build the grasp that a checked document describes."""
+    positions, normals, surface = contact_places(document, model)
+    dim = len(positions[0])
+    for i, place in enumerate(zip(positions, normals, strict=True)):
+        for field, value in zip(("position", "normal"), place, strict=True):
             if len(value) != dim:
                 message = f"{len(value)} numbers, where the first contact's position has {dim}"
                 raise document.error(("contacts", i, field), message)
     try:
-        grasp = Grasp(**_arguments(document, model))
+        grasp = Grasp(positions, normals, **_arguments(document, model))
     except InvalidGraspError as error:
         raise _located(document, error) from None
     outline = None if model.outline is None else np.array(model.outline)
-    mesh = None if model.mesh is None else document.path.parent / model.mesh
-    return GraspFile(document.path, model.name or document.path.name, grasp, outline, mesh)
+    name = model.name or document.path.name
+    if model.mesh is None:
+        return GraspFile(document.path, name, grasp, outline)
+    return GraspFile(
+        document.path, name, grasp, outline, mesh_path(document, model.mesh), metres(model.mesh.unit), surface
+    )
 
 
 def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
     contacts = model.contacts
     arguments: dict[str, Any] = {
-        "positions": [contact.position for contact in contacts],
-        "normals": [contact.normal for contact in contacts],
         "friction": [_own(contact.friction, model.friction) for contact in contacts],
         "max_normal_force": [_own(contact.max_normal_force, model.max_normal_force) for contact in contacts],
         "edges": model.edges,

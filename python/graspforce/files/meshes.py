@@ -1,4 +1,4 @@
-"""Meshes of objects, for pictures."""
+"""Meshes of objects, read as plain triangles."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce.errors import InvalidFileError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidFileError
 
 from .document import limited_bytes
 
@@ -17,14 +18,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["MAX_MESH_BYTES", "load_mesh"]
+__all__ = ["FORMATS", "MAX_MESH_BYTES", "load_mesh"]
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
-_FORMATS = ("obj", "off", "ply", "stl")
+FORMATS = ("obj", "off", "ply", "stl")
 
 
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY or STL file.
+
+    Threads may call this at once.
 
     Raises
     ------
@@ -33,15 +36,11 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
     MissingExtraError
         trimesh is not installed.
     """
-    try:
-        import trimesh  # noqa: PLC0415 - most files have no mesh
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("mesh", error) from error
-
+    trimesh = optional("trimesh", "mesh")
     path = Path(path)
     kind = path.suffix.lower().removeprefix(".")
-    if kind not in _FORMATS:
-        raise InvalidFileError(path, f"not one of the known formats: {', '.join(_FORMATS)}")
+    if kind not in FORMATS:
+        raise InvalidFileError(path, f"not one of the known formats: {', '.join(FORMATS)}")
     content = limited_bytes(path, MAX_MESH_BYTES)
     try:
         mesh: Any = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh")

@@ -1,4 +1,4 @@
-"""Plan files: a planar planning problem, a curve for each contact."""
+"""Plan files: a planning problem, with a curve or a surface for each contact or a mesh for all of them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,28 @@ import numpy as np
 
 from graspforce import planning
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
-from graspforce.surfaces import PlanarCurve, contacts_on, ellipse, line
+from graspforce.surfaces import (
+    ParametricSurface,
+    PlanarCurve,
+    contacts_on,
+    cylinder,
+    ellipse,
+    ellipsoid,
+    line,
+    plane,
+)
 
-from .document import read_document
-from .schema import EllipseModel, LineModel, PlanModel
+from .document import Document, read_document
+from .mesh_problems import MeshPlanFile, mesh_problem
+from .schema import (
+    CylinderModel,
+    EllipseModel,
+    EllipsoidModel,
+    LineModel,
+    PlanContactModel,
+    PlaneModel,
+    PlanModel,
+)
 
 if TYPE_CHECKING:
     import os
@@ -29,13 +47,15 @@ __all__ = ["PlanFile", "load_problem"]
 class PlanFile:
     """A planning problem from a file.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     path : pathlib.Path
         The file.
     name : str
         Its title, or the file's name.
-    curves : tuple of PlanarCurve
+    places : tuple of PlanarCurve or ParametricSurface
         Where each contact may lie.
     search : dict
         ``initial``, ``step``, ``tolerance`` and ``bounds`` of `graspforce.plan`.
@@ -47,31 +67,34 @@ class PlanFile:
 
     path: Path
     name: str
-    curves: tuple[PlanarCurve, ...]
+    places: tuple[PlanarCurve | ParametricSurface, ...]
     search: dict[str, Any]
     grasp_options: dict[str, Any]
     outline: NDArray[np.float64] | None = None
 
     def plan(self, criterion: Criterion = "max") -> Plan:
         """Search for the best grasp, as `graspforce.plan` does."""
-        surface = contacts_on(*self.curves)
+        surface = contacts_on(*self.places)
         try:
             return planning.plan(surface, criterion=criterion, **self.search, **self.grasp_options)
         except (InvalidInputError, InvalidGraspError) as error:
             raise InvalidFileError(self.path, str(error)) from error
 
 
-def load_problem(path: str | os.PathLike[str]) -> PlanFile:
+def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:
     """Read a planning problem from a YAML or JSON file.
+
+    Threads may call this at once.
 
     Parameters
     ----------
     path : path-like
-        ``.json``, or text of any other suffix, as the schema of ``graspforce info --schema plan`` describes.
+        ``.json``, or text of any other suffix, as the schemas of ``graspforce info --schema plan`` and, where
+        the file names a ``mesh``, ``--schema mesh-plan`` describe.
 
     Returns
     -------
-    PlanFile
+    PlanFile or MeshPlanFile
         The problem; its ``plan`` solves it.
 
     Raises
@@ -80,27 +103,35 @@ def load_problem(path: str | os.PathLike[str]) -> PlanFile:
         The file cannot be read or is not a planning problem; the message names line and field.
     """
     document = read_document(Path(path))
-    model = document.parsed(PlanModel)
+    if isinstance(document.data, dict) and "mesh" in document.data:
+        return mesh_problem(document)
+    return _place_problem(document, document.parsed(PlanModel))
+
+
+def _place_problem(document: Document, model: PlanModel) -> PlanFile:
+    places: list[PlanarCurve | ParametricSurface] = []
+    search: dict[str, list[Any]] = {"initial": [], "step": [], "tolerance": [], "bounds": []}
     for i, contact in enumerate(model.contacts):
-        low, high = contact.bounds
-        if low > high:
-            raise document.error(("contacts", i, "bounds"), f"{low} is above {high}")
-        if not low <= contact.initial <= high:
-            message = f"{contact.initial} is outside the bounds [{low}, {high}]"
-            raise document.error(("contacts", i, "initial"), message)
+        if (contact.curve is None) == (contact.surface is None):
+            raise document.error(("contacts", i), "give either `curve` or `surface`")
+        place = _place(document, i, contact)
+        if places and place.num_params != places[0].num_params:
+            message = "curves are planar and surfaces spatial; all contacts lie on one kind"
+            raise document.error(("contacts", i), message)
+        places.append(place)
+        for field, values in _search_of(document, i, contact, place.num_params).items():
+            search[field].extend(values)
     return PlanFile(
         document.path,
         model.name or document.path.name,
-        tuple(_curve(contact.curve) for contact in model.contacts),
-        {
-            field: [getattr(contact, field) for contact in model.contacts]
-            for field in ("initial", "step", "tolerance", "bounds")
-        },
+        tuple(places),
+        search,
         {
             "friction": [_own(contact.friction, model.friction) for contact in model.contacts],
             "max_normal_force": [
                 _own(contact.max_normal_force, model.max_normal_force) for contact in model.contacts
             ],
+            "edges": model.edges,
             "length_scale": model.length_scale,
             "friction_margin": model.friction_margin,
             "origin": model.origin,
@@ -109,10 +140,43 @@ def load_problem(path: str | os.PathLike[str]) -> PlanFile:
     )
 
 
-def _curve(model: EllipseModel | LineModel) -> PlanarCurve:
-    if isinstance(model, EllipseModel):
-        return ellipse(model.semi_x, model.semi_y, pressed_from=model.pressed_from)
-    return line(model.start, model.direction, object_side=model.object_side)
+def _search_of(document: Document, i: int, contact: PlanContactModel, size: int) -> dict[str, list[Any]]:
+    """List what one contact adds to each argument of the search."""
+    found: dict[str, list[Any]] = {}
+    for field in ("initial", "step", "tolerance", "bounds"):
+        values = getattr(contact, field)
+        if field in ("step", "tolerance") and len(values) == 1:
+            values = values * size
+        if len(values) != size:
+            message = f"{len(values)} of them, expected {size}, one for each parameter"
+            raise document.error(("contacts", i, field), message)
+        found[field] = values
+    for start, (low, high) in zip(found["initial"], found["bounds"], strict=True):
+        if low > high:
+            raise document.error(("contacts", i, "bounds"), f"{low} is above {high}")
+        if not low <= start <= high:
+            raise document.error(("contacts", i, "initial"), f"{start} is outside the bounds [{low}, {high}]")
+    return found
+
+
+def _place(document: Document, i: int, contact: PlanContactModel) -> PlanarCurve | ParametricSurface:
+    model = contact.curve or contact.surface
+    field = "curve" if contact.curve else "surface"
+    try:
+        match model:
+            case EllipseModel():
+                return ellipse(model.semi_x, model.semi_y, pressed_from=model.pressed_from)
+            case LineModel():
+                return line(model.start, model.direction, object_side=model.object_side)
+            case PlaneModel():
+                return plane(model.start, model.u, model.v, object_side=model.object_side)
+            case EllipsoidModel():
+                return ellipsoid(model.semi_x, model.semi_y, model.semi_z, pressed_from=model.pressed_from)
+            case CylinderModel():
+                return cylinder(model.radius, pressed_from=model.pressed_from)
+    except InvalidInputError as error:
+        raise document.error(("contacts", i, field), str(error)) from None
+    raise AssertionError(field)
 
 
 def _own(value: float | None, shared: float) -> float:

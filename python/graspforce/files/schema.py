@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from graspforce.errors import MissingExtraError
 
 try:
-    from pydantic import BaseModel, ConfigDict, Field
+    from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
+    from pydantic_core import PydanticCustomError
 except ModuleNotFoundError as error:
     raise MissingExtraError("cli", error) from error
 
-__all__ = ["ContactModel", "EllipseModel", "GraspModel", "LineModel", "PlanContactModel", "PlanModel"]
+__all__ = [
+    "ContactModel",
+    "CylinderModel",
+    "EllipseModel",
+    "EllipsoidModel",
+    "GraspModel",
+    "LineModel",
+    "MeshModel",
+    "MeshPlanModel",
+    "PlanContactModel",
+    "PlanModel",
+    "PlaneModel",
+]
 
 _MAX_CONTACTS = 1000
 
@@ -20,6 +33,7 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 _Vector = Annotated[list[_Number], Field(min_length=2, max_length=3)]
 _Planar = Annotated[list[_Number], Field(min_length=2, max_length=2)]
+_Spatial = Annotated[list[_Number], Field(min_length=3, max_length=3)]
 _Edges = Annotated[int, Field(ge=3, le=4096)]
 
 
@@ -28,44 +42,95 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
-class ContactModel(_Strict):
-    """One contact of a grasp file; what it leaves out is taken from the file's own fields."""
+class MeshModel(_Strict):
+    """The object's surface from a file, checked as `graspforce.surfaces.MeshSurface` does."""
 
-    position: _Vector = Field(description="where the contact is, in m")
-    normal: _Vector = Field(description="into the object, of any length")
+    file: str = Field(min_length=1, description="OBJ, OFF, PLY or STL, beside this file")
+    unit: Literal["m", "dm", "cm", "mm", "in", "ft"] = Field("m", description="unit of its vertices")
+    normals: Literal["interpolated", "face"] = Field(
+        "interpolated", description="normals of the corners, or those of the faces"
+    )
+    max_curvature: _Positive | None = Field(
+        None, description="exclude faces that bend towards a neighbour by more than this, in rad/m"
+    )
+    check_watertight: bool = Field(True, description="refuse a mesh with holes")
+
+
+def _by_name(value: Any) -> Any:
+    return {"file": value} if isinstance(value, str) else value
+
+
+_MESH_SCHEMA = {"anyOf": [{"type": "string"}, MeshModel.model_json_schema()]}
+_Mesh = Annotated[MeshModel, BeforeValidator(_by_name), WithJsonSchema(_MESH_SCHEMA)]
+
+
+class ContactModel(_Strict):
+    """One contact of a grasp file; what it leaves out is taken from the file's own fields.
+
+    Its place is a position and a normal; or, on a mesh, a position whose normal the mesh gives, a point that
+    is projected on the mesh, or a face with barycentric coordinates.
+    """
+
+    position: _Vector | None = Field(None, description="where the contact is, in m")
+    normal: _Vector | None = Field(None, description="into the object, of any length; by default the mesh's")
+    point: _Spatial | None = Field(None, description="in m; the contact is the nearest point of the mesh")
+    face: Annotated[int, Field(ge=0)] | None = Field(
+        None, description="number of a face of the mesh, from 0; the contact is on it"
+    )
+    barycentric: _Spatial | None = Field(None, description="weights of that face's corners, with sum 1")
     friction: _NotNegative | None = Field(None, description="Coulomb coefficient")
     max_normal_force: _Positive | None = Field(None, description="upper bound of the normal force, in N")
     torsion: _NotNegative | None = Field(None, description="torsional coefficient in m; soft where positive")
     edges: _Edges | None = Field(None, description="edges of the linearised friction cone")
-    tangent: Annotated[list[_Number], Field(min_length=3, max_length=3)] | None = Field(
+    tangent: _Spatial | None = Field(
         None, description="direction whose projection is the axis o of the contact frame"
     )
     extreme_forces: list[Annotated[list[_Number], Field(min_length=2, max_length=4)]] | None = Field(
         None, description="forces in the contact frame, in N, whose hull with zero replaces the friction cone"
     )
 
+    @model_validator(mode="after")
+    def _one_place(self) -> ContactModel:
+        fields = ("position", "normal", "point", "face", "barycentric")
+        given = tuple(name for name in fields if getattr(self, name) is not None)
+        if given not in {("position", "normal"), ("position",), ("point",), ("face", "barycentric")}:
+            raise PydanticCustomError(
+                "place",
+                "its place is `position` and `normal`, or on a mesh `position`, `point`, or `face` and "
+                "`barycentric`; given is {given}",
+                {"given": " and ".join(f"`{name}`" for name in given) or "none of them"},
+            )
+        return self
+
 
 class _Shared(_Strict):
     """What holds for all contacts of a file."""
 
+    name: str | None = Field(None, description="title of tables and pictures")
     friction: _NotNegative = Field(0.5, description="Coulomb coefficient of contacts that give none")
     max_normal_force: _Positive = Field(1.0, description="upper bound of contacts that give none, in N")
-    length_scale: _Positive = Field(1.0, description="length that makes torques comparable with forces, in m")
+    edges: _Edges | None = Field(8, description="edges of linearised friction cones; null for true cones")
     friction_margin: Annotated[float, Field(ge=1, allow_inf_nan=False)] = Field(
         1.0, description="divides all friction coefficients"
     )
+
+
+class _Scaled(_Shared):
+    """What measures torques, where the file gives the contacts' places."""
+
+    length_scale: _Positive = Field(1.0, description="length that makes torques comparable with forces, in m")
     origin: _Vector | None = Field(None, description="point about which torques are taken, in m")
 
 
-class GraspModel(_Shared):
+class GraspModel(_Scaled):
     """A grasp: its contacts, and what they have in common."""
 
-    name: str | None = Field(None, description="title of tables and pictures")
     contacts: list[ContactModel] = Field(min_length=1, max_length=_MAX_CONTACTS)
-    edges: _Edges | None = Field(8, description="edges of linearised friction cones; null for true cones")
     torsion: _NotNegative = Field(0.0, description="torsional coefficient of contacts that give none, in m")
     outline: list[_Planar] | None = Field(None, description="corners of a planar object, for pictures, in m")
-    mesh: str | None = Field(None, description="file of the object's mesh, for pictures, beside this file")
+    mesh: _Mesh | None = Field(
+        None, description="the object's mesh, for pictures and for contacts without normals"
+    )
 
 
 class EllipseModel(_Strict):
@@ -86,21 +151,90 @@ class LineModel(_Strict):
     object_side: Literal["left", "right"]
 
 
-class PlanContactModel(_Strict):
-    """One contact of a plan file: the curve it may lie on, and how it is searched."""
+class PlaneModel(_Strict):
+    """The face ``start + p u + q v``; its parameters are p and q."""
 
-    curve: Annotated[EllipseModel | LineModel, Field(discriminator="kind")]
-    initial: _Number = Field(description="parameter at which the search starts")
-    step: _Positive = Field(description="first step of the search")
-    tolerance: _Positive = Field(description="step at which the search ends")
-    bounds: _Planar = Field(description="smallest and largest parameter")
+    kind: Literal["plane"]
+    start: _Spatial
+    u: _Spatial
+    v: _Spatial
+    object_side: Literal["along", "against"]
+
+
+class EllipsoidModel(_Strict):
+    """An ellipsoid about the origin; its parameters are longitude and latitude in rad."""
+
+    kind: Literal["ellipsoid"]
+    semi_x: _Positive
+    semi_y: _Positive
+    semi_z: _Positive
+    pressed_from: Literal["outside", "inside"] = "outside"
+
+
+class CylinderModel(_Strict):
+    """The side of a cylinder about the z axis; its parameters are the angle in rad and the height in m."""
+
+    kind: Literal["cylinder"]
+    radius: _Positive
+    pressed_from: Literal["outside", "inside"] = "outside"
+
+
+def _listed(value: Any) -> Any:
+    return value if isinstance(value, list) else [value]
+
+
+def _rows(value: Any) -> Any:
+    return [value] if isinstance(value, list) and not any(isinstance(row, list) for row in value) else value
+
+
+_NUMBERS_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}}]}
+_Numbers = Annotated[list[_Number], BeforeValidator(_listed), WithJsonSchema(_NUMBERS_SCHEMA)]
+_Positives = Annotated[list[_Positive], BeforeValidator(_listed), WithJsonSchema(_NUMBERS_SCHEMA)]
+_Bounds = Annotated[list[_Planar], BeforeValidator(_rows), Field(min_length=1, max_length=2)]
+
+
+class PlanContactModel(_Strict):
+    """One contact of a plan file: the curve or surface it may lie on, and how it is searched.
+
+    On a curve each field of the search is a number and ``bounds`` a pair; on a surface there are two of each.
+    """
+
+    curve: Annotated[EllipseModel | LineModel, Field(discriminator="kind")] | None = None
+    surface: Annotated[PlaneModel | EllipsoidModel | CylinderModel, Field(discriminator="kind")] | None = None
+    initial: _Numbers = Field(description="parameters at which the search starts")
+    step: _Positives = Field(description="first step of the search, one for all parameters or one for each")
+    tolerance: _Positives = Field(description="step at which the search ends, likewise")
+    bounds: _Bounds = Field(description="smallest and largest value of each parameter")
     friction: _NotNegative | None = Field(None, description="Coulomb coefficient")
     max_normal_force: _Positive | None = Field(None, description="upper bound of the normal force, in N")
 
 
-class PlanModel(_Shared):
-    """A planning problem in the plane: a curve for each contact."""
+class PlanModel(_Scaled):
+    """A planning problem: a curve in the plane, or a surface in space, for each contact."""
 
-    name: str | None = Field(None, description="title of tables and pictures")
     contacts: list[PlanContactModel] = Field(min_length=1, max_length=8)
     outline: list[_Planar] | None = Field(None, description="corners of the object, for pictures, in m")
+
+
+class MeshPlanModel(_Shared):
+    """A planning problem on a mesh: any number of contacts anywhere on its surface, from many starts."""
+
+    mesh: _Mesh = Field(description="the object")
+    contacts: int = Field(3, ge=2, le=12, description="how many")
+    torsion: _NotNegative = Field(0.0, description="torsional coefficient in m; soft fingers where positive")
+    length_scale: _Positive | None = Field(
+        None, description="length that makes torques comparable with forces, in m; half the mesh's extent"
+    )
+    origin: _Spatial | None = Field(
+        None, description="point about which torques are taken, in m; the mesh's centre of mass"
+    )
+    starts: int = Field(100, ge=1, le=100_000, description="searches, from places all over the mesh")
+    best: int = Field(3, ge=1, le=1000, description="how many distinct grasps are kept")
+    step: _Positive | None = Field(None, description="first step in m; a fifth of the mesh's extent")
+    tolerance: _Positive | None = Field(None, description="last step in m; a tenth of the first")
+    min_distance: _NotNegative | None = Field(
+        None, description="least distance between contacts in m; a twentieth of the mesh's extent"
+    )
+    refine: bool = Field(True, description="whether the grasps kept are refined by gradients")
+    seed: int = Field(0, ge=0, description="of the starts: the same seed gives the same grasps")
+    time_limit: _Positive | None = Field(None, description="seconds after which the search ends")

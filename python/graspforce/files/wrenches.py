@@ -31,6 +31,8 @@ COLUMNS = {3: ("fx", "fy", "tau"), 6: ("fx", "fy", "fz", "tx", "ty", "tz")}
 class WrenchFile:
     """External wrenches over time.
 
+    Threads may share it; it can be copied and pickled.
+
     Attributes
     ----------
     wrenches : numpy.ndarray
@@ -45,6 +47,8 @@ class WrenchFile:
 
 def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
     r"""Read external wrenches from a CSV or NPY file.
+
+    Threads may call this at once.
 
     Parameters
     ----------
@@ -84,7 +88,10 @@ def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
 
 
 def parse_wrench(text: str, wrench_dim: int) -> NDArray[np.float64]:
-    """Read one wrench from numbers separated by commas or spaces."""
+    """Read one wrench from numbers separated by commas or spaces.
+
+    Threads may call this at once.
+    """
     try:
         wrench = finite_array("wrench", [float(number) for number in text.replace(",", " ").split()] or [0])
     except ValueError as error:

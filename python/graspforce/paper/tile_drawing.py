@@ -5,12 +5,13 @@ Needs matplotlib (the ``plot`` extra).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from graspforce.spatial_plotting import draw_mesh, draw_spatial_grasp, frame_view
+from graspforce._core import Grasp
+from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view
 
 from .examples import TILE, tile_side
 from .tile_forces_drawing import save_tile_forces_figures
@@ -30,8 +31,8 @@ __all__ = ["draw_tile", "save_tile_figures", "tile_plan_figure"]
 _PANELS = 8
 _GRID = 24
 _CONE = 0.08
-_ABOVE: dict[str, Any] = {"length": _CONE, "labels": False}
-_BENEATH: dict[str, Any] = {**_ABOVE, "color": "#c8742c"}
+_SIDES = 24
+_BENEATH_COLOUR = "#d99a66"
 
 
 def draw_tile(axes: Axes3D) -> None:
@@ -94,9 +95,10 @@ def _draw_iterate(axes: Axes3D, run: TilePlanRun, params: NDArray[np.float64]) -
     positions, normals = (array[0] for array in TILE.surface(params[None]))
     # Painter's order by hand: what stands beneath the tile is drawn before it, what stands on top after.
     beneath, above = slice(2, 4), slice(0, 2)
-    draw_spatial_grasp(axes, positions[beneath], normals[beneath], run.friction, **_BENEATH)
+    grasps = [Grasp(positions[side], normals[side], run.friction, edges=_SIDES) for side in (beneath, above)]
+    draw_spatial_grasp(axes, grasps[0], metres_per_newton=_CONE, color=_BENEATH_COLOUR)
     draw_tile(axes)
-    draw_spatial_grasp(axes, positions[above], normals[above], run.friction, **_ABOVE)
+    draw_spatial_grasp(axes, grasps[1], metres_per_newton=_CONE)
     for number, (point, n) in enumerate(zip(positions, normals, strict=True), start=1):
         axes.text(*(point - 1.3 * _CONE * n), str(number), fontsize=8, ha="center", zorder=6)
     frame_view(axes, (-0.24, -0.24, -0.2), (0.24, 0.24, 0.2), elevation=34, azimuth=-68, zoom=1.1)

@@ -16,6 +16,7 @@ from .figures import grasp_figure, history_figure, polytope_figure, quality_figu
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
 from .racket import plan_figure, save_plan_figures
+from .scene import draw_mesh, frame_view
 from .spatial import draw_spatial_grasp
 from .statistics import draw_latencies, draw_plan_history
 from .trajectories import draw_forces
@@ -23,10 +24,12 @@ from .trajectories import draw_forces
 __all__ = [
     "draw_forces",
     "draw_latencies",
+    "draw_mesh",
     "draw_plan_history",
     "draw_planar_grasp",
     "draw_spatial_grasp",
     "draw_wrench_polytopes",
+    "frame_view",
     "grasp_figure",
     "history_figure",
     "plan_figure",

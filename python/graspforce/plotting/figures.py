@@ -35,6 +35,8 @@ def grasp_figure(
 ) -> Figure:
     """Return a picture of a grasp, and of the forces (m, k) in its contact frames.
 
+    For one thread at a time, as all of matplotlib.
+
     Examples
     --------
     >>> import graspforce as gf
@@ -53,7 +55,10 @@ def grasp_figure(
 
 
 def polytope_figure(grasp: Grasp, *, title: str = "") -> Figure:
-    """Return the wrench polytopes of a planar grasp, as `draw_wrench_polytopes` draws them."""
+    """Return the wrench polytopes of a planar grasp, as `draw_wrench_polytopes` draws them.
+
+    For one thread at a time, as all of matplotlib.
+    """
     figure = new_figure(5.6, 5.0)
     figure.suptitle(title, fontsize=10, color=INK)
     draw_wrench_polytopes(_solid(figure, 111), grasp)
@@ -67,7 +72,10 @@ def quality_figure(
     outline: ArrayLike | None = None,
     mesh: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
-    """Return a grasp and, where it is planar and spans all wrenches, its wrench polytopes beside it."""
+    """Return a grasp and, where it is planar and spans all wrenches, its wrench polytopes beside it.
+
+    For one thread at a time, as all of matplotlib.
+    """
     if not _has_polytopes(grasp):
         return grasp_figure(grasp, title=title, outline=outline, mesh=mesh)
     figure = new_figure(9.6, 4.8)
@@ -84,7 +92,10 @@ def quality_figure(
 def trajectory_figure(
     normal_forces: ArrayLike, max_normal_force: ArrayLike, *, times: ArrayLike | None = None, title: str = ""
 ) -> Figure:
-    """Return normal forces (T, m) over time with their limits, as `draw_forces` draws them."""
+    """Return normal forces (T, m) over time with their limits, as `draw_forces` draws them.
+
+    For one thread at a time, as all of matplotlib.
+    """
     figure = new_figure(7.2, 3.6)
     figure.suptitle(title, fontsize=10, color=INK)
     draw_forces(figure.subplots(), normal_forces, max_normal_force, times=times)
@@ -92,7 +103,10 @@ def trajectory_figure(
 
 
 def history_figure(plan: Plan, *, title: str = "", outline: ArrayLike | None = None) -> Figure:
-    """Return the descent of a plan, with the grasp it ends at where that is planar."""
+    """Return the descent of a plan, with the grasp it ends at where that is planar.
+
+    For one thread at a time, as all of matplotlib.
+    """
     planar = plan.grasp.wrench_dim == 3
     figure = new_figure(8.8 if planar else 5.2, 4.0)
     figure.suptitle(title, fontsize=10, color=INK)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = ["LONGEST", "cone_fans", "draw_planar_grasp"]
+__all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp"]
 
 LONGEST = 1.5
 """How many limits a force past its limit is drawn at most."""
@@ -39,6 +39,8 @@ def draw_planar_grasp(
 
     A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
     arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
+
+    For one thread at a time, as all of matplotlib.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def draw_planar_grasp(
         # A frictionless cone has no area; its edge still shows.
         edge = CONE if len(fan) == 1 else "none"
         artists.append(axes.add_patch(Polygon(wedge, facecolor=CONE, edgecolor=edge, zorder=2)))
-    for i, force in enumerate(() if forces is None else _checked(forces, grasp)):
+    for i, force in enumerate(() if forces is None else checked_forces(forces, grasp)):
         share = force[0] / limits[i]
         if share <= 1e-9:
             continue
@@ -115,7 +117,8 @@ def size_of(points: NDArray[np.float64]) -> float:
     return extent if extent > 0 else 1.0
 
 
-def _checked(forces: ArrayLike, grasp: Grasp) -> NDArray[np.float64]:
+def checked_forces(forces: ArrayLike, grasp: Grasp) -> NDArray[np.float64]:
+    """Return forces as an array (m, k) of numbers, or say which shape it should be."""
     array = np.asarray(forces, dtype=float)
     if array.shape != (grasp.num_contacts, grasp.force_dim):
         expected = (grasp.num_contacts, grasp.force_dim)

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from graspforce.errors import InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
-from .spatial import equal_box
+from .scene import equal_box
 from .style import INK, MINKOWSKI, OVERLOAD, UNION
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ def draw_wrench_polytopes(
     The hull of the union of the contacts' wrenches (orange) is what the sum of normalised normal forces
     limits; the hull of their Minkowski sum (blue) is what the maximum limits. The radius of the largest ball
     about the origin inside a polytope is its epsilon.
+
+    For one thread at a time, as all of matplotlib.
 
     Parameters
     ----------
@@ -91,14 +94,10 @@ def draw_wrench_polytopes(
 
 def _facets(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Facets of a hull as polygons, triangles of one plane joined."""
+    spatial = optional("scipy.spatial", "plot")
     try:
-        from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415 - needed here alone
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("plot", error) from error
-
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
+        hull = spatial.ConvexHull(points)
+    except spatial.QhullError:
         raise InvalidInputError("grasp: its wrench polytope is flat, some wrench cannot be exerted") from None
     planes = np.round(hull.equations / [1, 1, 1, np.abs(points).max()], 7)
     polygons = []

@@ -29,7 +29,10 @@ __all__ = ["plan_figure", "save_plan_figures"]
 
 
 def plan_figure(run: PlanRun) -> Figure:
-    """Return one panel for each iterate of a racket plan, with the least forces against Table 1's wrench."""
+    """Return one panel for each iterate of a racket plan, with the least forces against Table 1's wrench.
+
+    For one thread at a time, as all of matplotlib.
+    """
     history = run.plan.history
     figure = Figure(figsize=(1.9 * len(history), 4.75), dpi=130, layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(history), sharex=True, sharey=True))
@@ -48,7 +51,10 @@ def plan_figure(run: PlanRun) -> Figure:
 
 
 def save_plan_figures(run: RacketRun, folder: Path) -> list[Path]:
-    """Draw every plan into `folder`, one PNG each, and return their paths."""
+    """Draw every plan into `folder`, one PNG each, and return their paths.
+
+    For one thread at a time, as all of matplotlib.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for result in run.plans:

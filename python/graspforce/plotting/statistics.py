@@ -24,6 +24,8 @@ __all__ = ["draw_latencies", "draw_plan_history"]
 def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
     """Draw the quality of every iterate of a plan.
 
+    For one thread at a time, as all of matplotlib.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes
@@ -59,6 +61,8 @@ def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
 
 def draw_latencies(axes: Axes, seconds: ArrayLike, *, bins: int = 60) -> list[Artist]:
     """Draw how long many calls took, on a logarithmic axis, with median and 99th percentile marked.
+
+    For one thread at a time, as all of matplotlib.
 
     Parameters
     ----------

@@ -23,6 +23,8 @@ def draw_forces(
 ) -> list[Artist]:
     """Draw each contact's normal force over time, and the limits as dashed lines.
 
+    For one thread at a time, as all of matplotlib.
+
     Parameters
     ----------
     axes : matplotlib.axes.Axes

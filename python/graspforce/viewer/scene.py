@@ -40,6 +40,8 @@ def view(
     """Serve a grasp on a page of its own; parameters as for `ViewState`, then the address to listen at.
 
     Anyone who can reach the address can move the sliders, so by default only this machine can.
+
+    Threads of its own serve the page; any thread may call this.
     """
     return Viewer(ViewState(grasp, mesh, wrenches), host=host, port=port)
 

@@ -1,0 +1,65 @@
+"""``graspforce plan`` on a mesh: the best few grasps of many searches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce.files import save_grasp
+
+from .output import note, print_json, print_table, save, vector
+from .progress import progress
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from graspforce.files import MeshPlanFile
+    from graspforce.many_starts import PlanSet
+    from graspforce.planning import Criterion
+
+__all__ = ["plan_on_mesh"]
+
+
+def plan_on_mesh(
+    file: MeshPlanFile, criterion: Criterion, *, as_json: bool, out: Path | None, plot: Path | None
+) -> None:
+    """Plan, and print, write and draw the result."""
+    with progress("planning", file.num_searches) as done:
+        found = file.plan(criterion, progress=lambda count, _, __: done(count))
+    if as_json:
+        print_json({"file": str(file.path), **found.to_dict()})
+    else:
+        _print(file, found, criterion)
+    best = found.best.grasp
+    if out is not None:
+        options = file.grasp_options
+        save_grasp(out, best, options, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
+        note(f"wrote {out}")
+    if plot is not None:
+        from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+
+        mesh = (file.surface.vertices, file.surface.faces)
+        epsilon = rf"$\epsilon_\mathrm{{{criterion}}}$ = {found.best.quality.epsilon:.6g} N"
+        title = f"{file.name}   {epsilon}"
+        save(grasp_figure(best, title=title, mesh=mesh), plot)
+
+
+def _print(file: MeshPlanFile, found: PlanSet, criterion: Criterion) -> None:
+    options = file.grasp_options
+    rows = [
+        (str(k), f"{q.epsilon:.9g}", f"{q.upper - q.lower:.1e}", q.closure)
+        for k, q in enumerate((plan.quality for plan in found.plans), start=1)
+    ]
+    searched = int(np.isfinite(found.epsilon).sum())
+    title = f"{file.name}: {file.num_contacts} contacts, {searched} of {len(found.starts)} searches ended"
+    print_table(title, ("grasp", f"epsilon_{criterion}", "proven within", "closure"), rows)
+    best = found.best.grasp
+    places = [
+        (str(i), vector(position), vector(normal))
+        for i, (position, normal) in enumerate(zip(best.positions, best.normals, strict=True))
+    ]
+    print_table("best grasp", ("contact", "position (m)", "normal"), places)
+    print(f"length scale {options['length_scale']:.4g} m, torques about {vector(options['origin'])} m")
+    if found.stopped != "tolerance":
+        print(f"stopped by {found.stopped}")

@@ -1,0 +1,99 @@
+"""The object's mesh as grasp and plan files name it: a surface to put contacts on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
+from graspforce.surfaces import MeshSurface
+
+from .meshes import load_mesh
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from .document import Document
+    from .schema import ContactModel, GraspModel, MeshModel
+
+__all__ = ["contact_places", "load_surface", "mesh_path"]
+
+_FAR = 2.0
+"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
+
+
+def mesh_path(document: Document, model: MeshModel) -> Path:
+    """Where the mesh is: its name is relative to the file that names it."""
+    return document.path.parent / model.file
+
+
+def load_surface(document: Document, model: MeshModel) -> MeshSurface:
+    """Read and check the mesh that a file names; whatever is wrong with it names the file's field."""
+    vertices, faces = load_mesh(mesh_path(document, model))
+    try:
+        # STL repeats the corners of every triangle; merging keeps the triangles and their order.
+        mesh = optional("trimesh", "mesh").Trimesh(vertices, faces, process=True)
+        return MeshSurface(
+            mesh,
+            unit=model.unit,
+            normals=model.normals,
+            max_curvature=model.max_curvature,
+            check_watertight=model.check_watertight,
+        )
+    except InvalidInputError as error:
+        argument, _, message = str(error).partition(": ")
+        field = argument if argument in ("unit", "max_curvature") else "file"
+        message = message.replace(", or pass check_size=False", "").replace(
+            "pass check_watertight=False", "set `check_watertight: false` in a file"
+        )
+        raise document.error(("mesh", field), message) from None
+
+
+def contact_places(
+    document: Document, model: GraspModel
+) -> tuple[list[list[float]], list[list[float]], MeshSurface | None]:
+    """Positions and normals of all contacts; the mesh is read only if a contact needs it."""
+    positions, normals = [], []
+    surface = None
+    for i, contact in enumerate(model.contacts):
+        if contact.position is not None and contact.normal is not None:
+            position, normal = contact.position, contact.normal
+        elif model.mesh is None:
+            message = "no normal, and the file names no `mesh` that would give it"
+            raise document.error(("contacts", i), message)
+        else:
+            surface = surface or load_surface(document, model.mesh)
+            position, normal = (row.tolist() for row in _on_mesh(document, i, contact, surface))
+        positions.append(position)
+        normals.append(normal)
+    return positions, normals, surface
+
+
+def _on_mesh(
+    document: Document, i: int, contact: ContactModel, surface: MeshSurface
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    if contact.face is not None:
+        try:
+            points, normals = surface.on_faces([contact.face], [contact.barycentric or ()])
+        except InvalidInputError as error:
+            argument, _, message = str(error).partition(": ")
+            field = "face" if argument.startswith("faces") else "barycentric"
+            raise document.error(("contacts", i, field), message) from None
+        return points[0], normals[0]
+    field = "point" if contact.point is not None else "position"
+    given = np.array(contact.point if contact.point is not None else contact.position)
+    if given.shape != (3,):
+        raise document.error(("contacts", i, field), f"{len(given)} numbers, where a mesh has 3")
+    points, normals = surface.contacts(given[None])
+    distance, extent = float(np.linalg.norm(points[0] - given)), float(np.ptp(surface.bounds, axis=1).max())
+    if distance > _FAR * extent:
+        message = (
+            f"{distance:.4g} m away from the mesh, which is {extent:.4g} m long: "
+            "is it in metres, and the mesh's `unit` right?"
+        )
+        raise document.error(("contacts", i, field), message)
+    return (points[0] if contact.point is not None else given), normals[0]

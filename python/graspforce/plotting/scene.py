@@ -1,0 +1,83 @@
+"""What surrounds a spatial grasp: the object's mesh, and the box it is looked at in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import Locator, MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from .style import INK, MUTED, OBJECT
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["draw_mesh", "equal_box", "frame_view"]
+
+_LIGHT = np.array([0.3, -0.5, 0.8])
+
+
+def draw_mesh(axes: Axes3D, vertices: ArrayLike, faces: ArrayLike, *, alpha: float = 1.0) -> Artist:
+    """Draw triangles (F, 3) of vertices (V, 3) in m, shaded by their direction.
+
+    For one thread at a time, as all of matplotlib.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from graspforce.plotting import draw_mesh
+    >>> axes = Figure().add_subplot(projection="3d")
+    >>> skin = draw_mesh(axes, [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    >>> skin in axes.collections
+    True
+    """
+    triangles = np.asarray(vertices, dtype=float)[np.asarray(faces)]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+    shade = 0.75 + 0.25 * (normals @ _LIGHT) / (lengths * np.linalg.norm(_LIGHT))
+    colours = np.clip(shade[:, None] * np.array(to_rgb(OBJECT)), 0, 1)
+    rgba = np.column_stack([colours, np.full(len(shade), alpha)])
+    skin: Artist = Poly3DCollection(triangles, facecolors=rgba, edgecolors="none", zorder=1)
+    axes.add_collection3d(skin)
+    return skin
+
+
+def frame_view(
+    axes: Axes3D, low: ArrayLike, high: ArrayLike, *, elevation: float, azimuth: float, zoom: float = 1.25
+) -> None:
+    """Show the box from `low` to `high` (3,) in m with equal scales and without axes.
+
+    For one thread at a time, as all of matplotlib.
+    """
+    low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+    extent = np.maximum(high - low, 1e-9)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(tuple(extent / extent.max()), zoom=zoom)
+    axes.view_init(elev=elevation, azim=azimuth)
+    axes.set_axis_off()
+
+
+def equal_box(axes: Axes3D, points: NDArray[np.float64]) -> None:
+    """Show a box about points with one scale on all axes, and few ticks."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    # Points in one plane still need a box.
+    half = np.maximum((high - low) / 2, 0.05 * float((high - low).max()) + 1e-12) * 1.05
+    middle = (low + high) / 2
+    for name, at, reach in zip("xyz", middle, half, strict=True):
+        getattr(axes, f"set_{name}lim")(at - reach, at + reach)
+        axis = getattr(axes, f"{name}axis")
+        axis.set_pane_color((1, 1, 1, 0))
+        axis.line.set_color(MUTED)
+        axis.set_major_locator(_few_ticks(float(reach / half.max())))
+    # Less than the whole, so that the labels of the axes stay inside the figure.
+    axes.set_box_aspect(tuple(half), zoom=0.78)
+    axes.tick_params(labelsize=7, colors=INK)
+    axes.grid(visible=False)
+
+
+def _few_ticks(share: float) -> Locator:
+    return MaxNLocator(4 if share > 0.5 else 2)
