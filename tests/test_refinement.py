@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 import graspforce as gf
-from graspforce._scoring import CandidateSource
 from graspforce.paper import RACKET, tile_side
-from graspforce.refinement import _Ascent
+from graspforce.planning.refinement import _Ascent
+from graspforce.planning.scoring import CandidateSource
 from graspforce.surfaces import MeshSurface, contacts_on, ellipse
 
 TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}

@@ -35,11 +35,19 @@ from .errors import (
     NotConvergedError,
     TooLargeError,
 )
-from .global_search import GlobalOptimum, plan_global
-from .many_starts import PlanSet, plan_many
-from .placement import Placement, PlacementQuality
-from .planning import Iterate, Plan, plan
-from .refinement import Refinement, refine
+from .planning import (
+    GlobalOptimum,
+    Iterate,
+    Placement,
+    PlacementQuality,
+    Plan,
+    PlanSet,
+    Refinement,
+    plan,
+    plan_global,
+    plan_many,
+    refine,
+)
 
 __all__ = [
     "BusyError",

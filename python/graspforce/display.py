@@ -26,8 +26,7 @@ if TYPE_CHECKING:
         Quality,
         QualityBatch,
     )
-    from .many_starts import PlanSet
-    from .planning import Plan
+    from .planning import Plan, PlanSet
 
 __all__ = [
     "Record",

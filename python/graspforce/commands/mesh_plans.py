@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from graspforce.files import MeshPlanFile
-    from graspforce.many_starts import PlanSet
-    from graspforce.planning import Criterion
+    from graspforce.planning import Criterion, PlanSet
 
 __all__ = ["plan_on_mesh"]
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce._mesh_checks import metres
 from graspforce.errors import InvalidFileError, InvalidGraspError
+from graspforce.surfaces.mesh_checks import metres
 
 from .document import Document, limited_bytes, read_document
 from .mesh_surfaces import contact_places, mesh_path

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
-from graspforce.many_starts import plan_many
-from graspforce.planning import Iterate
-from graspforce.refinement import refine
+from graspforce.planning import Iterate, plan_many, refine
 from graspforce.surfaces import MeshSurface, contacts_on
 
 from .mesh_surfaces import load_surface, mesh_path
@@ -19,10 +17,8 @@ from .schema import MeshPlanModel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from graspforce._progress import Report
-    from graspforce.many_starts import PlanSet
-    from graspforce.planning import Criterion, Plan
-    from graspforce.refinement import Refinement
+    from graspforce.planning import Criterion, Plan, PlanSet, Refinement
+    from graspforce.planning.progress import Report
 
     from .document import Document
     from .schema import MeshModel

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._optional import optional
-from .errors import InvalidInputError
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,7 @@ _SIZES = (1e-3, 5.0)
 
 
 def metres(unit: str | float) -> float:
+    """Length of a unit in m, by name or as a number."""
     if isinstance(unit, str):
         if unit not in _UNITS:
             raise InvalidInputError(f"unit: {unit!r} is none of {', '.join(_UNITS)}")
@@ -33,6 +34,7 @@ def metres(unit: str | float) -> float:
 
 
 def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: bool) -> Any:
+    """Return the mesh in m, triangles and orientation checked, or raise what is wrong with it."""
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")) or len(mesh.faces) == 0:
         raise InvalidInputError(f"mesh: {mesh!r} has no triangles")
     vertices = np.asarray(mesh.vertices, dtype=np.float64) * unit

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from ._checks import finite_vector
-from ._differences import surface_normals
-from .errors import InvalidInputError
+from graspforce._checks import finite_vector
+from graspforce.errors import InvalidInputError
+
+from .differences import surface_normals
 
 if TYPE_CHECKING:
     from collections.abc import Callable

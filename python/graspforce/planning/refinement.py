@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from ._checks import finite_vector, search_bounds
-from ._optional import optional
-from ._scoring import CandidateSource
-from .display import Record
-from .errors import InvalidInputError
+from graspforce._checks import finite_vector, search_bounds
+from graspforce._optional import optional
+from graspforce.display import Record
+from graspforce.errors import InvalidInputError
+
+from .scoring import CandidateSource
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Grasp, Quality
-    from ._scoring import Contacts
-    from .planning import Criterion, Feasible, GraspOptions, Surface
+    from graspforce._core import Grasp, Quality
+
+    from .pattern_search import Criterion, Feasible, GraspOptions, Surface
+    from .scoring import Contacts
 
     Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
-from ._optional import optional
+from graspforce._optional import optional
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

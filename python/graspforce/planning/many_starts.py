@@ -9,22 +9,23 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 import numpy as np
 
-from ._checks import finite_array, search_bounds
-from ._core import quality_many
-from ._optional import optional
-from ._progress import Report, progress_bar
-from ._scoring import CandidateSource, EpsilonScore, Score
-from .display import plan_set_dict, plan_set_html
-from .errors import GraspForceError, InvalidInputError
-from .planning import pattern_search
+from graspforce._checks import finite_array, search_bounds
+from graspforce._core import quality_many
+from graspforce._optional import optional
+from graspforce.display import plan_set_dict, plan_set_html
+from graspforce.errors import GraspForceError, InvalidInputError
+
+from .pattern_search import pattern_search
+from .progress import Report, progress_bar
+from .scoring import CandidateSource, EpsilonScore, Score
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .pattern_search import Criterion, Feasible, GraspOptions, Plan, Stopped, Surface
     from .placement import Placement
-    from .planning import Criterion, Feasible, GraspOptions, Plan, Stopped, Surface
 
     Array = NDArray[np.float64]
 

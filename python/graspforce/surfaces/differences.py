@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import InvalidInputError
+from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ._checks import checked_contacts
-from ._core import CandidateSearch, Grasp
-from .display import Record
-from .errors import InvalidGraspError, InvalidInputError
+from graspforce._checks import checked_contacts
+from graspforce._core import CandidateSearch, Grasp
+from graspforce.display import Record
+from graspforce.errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ._checks import finite_array, finite_vector
-from .errors import InvalidInputError
+from graspforce._checks import finite_array, finite_vector
+from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
 
 import numpy as np
 
-from ._checks import finite_vector, search_bounds
-from ._pattern import Blocks, choose_blocks, pattern
-from ._scoring import CandidateSource, EpsilonScore, Score, SearchCounts
-from .display import Record, plan_dict, plan_html
-from .errors import GraspForceError, InvalidInputError
+from graspforce._checks import finite_vector, search_bounds
+from graspforce.display import Record, plan_dict, plan_html
+from graspforce.errors import GraspForceError, InvalidInputError
+
+from .pattern import Blocks, choose_blocks, pattern
+from .scoring import CandidateSource, EpsilonScore, Score, SearchCounts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Grasp, Quality
+    from graspforce._core import Grasp, Quality
+
     from .placement import Placement
 
 __all__ = [

@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ._checks import finite_array
-from ._core import quality_many
-from ._scoring import TIE, Choice
-from .display import Record
-from .errors import InvalidGraspError, InvalidInputError
+from graspforce._checks import finite_array
+from graspforce._core import quality_many
+from graspforce.display import Record
+from graspforce.errors import InvalidGraspError, InvalidInputError
+
+from .scoring import TIE, Choice
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
-    from ._scoring import Contacts, SearchCounts
+    from .scoring import Contacts, SearchCounts
 
     Array = NDArray[np.float64]
 

@@ -1,9 +1,4 @@
-"""Where contacts can go: planar curves here; surfaces, meshes and arrangements of contacts re-exported.
-
-A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2), a mesh points in space (B,
-3). `contacts_on` puts one contact on each of several; `tied` and `mirrored` make contacts depend on each
-other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
-"""
+"""Planar parametric curves, with normals given or computed."""
 
 from __future__ import annotations
 
@@ -13,11 +8,9 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from ._differences import curve_tangents
-from .arrangements import contacts_on, mirrored, tied
-from .errors import InvalidInputError
-from .mesh import MeshSurface
-from .spatial import ParametricSurface, cylinder, ellipsoid, plane
+from graspforce.errors import InvalidInputError
+
+from .differences import curve_tangents
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,19 +19,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "MeshSurface",
-    "ParametricSurface",
-    "PlanarCurve",
-    "contacts_on",
-    "cylinder",
-    "ellipse",
-    "ellipsoid",
-    "line",
-    "mirrored",
-    "plane",
-    "tied",
-]
+__all__ = ["PlanarCurve", "ellipse", "line"]
 
 
 @dataclass(frozen=True, slots=True)

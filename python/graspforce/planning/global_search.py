@@ -18,18 +18,20 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from ._checks import finite_array, search_bounds
-from ._core import BoxBound
-from ._scoring import CandidateSource, EpsilonScore
-from .display import Record
-from .errors import InvalidGraspError, InvalidInputError
+from graspforce._checks import finite_array, search_bounds
+from graspforce._core import BoxBound
+from graspforce.display import Record
+from graspforce.errors import InvalidGraspError, InvalidInputError
+
+from .scoring import CandidateSource, EpsilonScore
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._core import Grasp, Quality
-    from ._progress import Report
-    from .planning import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from graspforce._core import Grasp, Quality
+
+    from .pattern_search import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from .progress import Report
 
     Array = NDArray[np.float64]
 

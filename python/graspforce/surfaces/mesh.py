@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from ._checks import finite_array
-from ._core import TriangleTree
-from ._mesh_checks import checked_mesh, curvature, hidden_faces, metres
-from ._optional import optional
-from .errors import InvalidInputError
+from graspforce._checks import finite_array
+from graspforce._core import TriangleTree
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
+
+from .mesh_checks import checked_mesh, curvature, hidden_faces, metres
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -25,7 +25,7 @@ def choose_blocks(num_params: int, num_contacts: int, max_candidates: int) -> Bl
 
     Examples
     --------
-    >>> from graspforce._pattern import choose_blocks
+    >>> from graspforce.planning.pattern import choose_blocks
     >>> choose_blocks(4, 4, 729)
     ((0, 1, 2, 3),)
     >>> choose_blocks(8, 4, 729)

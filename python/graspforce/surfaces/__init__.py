@@ -1,0 +1,25 @@
+"""Where contacts can go: planar curves, surfaces in space, meshes, and arrangements of contacts on them.
+
+A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2), a mesh points in space (B,
+3). `contacts_on` puts one contact on each of several; `tied` and `mirrored` make contacts depend on each
+other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
+"""
+
+from .arrangements import contacts_on, mirrored, tied
+from .curves import PlanarCurve, ellipse, line
+from .mesh import MeshSurface
+from .parametric import ParametricSurface, cylinder, ellipsoid, plane
+
+__all__ = [
+    "MeshSurface",
+    "ParametricSurface",
+    "PlanarCurve",
+    "contacts_on",
+    "cylinder",
+    "ellipse",
+    "ellipsoid",
+    "line",
+    "mirrored",
+    "plane",
+    "tied",
+]
