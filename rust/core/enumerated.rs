@@ -12,6 +12,7 @@ use crate::conic::{self, HalfSpaces};
 use crate::equilibration::Equilibration;
 use crate::error::Result;
 use crate::grasp::Grasp;
+use crate::interrupt;
 use crate::minkowski::MinkowskiSum;
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
@@ -76,9 +77,10 @@ impl<const D: usize> Enumeration<D> {
     }
 
     /// The points that some targets need, completed until every direction can be balanced (section 4.2).
-    pub(crate) fn reduce(&self, simplex: &mut Simplex<D>, targets: &[Target<D>], rank: usize) -> Vec<u32> {
+    pub(crate) fn reduce(&self, simplex: &mut Simplex<D>, targets: &[Target<D>], rank: usize) -> Result<Vec<u32>> {
         let (mut kept, mut active) = (Vec::new(), Vec::new());
         for target in targets {
+            interrupt::check()?;
             self.select(target, &mut active);
             if active.len() < self.points.len() {
                 kept.append(&mut active);
@@ -111,7 +113,7 @@ impl<const D: usize> Enumeration<D> {
                 }
             }
         }
-        kept
+        interrupt::check().map(|()| kept)
     }
 
     /// Solves over some of the points; whether the others could do better is for the caller to ask.

@@ -8,6 +8,7 @@ use crate::contact::ContactForce;
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::law::objective_value;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{Found, PreloadProgram, PreloadWorkspace, checked_bounds};
@@ -192,12 +193,7 @@ impl<const D: usize> ForceDistributor<D> {
     ) -> Result<(ConeAnswer<D>, &'a Found)> {
         match (program, workspace) {
             (Program::Cone(program), Workspace::Cone(workspace, found)) => {
-                let answer = program.solve(workspace, b, &mut found.forces)?;
-                let contacts = self.grasp.contacts().iter().zip(&found.forces);
-                for (normal, (contact, force)) in found.normals.iter_mut().zip(contacts) {
-                    *normal = force[0] / contact.max_normal_force;
-                }
-                Ok((answer, found))
+                Ok((program.solve(workspace, b, found)?, found))
             }
             (Program::Preload(program), Workspace::Preload(workspace, found)) => {
                 Ok((program.solve(workspace, b, found)?, found))
@@ -329,9 +325,9 @@ impl<const D: usize> Clone for ForceDistributor<D> {
     }
 }
 
-/// A wrench that is not finite leads to some error or other; this is the one the caller should see.
+/// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see.
 fn named<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
-    check_wrench(external_wrench).err().unwrap_or(error)
+    check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
 }
 
 fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {

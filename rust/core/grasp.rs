@@ -49,6 +49,9 @@ impl GraspOptions {
         if !(scale > 0.0 && scale.is_finite()) {
             return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
         }
+        if !REPRESENTABLE.contains(&scale) {
+            return Err(Error::grasp("length_scale", format!("{scale:e} is beyond what can be computed with")));
+        }
         if !(margin >= 1.0 && margin.is_finite()) {
             return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
         }

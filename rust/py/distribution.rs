@@ -10,6 +10,7 @@ use pyo3::types::{PyIterator, PyTuple, PyType};
 use crate::arrays::{contents, float_array, float_vector, matrix};
 use crate::errors::{invalid_input, to_python};
 use crate::grasp::{AnyGrasp, PyGrasp};
+use crate::interrupt::{detached, on_all_cores, watched};
 use crate::quality::parse_criterion;
 
 #[derive(Clone)]
@@ -152,10 +153,10 @@ impl PyForceDistributor {
             options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
         }
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
-        let inner = py.detach(|| match &grasp.get().inner {
+        let inner = detached(py, || match &grasp.get().inner {
             AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
             AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
-        });
+        })?;
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
         Ok(Self {
@@ -333,7 +334,8 @@ impl PyForceDistributor {
     ///     Of the same dimension.
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = self.state.try_write().map_err(|_| to_python(py, &graspforce::Error::Busy))?;
-        match state.inner.update(&grasp.get().inner) {
+        let inner = &mut state.inner;
+        match detached(py, || inner.update(&grasp.get().inner))? {
             Some(updated) => updated.map_err(|error| to_python(py, &error))?,
             None => return Err(invalid_input(py, "grasp: its dimension is not this distributor's")),
         }
@@ -443,7 +445,7 @@ fn solve_into<const D: usize>(
     let Ok(forces) = forces.as_slice_mut() else {
         return Err(refused("forces: not C-contiguous"));
     };
-    distributor.solve_into(&wrench, forces).map_err(|error| to_python(py, &error))
+    watched(|| distributor.solve_into(&wrench, forces))?.map_err(|error| to_python(py, &error))
 }
 
 fn solve_many<const D: usize>(
@@ -463,7 +465,8 @@ fn solve_many<const D: usize>(
         return Err(invalid_input(py, message));
     }
     let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
-    let batch = py.detach(|| distributor.solve_many(&wrenches, parallel));
+    let work = || distributor.solve_many(&wrenches, parallel);
+    let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
     let batch = batch.map_err(|error| to_python(py, &error))?;
     let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
     let forces = PyArray1::from_vec(py, batch.forces).reshape([rows, m, k])?;
@@ -484,7 +487,8 @@ fn solve_many<const D: usize>(
 /// sigma_max, sigma_sum : numpy.ndarray
 ///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
 /// status : numpy.ndarray
-///     (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
+///     (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond
+///     what can be computed with, 3 tolerance not met.
 #[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
 pub struct PyForceBatch {
     /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
@@ -510,7 +514,7 @@ fn solve<const D: usize>(
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let distribution = distributor.solve(&wrench).map_err(|error| to_python(py, &error))?;
+    let distribution = watched(|| distributor.solve(&wrench))?.map_err(|error| to_python(py, &error))?;
     Ok(PyForceSolution::new(py, grasp, distributor.grasp(), distribution))
 }
 

@@ -17,11 +17,13 @@ mod closest_point;
 mod distribution;
 mod errors;
 mod grasp;
+mod interrupt;
 mod joint_torques;
 mod minkowski;
 mod quality;
 mod quality_many;
 mod search;
+mod threads;
 
 use pyo3::prelude::*;
 

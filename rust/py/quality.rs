@@ -1,6 +1,7 @@
 //! `graspforce.Quality`, and the options of quality queries.
 
-use std::cell::RefCell;
+use std::cell::Cell;
+use std::thread::LocalKey;
 
 use graspforce::{
     Closure, Criterion, Gradient, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench,
@@ -14,10 +15,19 @@ use pyo3::types::PyTuple;
 use crate::arrays::{contents, float_array, float_vector, matrix};
 use crate::errors::{invalid_input, to_python};
 use crate::grasp::{AnyGrasp, PyGrasp};
+use crate::interrupt::detached;
 
 thread_local! {
-    static PLANAR: RefCell<QualityWorkspace<3>> = RefCell::default();
-    static SPATIAL: RefCell<QualityWorkspace<6>> = RefCell::default();
+    static PLANAR: Cell<Option<QualityWorkspace<3>>> = const { Cell::new(None) };
+    static SPATIAL: Cell<Option<QualityWorkspace<6>>> = const { Cell::new(None) };
+}
+
+/// Takes the workspace for as long as it is used: a signal handler may compute qualities meanwhile.
+fn lent<W: Default, R>(kept: &'static LocalKey<Cell<Option<W>>>, body: impl FnOnce(&mut W) -> R) -> R {
+    let mut workspace = kept.take().unwrap_or_default();
+    let result = body(&mut workspace);
+    kept.set(Some(workspace));
+    result
 }
 
 /// Dimensions that keep a workspace for each thread.
@@ -27,13 +37,13 @@ pub trait Workspace: Sized {
 
 impl Workspace for QualityWorkspace<3> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        PLANAR.with_borrow_mut(body)
+        lent(&PLANAR, body)
     }
 }
 
 impl Workspace for QualityWorkspace<6> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        SPATIAL.with_borrow_mut(body)
+        lent(&SPATIAL, body)
     }
 }
 
@@ -333,7 +343,7 @@ pub fn quality_of<const D: usize>(
 where
     QualityWorkspace<D>: Workspace,
 {
-    py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))
+    detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))?
         .map_err(|error| to_python(py, &error))
 }
 
@@ -423,7 +433,7 @@ impl PyGradient {
         QualityWorkspace<D>: Workspace,
     {
         let gradient =
-            py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)));
+            detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)))?;
         let gradient = gradient.map_err(|error| to_python(py, &error))?;
         Py::new(py, Self { gradient, dim: if D == 3 { 2 } else { 3 } })
     }
