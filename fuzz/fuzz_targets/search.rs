@@ -2,7 +2,7 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use graspforce::{BoxBound, CandidateSearch, Contact, Grasp, Wrench, WrenchSet, quality_batch};
+use graspforce::{BoxBound, CandidateSearch, Contact, Criterion, Grasp, Metric, Wrench, WrenchSet, quality_batch};
 use graspforce_fuzz::input::{GraspInput, Triple, criterion, vector};
 use graspforce_fuzz::quality::options;
 use libfuzzer_sys::fuzz_target;
@@ -53,9 +53,7 @@ fn examine<const D: usize>(input: &Input) {
         match (pruned, plain) {
             (Ok(pruned), Ok(plain)) if decided && grasp.is_finite() => {
                 // Within rounding of the longest wrench candidates are as good as each other.
-                let set = WrenchSet::new(&grasp, options.criterion);
-                let reach = |axis| set.support(&Wrench::from_fn(|row, _| f64::from(u8::from(row == axis))));
-                let scale = (0..D).map(|axis| reach(axis).wrench.norm()).fold(0.0, f64::max);
+                let scale = (0..count).filter_map(|k| candidate(k).ok()).map(|g| longest(&g)).fold(0.0, f64::max);
                 let tied = (pruned.rho - plain.rho).abs() <= 1e-8 * scale;
                 assert!(tied || pruned.index == plain.index, "{pruned:?} {plain:?}");
             }
@@ -71,4 +69,13 @@ fn examine<const D: usize>(input: &Input) {
             assert!(-row.upper <= bounds[0] + slack, "{row:?} above {bounds:?}");
         }
     }
+}
+
+/// How far the grasp reaches along the axes.
+fn longest<const D: usize>(grasp: &Grasp<D>) -> f64 {
+    let set = WrenchSet::new(grasp, Criterion::Max);
+    let unit = |axis| Wrench::from_fn(|row, _| f64::from(u8::from(row == axis)));
+    let axes = (0..D).map(unit).flat_map(|axis| [axis, -axis]);
+    let metric = Metric::from_length_scale(grasp.options().length_scale);
+    axes.map(|z| metric.norm(&set.support(&z).wrench)).fold(0.0, f64::max)
 }

@@ -61,7 +61,8 @@ impl TriangleTree {
         if faces.is_empty() {
             return Err(Error::input("faces", "a mesh needs at least one triangle"));
         }
-        if let Some((row, reason)) = vertices.iter().map(beyond).enumerate().find_map(|(i, r)| Some((i, r?))) {
+        if let Some((row, reason)) = vertices.iter().map(beyond).enumerate().find_map(|(i, r)| Some((i, r?)))
+        {
             return Err(Error::InvalidInput { argument: "vertices", row: Some(row), reason });
         }
         if let Some(row) = faces.iter().position(|face| face.iter().any(|&v| v >= vertices.len())) {

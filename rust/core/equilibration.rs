@@ -152,7 +152,8 @@ fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
         force = force.max(strength);
         torque = torque.max(strength * lever + torsion);
     }
-    let reciprocal = |x: f64| if x > 0.0 { 1.0 / x } else { 1.0 };
+    // What is nearly nothing has no reciprocal.
+    let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
     let (force, torque) = (reciprocal(force), reciprocal(torque));
     SVector::from_fn(|row, _| if row < split { force } else { torque })
 }

@@ -56,7 +56,7 @@ pub use batch::{BatchItem, quality_batch};
 pub use box_bound::{BoxBound, Stencil};
 pub use closest_point::{ClosestPoint, TriangleTree};
 pub use closure::{CLOSURE_TOLERANCE, Closure};
-pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES};
+pub use contact::{Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES};
 pub use distribution::{Distribution, DistributionOptions, Method};
 pub use distribution_batch::{DistributionBatch, RowStatus};
 pub use error::{Error, Result};

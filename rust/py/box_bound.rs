@@ -134,12 +134,10 @@ impl PyBoxBound {
         let stencil = axes.map(|axes| Stencil { axes, safety });
         let mut inner = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
         let inner = &mut *inner;
-        let bounds = on_all_cores(py, || {
-            match (inner, arguments.dim) {
-                (AnyBound::Planar(bound), 2) => over(bound, &arguments, slacks, stencil, enough),
-                (AnyBound::Spatial(bound), 3) => over(bound, &arguments, slacks, stencil, enough),
-                _ => Err(None),
-            }
+        let bounds = on_all_cores(py, || match (inner, arguments.dim) {
+            (AnyBound::Planar(bound), 2) => over(bound, &arguments, slacks, stencil, enough),
+            (AnyBound::Spatial(bound), 3) => over(bound, &arguments, slacks, stencil, enough),
+            _ => Err(None),
         })?;
         match bounds {
             Ok(bounds) => Ok(PyArray1::from_vec(py, bounds)),

@@ -7,6 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use graspforce::{Interrupt, interruptible};
+use pyo3::exceptions::{PyException, PyRuntimeError};
 use pyo3::prelude::*;
 
 use crate::threads::pool;
@@ -31,6 +32,20 @@ fn ask() -> bool {
     let Some(Err(raised)) = signals else { return false };
     RAISED.set(Some(raised));
     true
+}
+
+/// What an error says, for a message of our own; Ctrl-C and the like are kept and take its place.
+pub fn reason(py: Python<'_>, error: PyErr) -> String {
+    let text = error.value(py).to_string();
+    if !error.is_instance_of::<PyException>(py) {
+        RAISED.set(Some(error));
+    }
+    text
+}
+
+/// What has to be raised before anything else.
+pub fn raised() -> Option<PyErr> {
+    RAISED.take()
 }
 
 fn outcome<T>(result: T) -> PyResult<T> {
@@ -72,5 +87,5 @@ pub fn on_all_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
             }
         })
     });
-    outcome(finished)?.ok_or_else(|| pyo3::exceptions::PyRuntimeError::new_err("a worker thread panicked"))
+    outcome(finished)?.ok_or_else(|| PyRuntimeError::new_err("a worker thread panicked"))
 }

@@ -136,12 +136,10 @@ impl PyCandidateSearch {
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let mut search = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
         let search = &mut *search;
-        let winner = on_all_cores(py, || {
-            match (search, arguments.dim) {
-                (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),
-                (Search::Spatial(search), 3) => best_of(search, &arguments, center_index, center_rho),
-                _ => Err((0, None)),
-            }
+        let winner = on_all_cores(py, || match (search, arguments.dim) {
+            (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),
+            (Search::Spatial(search), 3) => best_of(search, &arguments, center_index, center_rho),
+            _ => Err((0, None)),
         })?;
         match winner {
             Ok(winner) => summary(py, &winner),
