@@ -29,7 +29,7 @@ fn the_nearest_point_is_the_nearest_of_all_triangles() {
     let alone: Vec<_> =
         faces.iter().map(|face| TriangleTree::new(&vertices, &[*face]).expect("valid")).collect();
     let queries: Vec<_> = (0..500).map(|_| stream.vector() * 2.0).collect();
-    for (query, found) in queries.iter().zip(tree.closest_many(&queries)) {
+    for (query, found) in queries.iter().zip(tree.closest_many(&queries).expect("finite queries")) {
         let distance = (found.point - query).norm();
         let least =
             alone.iter().map(|tree| (tree.closest(query).point - query).norm()).fold(f64::MAX, f64::min);

@@ -60,7 +60,7 @@ fn scaled(contacts: Vec<Contact>, by: f64) -> Vec<Contact> {
 
 fn check<const D: usize>(name: &str, contacts: &[Contact], expected: Closure) {
     let grasp = Grasp::<D>::new(contacts).unwrap();
-    assert_eq!(grasp.closure(), expected, "{name}");
+    assert_eq!(grasp.closure(), Ok(expected), "{name}");
     for criterion in BOTH {
         let quality = grasp.quality(criterion).unwrap();
         assert_eq!(quality.closure, expected, "{name}");

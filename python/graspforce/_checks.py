@@ -5,6 +5,7 @@ What the extension module receives it checks itself.
 
 from __future__ import annotations
 
+import reprlib
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["checked_contacts", "finite_array", "finite_vector", "search_bounds"]
 
 
+# A view that repeats itself may claim to be larger than memory.
+_MAX_NUMBERS = 2**27
+
+
 def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
     try:
@@ -24,8 +29,14 @@ def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{argument}: {error}") from error
     if given.dtype.kind not in "iuf":
-        raise InvalidInputError(f"{argument}: {value!r} is not an array of real numbers")
-    array = given.astype(np.float64)
+        raise InvalidInputError(f"{argument}: {reprlib.repr(value)} is not an array of real numbers")
+    if np.ma.is_masked(value):
+        raise InvalidInputError(f"{argument}: some of its entries are masked")
+    if given.size > _MAX_NUMBERS:
+        raise InvalidInputError(f"{argument}: {given.size} numbers, more than the {_MAX_NUMBERS} of one call")
+    # Numbers beyond float64 become infinite, and are then refused by name.
+    with np.errstate(over="ignore"):
+        array = given.astype(np.float64)
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         where = f", entry {at[0] if len(at) == 1 else at}" if at else ""

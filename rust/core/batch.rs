@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::closure::Closure;
 use crate::error::{Error, Result};
 use crate::grasp::Grasp;
+use crate::interrupt;
 use crate::quality::{QualityOptions, QualityWorkspace};
 
 /// What a batch reports of one grasp.
@@ -34,9 +35,14 @@ pub fn quality_batch<const D: usize>(
     grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
     options: &QualityOptions<D>,
 ) -> Vec<BatchItem> {
+    let interrupt = interrupt::current();
+    let quality = |workspace: &mut _, row| {
+        interrupt::check()?;
+        grasp(row)?.quality_with(options, workspace)
+    };
     rows.into_par_iter()
         .map_init(QualityWorkspace::default, |workspace, row| {
-            match grasp(row).and_then(|grasp| grasp.quality_with(options, workspace)) {
+            match interrupt::inherit(interrupt.as_ref(), || quality(workspace, row)) {
                 Ok(quality) => BatchItem {
                     rho: quality.rho,
                     lower: quality.lower,

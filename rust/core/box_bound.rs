@@ -21,6 +21,7 @@ use rayon::prelude::*;
 use crate::contact::ContactForce;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::polytope::{Expansion, Limits, Polytope};
 use crate::quality::{QualityOptions, Question};
 use crate::wrench_set::{Criterion, Support};
@@ -88,7 +89,7 @@ impl<const D: usize> BoxBound<D> {
         rows: impl Fn(usize) -> Range<usize> + Sync,
         grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
     ) -> std::result::Result<Vec<f64>, (usize, Error)> {
-        let (pool, options) = (&self.pool, &self.options);
+        let (pool, options, interrupt) = (&self.pool, &self.options, interrupt::current());
         let bounds: Vec<_> = slacks
             .par_iter()
             .enumerate()
@@ -104,7 +105,10 @@ impl<const D: usize> BoxBound<D> {
                     estimated_slack(axes, &stencil, questions.first()?)
                 });
                 let slack = slack.min(estimate.unwrap_or(f64::INFINITY));
-                Ok(bound_of(&questions, enough - slack, pool, polytope, slack))
+                interrupt::inherit(interrupt.as_ref(), || {
+                    interrupt::check().map_err(|error| (index, error))?;
+                    Ok(bound_of(&questions, enough - slack, pool, polytope, slack))
+                })
             })
             .collect();
         let bounds = bounds.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;

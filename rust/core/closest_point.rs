@@ -7,6 +7,8 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::grasp::REPRESENTABLE;
+use crate::interrupt;
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;
@@ -59,8 +61,8 @@ impl TriangleTree {
         if faces.is_empty() {
             return Err(Error::input("faces", "a mesh needs at least one triangle"));
         }
-        if let Some(row) = vertices.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
-            let reason = format!("{:?} is not finite", vertices[row].as_slice());
+        if let Some((row, reason)) = vertices.iter().map(beyond).enumerate().find_map(|(i, r)| Some((i, r?)))
+        {
             return Err(Error::InvalidInput { argument: "vertices", row: Some(row), reason });
         }
         if let Some(row) = faces.iter().position(|face| face.iter().any(|&v| v >= vertices.len())) {
@@ -93,7 +95,7 @@ impl TriangleTree {
         self.split(start + half, count - half);
     }
 
-    /// The nearest point of the mesh.
+    /// The nearest point of the mesh; squares of the coordinates must be representable.
     pub fn closest(&self, point: &Vector3<f64>) -> ClosestPoint {
         let mut best = (f64::INFINITY, ClosestPoint { point: *point, face: usize::MAX, weights: [0.0; 3] });
         let mut waiting = vec![(self.nodes[0].distance(point), 0)];
@@ -125,9 +127,26 @@ impl TriangleTree {
     }
 
     /// The nearest points of many, on all cores.
-    pub fn closest_many(&self, points: &[Vector3<f64>]) -> Vec<ClosestPoint> {
-        points.par_iter().with_min_len(GRAIN).map(|point| self.closest(point)).collect()
+    pub fn closest_many(&self, points: &[Vector3<f64>]) -> Result<Vec<ClosestPoint>> {
+        let interrupt = interrupt::current();
+        let closest = |(row, point): (usize, &Vector3<f64>)| {
+            if let Some(reason) = beyond(point) {
+                return Err(Error::InvalidInput { argument: "points", row: Some(row), reason });
+            }
+            interrupt::inherit(interrupt.as_ref(), interrupt::check)?;
+            Ok(self.closest(point))
+        };
+        points.par_iter().enumerate().with_min_len(GRAIN).map(closest).collect()
     }
+}
+
+/// What is wrong with a point with which no distances can be computed.
+fn beyond(point: &Vector3<f64>) -> Option<String> {
+    let list = point.as_slice();
+    if point.iter().any(|x| !x.is_finite()) {
+        return Some(format!("{list:?} is not finite"));
+    }
+    (point.amax() >= REPRESENTABLE.end).then(|| format!("{list:?} is beyond what can be computed with"))
 }
 
 impl Node {

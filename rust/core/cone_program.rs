@@ -14,6 +14,7 @@ use crate::equilibration::{Equilibration, Reachable};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::law::objective_value;
+use crate::preload::Found;
 use crate::second_order::least_forces;
 use crate::simplex::{Outcome, Simplex, Target};
 
@@ -68,12 +69,12 @@ impl<const D: usize> ConeProgram<D> {
         ConeWorkspace { simplex: Simplex::new(contacts), last: Basis::new(contacts) }
     }
 
-    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `forces`.
+    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `found`.
     pub(crate) fn solve(
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
-        forces: &mut [ContactForce],
+        found: &mut Found,
     ) -> Result<ConeAnswer<D>> {
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
         let ConeWorkspace { simplex, last } = workspace;
@@ -98,12 +99,12 @@ impl<const D: usize> ConeProgram<D> {
         if stalled || gap.is_nan() || gap > tolerance {
             last.artificial = [true; D];
             let iterations = simplex.pivots;
-            let better = self.fall_back(simplex, &target, scale, forces).filter(|a| a.gap <= tolerance);
+            let better = self.fall_back(simplex, &target, scale, found).filter(|a| a.gap <= tolerance);
             return better.ok_or(Error::NotConverged { solver: "column generation", iterations, gap });
         }
         last.copy_from(&simplex.basis);
-        forces.fill(ContactForce::zeros());
-        self.add_up(simplex, scale, forces);
+        found.clear();
+        self.add_up(simplex, scale, found);
         let dual = self.equilibration.dual(z) / reach;
         Ok(ConeAnswer { sigma: upper * scale, dual, gap, pivots: simplex.pivots, fell_back: false })
     }
@@ -115,19 +116,21 @@ impl<const D: usize> ConeProgram<D> {
         simplex: &mut Simplex<D>,
         target: &Target<D>,
         scale: f64,
-        forces: &mut [ContactForce],
+        found: &mut Found,
     ) -> Option<ConeAnswer<D>> {
         let ConeColumns { objective, contacts, .. } = &self.columns;
-        let found = least_forces(contacts, *objective, target.rank, &target.wrench)?;
+        let least = least_forces(contacts, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
-        let rest = target.wrench - found.wrench;
+        let rest = target.wrench - least.wrench;
         let size = rest.amax();
-        for (force, known) in forces.iter_mut().zip(&found.forces) {
-            *force = known * scale;
+        found.clear();
+        for (i, (force, normal)) in least.forces.iter().zip(&least.normals).enumerate() {
+            found.forces[i] = force * scale;
+            found.normals[i] = normal * scale;
         }
         let mut upper = {
-            let largest = found.normals.iter().copied().fold(0.0, f64::max);
-            objective_value(*objective, largest, found.normals.iter().sum())
+            let largest = least.normals.iter().copied().fold(0.0, f64::max);
+            objective_value(*objective, largest, least.normals.iter().sum())
         };
         if size > 0.0 {
             let rest = Target { wrench: rest / size, rank: target.rank, tolerance: target.tolerance };
@@ -137,12 +140,12 @@ impl<const D: usize> ConeProgram<D> {
             {
                 return None;
             }
-            self.add_up(simplex, scale * size, forces);
+            self.add_up(simplex, scale * size, found);
             upper += size * simplex.basis.costs[0].dot(&simplex.levels);
         }
         let weight = self.columns.objective.weight();
         let floor = if weight > 0.0 { 1.0 } else { f64::MIN_POSITIVE };
-        let dual = found.dual / self.columns.value(&found.dual, weight).max(floor);
+        let dual = least.dual / self.columns.value(&least.dual, weight).max(floor);
         let gap = ((upper - dual.dot(&target.wrench)) / upper).abs();
         let pivots = spent + simplex.pivots;
         Some(ConeAnswer {
@@ -154,13 +157,14 @@ impl<const D: usize> ConeProgram<D> {
         })
     }
 
-    fn add_up(&self, simplex: &Simplex<D>, scale: f64, forces: &mut [ContactForce]) {
+    fn add_up(&self, simplex: &Simplex<D>, scale: f64, found: &mut Found) {
         for row in (0..D).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z: SVector<f64, D> = simplex.basis.directions.column(row).into();
             let level = simplex.levels[row] * scale;
-            for (contact, force) in forces.iter_mut().enumerate() {
-                if simplex.basis.edges(row)[contact] != UNUSED {
-                    *force += self.columns.force(contact, &z) * level;
+            for (contact, edge) in simplex.basis.edges(row).iter().enumerate() {
+                if *edge != UNUSED {
+                    found.forces[contact] += self.columns.force(contact, &z) * level;
+                    found.normals[contact] += level;
                 }
             }
         }
@@ -212,15 +216,15 @@ mod tests {
             let mut workspace = program.workspace();
             for k in 0..6 {
                 let b = Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8 * 7 + k) + 0.3));
-                let mut forces = vec![ContactForce::zeros(); 5];
-                let expected = program.solve(&mut workspace, &b, &mut forces).unwrap();
+                let mut least = Found::new(5);
+                let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
                 let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
-                let found = program.fall_back(&mut workspace.simplex, &target, scale, &mut forces).unwrap();
+                let found = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();
                 assert!((found.sigma - expected.sigma).abs() <= 1e-7 * expected.sigma);
                 assert!(found.fell_back && found.gap <= 1e-8, "{:e}", found.gap);
-                let balance: Wrench<6> = grasp.maps().iter().zip(&forces).map(|(map, f)| map * f).sum();
+                let balance: Wrench<6> = grasp.maps().iter().zip(&least.forces).map(|(map, f)| map * f).sum();
                 assert!((balance - b).amax() <= 1e-12, "{:e}", (balance - b).amax());
-                for (contact, f) in grasp.contacts().iter().zip(&forces) {
+                for (contact, f) in grasp.contacts().iter().zip(&least.forces) {
                     let twist = if torsion > 0.0 { f[3] / torsion } else { 0.0 };
                     let load = (f[1].hypot(f[2]) / contact.friction).hypot(twist);
                     assert!(load <= f[0] * (1.0 + 1e-12));

@@ -3,6 +3,8 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
+use crate::interrupt;
+
 /// Constraints `p_j . z <= c_j` in the first `rank` components of z.
 pub(crate) struct HalfSpaces<I> {
     pub(crate) normals: I,
@@ -35,6 +37,7 @@ fn solve(
 ) -> Option<Vec<f64>> {
     let settings = DefaultSettings { verbose: false, max_iter: 100, ..DefaultSettings::default() };
     let mut solver = DefaultSolver::new(quadratic, cost, matrix, bounds, cones, settings).ok()?;
+    solver.set_termination_callback(|_: &_| interrupt::stopped());
     solver.solve();
     matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)
         .then(|| std::mem::take(&mut solver.solution.x))

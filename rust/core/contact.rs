@@ -13,6 +13,9 @@ use crate::error::{Error, Result};
 /// More edges than this for one cone are refused: the true cone is then both exact and cheaper.
 pub const MAX_EDGES: usize = 65_536;
 
+/// More extreme forces than this for one grasp are refused, before memory is taken for them.
+pub const MAX_EXTREME_FORCES: usize = 1 << 20;
+
 /// A force in a contact frame: `[f_n, f_o, f_t, torsion]`, in N, N, N and N m.
 pub type ContactForce = Vector4<f64>;
 
@@ -135,6 +138,9 @@ impl Contact {
         };
         finite("positions", &self.position)?;
         finite("normals", &self.normal)?;
+        if let Some(tangent) = &self.tangent {
+            finite("tangents", tangent)?;
+        }
         let number = |argument, x: f64, ok: bool, law: &str| {
             if ok && x.is_finite() {
                 return Ok(());
@@ -178,6 +184,8 @@ impl Contact {
         if !(3..=MAX_EDGES).contains(&edges) {
             return Err(Error::contact("edges", index, format!("{edges} is not within 3 to {MAX_EDGES}")));
         }
+        let count = if self.torsion == 0.0 { edges } else { (2 * latitudes(edges) - 1) * edges + 2 };
+        check_count(count, index)?;
         Ok(Some(match self.torsion {
             0.0 => hard_edges(limit, self.friction, edges),
             torsion => soft_edges(limit, self.friction, torsion, edges),
@@ -206,9 +214,24 @@ fn hard_edges(limit: f64, mu: f64, edges: usize) -> Vec<ContactForce> {
     circle(edges).map(|(c, s)| Vector4::new(1.0, mu * c, mu * s, 0.0) * limit).collect()
 }
 
+/// Refuses a grasp with this many extreme forces up to contact `index`.
+pub(crate) fn check_count(count: usize, index: usize) -> Result<()> {
+    if count > MAX_EXTREME_FORCES {
+        let reason =
+            format!("{count} extreme forces so far, more than the {MAX_EXTREME_FORCES} of one grasp");
+        return Err(Error::contact("edges", index, reason));
+    }
+    Ok(())
+}
+
+/// q of a soft finger's cone: half the number of its circles, rounded up.
+fn latitudes(edges: usize) -> usize {
+    (edges / 4).max(2)
+}
+
 /// The ellipsoidal cone of a soft finger: circles of latitude `psi = j pi / (2 q)`, |j| < q, then both poles.
 fn soft_edges(limit: f64, mu: f64, gamma: f64, edges: usize) -> Vec<ContactForce> {
-    let q = (edges / 4).max(2);
+    let q = latitudes(edges);
     let latitudes = (1..2 * q).map(|j| (j as f64 - q as f64) * PI / (2 * q) as f64);
     let rings = latitudes.flat_map(|psi| {
         let (sin_psi, cos_psi) = psi.sin_cos();

@@ -132,10 +132,17 @@ fn unused_friction(force: &ContactForce, mu: f64, gamma: f64) -> f64 {
     1.0 - used / force[0]
 }
 
+/// Beyond it the maximum's share of the objective is within its tolerance.
+const MAX_WEIGHT: f64 = 1e6;
+
 pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion) -> Result<()> {
     let weight = options.weight;
     if !(weight >= 0.0 && weight.is_finite()) {
         return Err(Error::input("weight", format!("{weight} must be finite and not negative")));
+    }
+    if weight > MAX_WEIGHT {
+        let reason = format!("{weight:e} leaves nothing of the maximum; minimise the \"sum\" instead");
+        return Err(Error::input("weight", reason));
     }
     if weight > 0.0 && objective == Criterion::Sum {
         let reason = format!("{weight} weighs the sum beside the maximum; it needs the objective \"max\"");

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::Wrench;
+use crate::interrupt;
 
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
@@ -17,7 +18,7 @@ pub enum RowStatus {
     Solved = 0,
     /// No forces inside the friction cones balance this wrench.
     Infeasible = 1,
-    /// The wrench is not finite.
+    /// The wrench is not finite, or beyond what can be computed with.
     Refused = 2,
     /// The tolerance was not met.
     NotConverged = 3,
@@ -70,7 +71,10 @@ impl<const D: usize> ForceDistributor<D> {
             .zip(batch.sigma_max.par_chunks_mut(chunk).zip(batch.sigma_sum.par_chunks_mut(chunk)))
             .zip(batch.status.par_chunks_mut(chunk));
         if parallel {
-            chunks.try_for_each(|(((w, f), (max, sum)), s)| self.clone().solve_rows(w, f, max, sum, s))?;
+            let interrupt = interrupt::current();
+            chunks.try_for_each(|(((w, f), (max, sum)), s)| {
+                interrupt::inherit(interrupt.as_ref(), || self.clone().solve_rows(w, f, max, sum, s))
+            })?;
         } else {
             let (w, s) = (external_wrenches, &mut batch.status);
             self.solve_rows(w, &mut batch.forces, &mut batch.sigma_max, &mut batch.sigma_sum, s)?;
@@ -89,6 +93,7 @@ impl<const D: usize> ForceDistributor<D> {
         let mut session = self.session()?;
         let rows = forces.chunks_mut(forces.len() / wrenches.len().max(1));
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
+            interrupt::check()?;
             let solved = session.solve(wrench, row);
             status[k] = match &solved {
                 Ok(_) => RowStatus::Solved,

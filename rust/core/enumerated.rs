@@ -1,7 +1,7 @@
 //! The paper's own two phases (section 4): the points of the wrench set offline, then `z_b` and the points
 //! on its hyperplane online.
 //!
-//! Clarabel solves Eq. 26 to about eight digits. That is enough to tell which points lie on the supporting
+//! Clarabel solves Eq. 26 to about eight digits (of more points than it can take in, the simplex method does). That is enough to tell which points lie on the supporting
 //! hyperplane; the simplex restricted to these finishes with a basic solution, and every other point is then
 //! checked against the multipliers, so that the answer is exact over the whole set.
 
@@ -12,11 +12,16 @@ use crate::conic::{self, HalfSpaces};
 use crate::equilibration::Equilibration;
 use crate::error::Result;
 use crate::grasp::Grasp;
+use crate::interrupt;
 use crate::minkowski::MinkowskiSum;
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
 const ACTIVE: f64 = 1e-5;
+
+/// Points that the interior-point solver is given: beyond, one of its iterations takes longer than the simplex method
+/// does altogether, and cannot be interrupted.
+const MAX_INTERIOR: usize = 20_000;
 
 /// Rounds of adding the points that the multipliers violate; after the last, all points take part.
 const MAX_ROUNDS: usize = 20;
@@ -55,7 +60,7 @@ impl<const D: usize> Enumeration<D> {
         target: &Target<D>,
         active: &mut Vec<u32>,
     ) -> Outcome<D> {
-        self.select(target, active);
+        self.select(simplex, target, active);
         let mut pivots = 0;
         for _ in 0..MAX_ROUNDS {
             let outcome = simplex.cold(&Restricted { all: self, active }, target);
@@ -76,10 +81,16 @@ impl<const D: usize> Enumeration<D> {
     }
 
     /// The points that some targets need, completed until every direction can be balanced (section 4.2).
-    pub(crate) fn reduce(&self, simplex: &mut Simplex<D>, targets: &[Target<D>], rank: usize) -> Vec<u32> {
+    pub(crate) fn reduce(
+        &self,
+        simplex: &mut Simplex<D>,
+        targets: &[Target<D>],
+        rank: usize,
+    ) -> Result<Vec<u32>> {
         let (mut kept, mut active) = (Vec::new(), Vec::new());
         for target in targets {
-            self.select(target, &mut active);
+            interrupt::check()?;
+            self.select(simplex, target, &mut active);
             if active.len() < self.points.len() {
                 kept.append(&mut active);
             }
@@ -111,7 +122,7 @@ impl<const D: usize> Enumeration<D> {
                 }
             }
         }
-        kept
+        interrupt::check().map(|()| kept)
     }
 
     /// Solves over some of the points; whether the others could do better is for the caller to ask.
@@ -124,16 +135,12 @@ impl<const D: usize> Enumeration<D> {
         simplex.cold(&Restricted { all: self, active: kept }, target)
     }
 
-    /// The points on the hyperplane of Eq. 26; all of them where Clarabel finds none, for the simplex to
+    /// The points on the hyperplane of Eq. 26; all of them where there is none, for the simplex to
     /// tell an infeasible wrench from a hard one.
-    fn select(&self, target: &Target<D>, active: &mut Vec<u32>) {
+    fn select(&self, simplex: &mut Simplex<D>, target: &Target<D>, active: &mut Vec<u32>) {
         active.clear();
-        let half_spaces = HalfSpaces {
-            normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])),
-            rank: target.rank,
-        };
-        if let Some(z) = conic::furthest_dual(target.wrench.as_slice(), half_spaces) {
-            let z = SVector::<f64, D>::from_fn(|row, _| z.get(row).copied().unwrap_or(0.0));
+        if let Some(z) = self.furthest_dual(simplex, target, active) {
+            active.clear();
             let near = (0_u32..).zip(&self.points);
             active.extend(
                 near.filter(|(_, p)| p.wrench.dot(&z) >= p.costs[0] * (1.0 - ACTIVE)).map(|(j, _)| j),
@@ -142,6 +149,26 @@ impl<const D: usize> Enumeration<D> {
         if active.is_empty() {
             active.extend(0..self.points.len() as u32);
         }
+    }
+
+    /// `z_b` of Eq. 26. `all` is a buffer.
+    fn furthest_dual(
+        &self,
+        simplex: &mut Simplex<D>,
+        target: &Target<D>,
+        all: &mut Vec<u32>,
+    ) -> Option<SVector<f64, D>> {
+        if self.points.len() > MAX_INTERIOR {
+            all.extend(0..self.points.len() as u32);
+            let outcome = simplex.cold(&Restricted { all: self, active: all }, target);
+            return (outcome == Outcome::Optimal).then_some(simplex.multipliers[0]);
+        }
+        let half_spaces = HalfSpaces {
+            normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])),
+            rank: target.rank,
+        };
+        let z = conic::furthest_dual(target.wrench.as_slice(), half_spaces)?;
+        Some(SVector::from_fn(|row, _| z.get(row).copied().unwrap_or(0.0)))
     }
 
     /// Adds the points whose reduced cost is wrong in either level; `false` if there are none.

@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
-use crate::grasp::Grasp;
+use crate::grasp::{Grasp, REPRESENTABLE};
 use crate::region::UNBALANCED;
 use crate::simplex::Target;
 
@@ -80,7 +80,11 @@ impl<const D: usize> Equilibration<D> {
         if !(largest > 0.0 && b.iter().all(|x| x.is_finite())) {
             return Err(Error::input("external_wrench", format!("{:?} has no direction", b.as_slice())));
         }
-        // Scaled first: a wrench may be as large or as small as numbers are.
+        if !REPRESENTABLE.contains(&largest) {
+            let reason = format!("its largest component, {largest:e}, is beyond what can be computed with");
+            return Err(Error::input("external_wrench", reason));
+        }
+        // Scaled first, so that one tolerance has one meaning.
         let mapped = self.map * (b / largest);
         let unscaled = mapped.component_mul(&self.lengths).norm();
         let mut wrench = mapped;
@@ -148,7 +152,8 @@ fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
         force = force.max(strength);
         torque = torque.max(strength * lever + torsion);
     }
-    let reciprocal = |x: f64| if x > 0.0 { 1.0 / x } else { 1.0 };
+    // What is nearly nothing has no reciprocal.
+    let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
     let (force, torque) = (reciprocal(force), reciprocal(torque));
     SVector::from_fn(|row, _| if row < split { force } else { torque })
 }

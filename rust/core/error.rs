@@ -53,6 +53,9 @@ pub enum Error {
     /// The solver's workspace is in use by another thread.
     #[error("this solver is in use by another thread; give each thread a clone of its own")]
     Busy,
+    /// [`interruptible`](crate::interruptible) was told to stop.
+    #[error("interrupted")]
+    Interrupted,
     /// A bounded iteration ended without an answer that meets the tolerance.
     #[error("{solver} stopped after {iterations} iterations with a gap of {gap:.3e}")]
     NotConverged {

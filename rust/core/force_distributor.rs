@@ -8,6 +8,7 @@ use crate::contact::ContactForce;
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::law::objective_value;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{Found, PreloadProgram, PreloadWorkspace, checked_bounds};
@@ -164,7 +165,7 @@ impl<const D: usize> ForceDistributor<D> {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 self.solve_linear(program, workspace, &b)
             }
-            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let (sigma_max, sigma_sum) = found.totals();
                 let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
                 Distribution {
@@ -181,29 +182,6 @@ impl<const D: usize> ForceDistributor<D> {
             }),
         }
         .map_err(|error| named(error, external_wrench))
-    }
-
-    /// Leaves the forces over true cones, or with lower bounds, in the workspace.
-    fn solve_cones<'a>(
-        &self,
-        program: &Program<D>,
-        workspace: &'a mut Workspace<D>,
-        b: &Wrench<D>,
-    ) -> Result<(ConeAnswer<D>, &'a Found)> {
-        match (program, workspace) {
-            (Program::Cone(program), Workspace::Cone(workspace, found)) => {
-                let answer = program.solve(workspace, b, &mut found.forces)?;
-                let contacts = self.grasp.contacts().iter().zip(&found.forces);
-                for (normal, (contact, force)) in found.normals.iter_mut().zip(contacts) {
-                    *normal = force[0] / contact.max_normal_force;
-                }
-                Ok((answer, found))
-            }
-            (Program::Preload(program), Workspace::Preload(workspace, found)) => {
-                Ok((program.solve(workspace, b, found)?, found))
-            }
-            _ => Err(Error::Busy),
-        }
     }
 
     fn solve_linear(
@@ -264,7 +242,7 @@ impl<const D: usize> ForceDistributor<D> {
                     region.dual.dot(&b)
                 })
             }
-            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let components = self.grasp.force_components();
                 for (row, force) in forces.chunks_mut(components.len()).zip(&found.forces) {
                     for (x, &component) in row.iter_mut().zip(components) {
@@ -329,9 +307,26 @@ impl<const D: usize> Clone for ForceDistributor<D> {
     }
 }
 
-/// A wrench that is not finite leads to some error or other; this is the one the caller should see.
+/// Leaves the forces over true cones, or with lower bounds, in the workspace.
+fn solve_cones<'a, const D: usize>(
+    program: &Program<D>,
+    workspace: &'a mut Workspace<D>,
+    b: &Wrench<D>,
+) -> Result<(ConeAnswer<D>, &'a Found)> {
+    match (program, workspace) {
+        (Program::Cone(program), Workspace::Cone(workspace, found)) => {
+            Ok((program.solve(workspace, b, found)?, found))
+        }
+        (Program::Preload(program), Workspace::Preload(workspace, found)) => {
+            Ok((program.solve(workspace, b, found)?, found))
+        }
+        _ => Err(Error::Busy),
+    }
+}
+
+/// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see.
 fn named<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
-    check_wrench(external_wrench).err().unwrap_or(error)
+    check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
 }
 
 fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {

@@ -15,6 +15,7 @@ use nalgebra::{Matrix, Vector3};
 use crate::contact::ContactForce;
 use crate::error::Result;
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::nearest_point::nearest_point;
 use crate::quality::{Quality, QualityOptions, QualityWorkspace, Question};
 use crate::wrench_set::{ContactSupport, Criterion, Support};
@@ -77,7 +78,7 @@ impl<const D: usize> Grasp<D> {
             gradient.normals.push(in_space::<D>(world.cross(&v).cross(&n) + torsion));
             gradient.spins.push(if D == 3 { 0.0 } else { n.dot(&world.cross(&v)) });
         }
-        Ok(gradient)
+        interrupt::check().map(|()| gradient)
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::contact::{Contact, ContactForce, ForceModel};
+use crate::contact::{Contact, ContactForce, ForceModel, check_count};
 use crate::error::{Error, Result};
 
 /// Sizes whose squares neither overflow nor vanish.
@@ -48,6 +48,12 @@ impl GraspOptions {
         let (scale, margin) = (self.length_scale, self.friction_margin);
         if !(scale > 0.0 && scale.is_finite()) {
             return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
+        }
+        if !REPRESENTABLE.contains(&scale) {
+            return Err(Error::grasp(
+                "length_scale",
+                format!("{scale:e} is beyond what can be computed with"),
+            ));
         }
         if !(margin >= 1.0 && margin.is_finite()) {
             return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
@@ -127,16 +133,21 @@ impl<const D: usize> Grasp<D> {
         if let Some(forces) = contact.extreme_forces(index, planar)? {
             self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
             self.extreme_forces.extend(forces);
+            check_count(self.extreme_forces.len(), index)?;
             self.edges.push(Some(start..self.extreme_forces.len()));
         } else {
             self.edges.push(None);
         }
         // Squares of wrenches must be representable, or no norm of them is.
         let arm = map.amax();
-        let reach = arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0);
+        let reach = match contact.forces {
+            ForceModel::Extreme(_) => 0.0,
+            _ => arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0),
+        };
         let largest = self.primitive_wrenches[start..].iter().map(Wrench::amax).fold(reach, f64::max);
+        let finite = self.primitive_wrenches[start..].iter().flatten().all(|x| x.is_finite());
         let limit = contact.max_normal_force;
-        if ![arm, limit, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
+        if !finite || ![arm, limit, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
             let reason = format!(
                 "its wrenches reach {largest:e} with arms of {arm:e}, beyond what can be computed with"
             );

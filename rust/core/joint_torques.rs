@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::ContactForce;
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// A half-space `normal . f <= bound`.
 type HalfSpace = (Vector3<f64>, f64);
@@ -53,6 +54,7 @@ pub fn torque_limited_forces(
     let scale = max_normal_force * friction.hypot(1.0);
     for (i, a) in half_spaces.iter().enumerate() {
         for (j, b) in half_spaces.iter().enumerate().skip(i + 1) {
+            interrupt::check()?;
             for c in &half_spaces[j + 1..] {
                 let Some(vertex) = meet([a, b, c]) else { continue };
                 let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= INSIDE * scale);

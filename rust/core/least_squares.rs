@@ -13,6 +13,9 @@ use crate::face::{Face, Role};
 use crate::law::Extremes;
 use crate::simplex::Simplex;
 
+/// Unknowns beyond which the level is left out: its cost grows with their cube, and a tenth of a second is long.
+pub(crate) const MAX_UNKNOWNS: usize = 768;
+
 /// Relative size below which rows are dependent.
 const DEPENDENT: f64 = 1e-11;
 
@@ -57,6 +60,9 @@ pub(crate) fn least_squares_law<const R: usize>(
     let edges: Vec<(usize, u32)> = (0..face.roles.len())
         .flat_map(|contact| face.edges(contact).iter().map(move |&edge| (contact, edge)))
         .collect();
+    if edges.len() > MAX_UNKNOWNS {
+        return None;
+    }
     let program = program(face, columns, extremes, limits, &edges);
     let (range, null) = orthonormal_split(&program.equations);
     let qr = (&program.equations * &range).qr();

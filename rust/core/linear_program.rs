@@ -104,7 +104,7 @@ impl<const D: usize> LinearProgram<D> {
             Some(enumeration) if options.method == Method::Reduced => {
                 let targets = sample_targets(&equilibration, &options.samples)?;
                 let mut simplex = Simplex::new(grasp.num_contacts());
-                Some(enumeration.reduce(&mut simplex, &targets, equilibration.rank))
+                Some(enumeration.reduce(&mut simplex, &targets, equilibration.rank)?)
             }
             _ => None,
         };

@@ -6,7 +6,7 @@
 use nalgebra::{Cholesky, SMatrix};
 
 use crate::error::{Error, Result};
-use crate::grasp::Wrench;
+use crate::grasp::{REPRESENTABLE, Wrench};
 
 /// A positive definite metric on wrenches, by its factor.
 ///
@@ -49,6 +49,11 @@ impl<const D: usize> Metric<D> {
         if inverse.iter().chain(lower.iter()).any(|x| !x.is_finite()) {
             return Err(not_definite());
         }
+        let sizes = [lower.amax(), inverse.amax()];
+        if !sizes.iter().all(|size| REPRESENTABLE.contains(size)) {
+            let reason = format!("its entries of {scale:e} are beyond what can be computed with");
+            return Err(Error::input("metric", reason));
+        }
         Ok(Self { factor: lower.transpose(), inverse: inverse.transpose() })
     }
 
@@ -74,6 +79,8 @@ impl<const D: usize> Metric<D> {
 
     /// The unit direction `z` whose functional is parallel to `functional`.
     pub(crate) fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
-        self.inverse.tr_mul(functional).normalize()
+        let z = self.inverse.tr_mul(functional);
+        // Scaled before its length is taken: the square of a component may not be representable.
+        (z / z.amax()).normalize()
     }
 }

@@ -4,11 +4,17 @@
 //! index matrices of section 4.2: `A` says where in `B` the entries of a point start and end, `B` says which
 //! contact and which extreme force each entry is. Contacts may have different numbers of edges.
 
+use std::collections::TryReserveError;
+
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 
 /// Points that [`MinkowskiSum::new`] enumerates at most: about 200 MB in six dimensions.
 pub const DEFAULT_MAX_POINTS: u128 = 2_000_000;
+
+/// Points listed before asking whether to stop: some ten microseconds.
+const POINTS_BETWEEN_LOOKS: usize = 256;
 
 /// The points of `W_-^M`, and which extreme forces make each of them.
 ///
@@ -51,28 +57,37 @@ impl<const D: usize> MinkowskiSum<D> {
         if size.points > limit || size.entries > i32::MAX as u128 {
             return Err(Error::TooLarge { points: size.points, bytes: size.bytes::<D>(), limit });
         }
-        let mut sum = Self::with_capacity(size.points as usize, size.entries as usize);
+        let too_large = |_| Error::TooLarge { points: size.points, bytes: size.bytes::<D>(), limit };
+        let mut sum = Self::with_capacity(size.points as usize, size.entries as usize).map_err(too_large)?;
         for (i, range) in (0..grasp.num_contacts()).filter_map(|i| Some((i, grasp.edges(i)?))) {
-            sum.add_contact(i as u32, &wrenches[range]);
+            sum.add_contact(i as u32, &wrenches[range])?;
         }
         Ok(sum)
     }
 
-    fn with_capacity(points: usize, entries: usize) -> Self {
-        Self {
-            wrenches: Vec::with_capacity(points),
-            starts: Vec::with_capacity(points),
-            ends: Vec::with_capacity(points),
-            contacts: Vec::with_capacity(entries),
-            edges: Vec::with_capacity(entries),
+    /// Room for all of them, or an error where the machine has none.
+    fn with_capacity(points: usize, entries: usize) -> std::result::Result<Self, TryReserveError> {
+        fn room<T>(size: usize) -> std::result::Result<Vec<T>, TryReserveError> {
+            let mut vector = Vec::new();
+            vector.try_reserve_exact(size).map(|()| vector)
         }
+        Ok(Self {
+            wrenches: room(points)?,
+            starts: room(points)?,
+            ends: room(points)?,
+            contacts: room(entries)?,
+            edges: room(entries)?,
+        })
     }
 
     /// One pass of the algorithm's outer loop: every point so far plus each new wrench, then those alone.
-    fn add_contact(&mut self, contact: u32, wrenches: &[Wrench<D>]) {
+    fn add_contact(&mut self, contact: u32, wrenches: &[Wrench<D>]) -> Result<()> {
         let points = self.len();
         for (h, wrench) in (0_u32..).zip(wrenches) {
             for j in 0..points {
+                if j % POINTS_BETWEEN_LOOKS == 0 {
+                    interrupt::check()?;
+                }
                 let (start, end) = (self.starts[j] as usize, self.ends[j] as usize);
                 self.starts.push(self.contacts.len() as u32);
                 self.contacts.extend_from_within(start..end);
@@ -84,6 +99,7 @@ impl<const D: usize> MinkowskiSum<D> {
             self.starts.push(self.contacts.len() as u32);
             self.close_point(contact, h, *wrench);
         }
+        Ok(())
     }
 
     fn close_point(&mut self, contact: u32, edge: u32, wrench: Wrench<D>) {

@@ -4,6 +4,7 @@
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
 use crate::grasp::Wrench;
+use crate::interrupt;
 use crate::polytope::NOISE;
 use crate::wrench_set::Support;
 
@@ -62,7 +63,7 @@ pub(crate) fn nearest_point<const D: usize>(
         noise = noise.max(NOISE * support.wrench.norm());
         best.converged = best.upper - best.lower <= rtol * best.upper + noise;
         // A point that returns can bring nothing new.
-        if best.converged || corral.holds(&support.wrench) {
+        if best.converged || corral.holds(&support.wrench) || interrupt::stopped() {
             break;
         }
         corral.admit(support.wrench, best.supports - 1);

@@ -14,6 +14,7 @@ use std::collections::BinaryHeap;
 
 use crate::facet::{Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges};
 use crate::grasp::Wrench;
+use crate::interrupt;
 use crate::linear::plane_through;
 use crate::ridge_table::{RidgeTable, Side};
 use crate::wrench_set::Support;
@@ -134,7 +135,8 @@ impl<const D: usize> Polytope<D> {
             }
             self.noise = self.noise.max(NOISE * support.wrench.norm());
             let full = self.serial as usize >= limits.max_facets || self.points.len() >= MAX_POINTS;
-            if self.closed(lower, best.0, rtol) || full || best.0 < limits.stop_below {
+            let done = full || best.0 < limits.stop_below || interrupt::stopped();
+            if done || self.closed(lower, best.0, rtol) {
                 break lower;
             }
             if !self.add(nearest.facet, support.wrench, best.0) {
@@ -333,7 +335,7 @@ impl<const D: usize> Polytope<D> {
             .iter()
             .filter(|facet| facet.round != 0 && facet.distance <= thin)
             .map(|facet| facet.plane * facet.distance)
-            .any(|other| (other - z).norm() > 1e-3 && value(&other) <= thin)
+            .any(|other| (other - z).norm() > 1e-3 && (value(&other) <= thin || interrupt::stopped()))
     }
 
     /// The radius of a ball that no facet enters.

@@ -61,7 +61,7 @@ impl Found {
         Self { forces: vec![ContactForce::zeros(); contacts], normals: vec![0.0; contacts], unique: false }
     }
 
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.forces.fill(ContactForce::zeros());
         self.normals.fill(0.0);
     }

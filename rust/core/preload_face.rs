@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::columns::Objective;
 use crate::cone_columns::ConeContact;
-use crate::least_squares::{COEFFICIENT_WEIGHT, least_distance, orthonormal_split};
+use crate::least_squares::{COEFFICIENT_WEIGHT, MAX_UNKNOWNS, least_distance, orthonormal_split};
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::simplex::{Simplex, TIE};
 
@@ -50,6 +50,9 @@ impl<const D: usize> PreloadColumns<D> {
         used: &mut Vec<Used>,
     ) -> Option<bool> {
         let (presses, face) = self.face(simplex, bounds, used)?;
+        if face.len() > MAX_UNKNOWNS {
+            return None;
+        }
         let (equations, right) = self.equations(simplex, bounds, &presses, &face);
         let (range, null) = orthonormal_split(&equations);
         if null.ncols() == 0 {

@@ -10,6 +10,7 @@ use std::cmp::Ordering;
 use crate::closure::{Closure, classify};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
+use crate::interrupt;
 use crate::metric::Metric;
 use crate::nearest_point::nearest_point;
 use crate::polytope::{Expansion, Limits, NOISE, Polytope, Radius};
@@ -93,8 +94,9 @@ impl<const D: usize> Default for QualityWorkspace<D> {
 
 impl<const D: usize> Grasp<D> {
     /// The class of Propositions 1 and 2.
-    pub fn closure(&self) -> Closure {
-        classify(self, &mut Polytope::new()).closure
+    pub fn closure(&self) -> Result<Closure> {
+        let verdict = classify(self, &mut Polytope::new());
+        interrupt::check().map(|()| verdict.closure)
     }
 
     /// Quality by a criterion, to the default tolerance.
@@ -121,7 +123,8 @@ impl<const D: usize> Grasp<D> {
         options: &QualityOptions<D>,
         workspace: &mut QualityWorkspace<D>,
     ) -> Result<Quality<D>> {
-        Ok(Question::new(self, options)?.answer(&mut workspace.polytope))
+        let quality = Question::new(self, options)?.answer(&mut workspace.polytope);
+        interrupt::check().map(|()| quality)
     }
 }
 

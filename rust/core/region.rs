@@ -7,6 +7,8 @@
 
 use nalgebra::SVector;
 
+use crate::grasp::REPRESENTABLE;
+
 /// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
 pub(crate) const UNBALANCED: f64 = 1e-10;
 
@@ -146,8 +148,8 @@ impl<const R: usize> Region<R> {
     pub(crate) fn contains(&self, b: &SVector<f64, R>, tolerance: f64) -> bool {
         let objective = self.dual.dot(b);
         let floor = -tolerance * objective;
-        // Written so that NaN is outside.
-        let inside = objective > 0.0 && objective.is_finite() && self.conditions.range(b, floor).0 >= floor;
+        // Written so that NaN is outside, and so is what would make forces overflow.
+        let inside = REPRESENTABLE.contains(&objective) && self.conditions.range(b, floor).0 >= floor;
         inside && (self.equations.count == 0 || self.balances(b))
     }
 

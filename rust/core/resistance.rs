@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::wrench_set::Criterion;
 
 impl<const D: usize> Grasp<D> {
@@ -31,6 +32,7 @@ impl<const D: usize> Grasp<D> {
                 let reason = format!("{:?} has no direction", direction.as_slice());
                 return Err(Error::InvalidInput { argument: "directions", row: Some(row), reason });
             }
+            interrupt::check()?;
             match distributor.solve(direction) {
                 Ok(forces) => Ok(forces.sigma.recip()),
                 Err(Error::InfeasibleWrench { .. }) => Ok(0.0),

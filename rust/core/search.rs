@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
 use crate::quality::{Examination, QualityOptions, QualityWorkspace, Question};
 
 /// Candidates within this of the best (relative) are equally good: the paper does not say which of them wins.
@@ -161,7 +162,10 @@ impl<const D: usize> CandidateSearch<D> {
     /// Works on all cores until no candidate waits.
     fn run(&mut self, board: Board<D>, questions: &[Question<'_, D>]) -> Board<D> {
         let (prune, board) = (self.prune, Mutex::new(board));
-        self.workspaces.par_iter_mut().for_each(|workspace| work(&board, questions, prune, workspace));
+        let interrupt = interrupt::current();
+        self.workspaces.par_iter_mut().for_each(|workspace| {
+            interrupt::inherit(interrupt.as_ref(), || work(&board, questions, prune, workspace));
+        });
         board.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -215,6 +219,7 @@ impl<const D: usize> CandidateSearch<D> {
             board.waiting = (0..count).filter(|i| *i != center).map(blind).collect();
         }
         let mut board = self.run(board, &questions);
+        interrupt::check().map_err(|error| (center, error))?;
         let (mut index, mut epsilon) = board.winner();
         let mut again = std::mem::take(&mut board.aside);
         again.retain(|other| {
@@ -224,6 +229,7 @@ impl<const D: usize> CandidateSearch<D> {
             board.lenient = false;
             board.waiting = again.into();
             board = self.run(board, &questions);
+            interrupt::check().map_err(|error| (center, error))?;
             (index, epsilon) = board.winner();
         }
         board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
@@ -334,6 +340,9 @@ fn work<const D: usize>(
     let lock = || board.lock().unwrap_or_else(PoisonError::into_inner);
     let mut unseen = Vec::new();
     loop {
+        if interrupt::stopped() {
+            return;
+        }
         let mut shared = lock();
         let Some(mut next) = shared.waiting.pop() else { return };
         let question = &questions[next.index];

@@ -8,6 +8,7 @@ use nalgebra::SVector;
 use crate::columns::Objective;
 use crate::cone_columns::ConeContact;
 use crate::contact::ContactForce;
+use crate::interrupt;
 
 /// What the interior-point solver found over true cones, repaired where that is possible without search.
 pub(crate) struct LeastForces<const D: usize> {
@@ -79,6 +80,7 @@ pub(crate) fn least_forces<const D: usize>(
     };
     let quadratic = CscMatrix::zeros((n, n));
     let mut solver = DefaultSolver::new(&quadratic, &cost, &matrix, &bounds, &cones, settings).ok()?;
+    solver.set_termination_callback(|_: &_| interrupt::stopped());
     solver.solve();
     let (x, z) = (&solver.solution.x, &solver.solution.z);
     if !x.iter().chain(z).all(|value| value.is_finite()) {

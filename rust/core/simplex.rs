@@ -11,6 +11,7 @@ use nalgebra::SVector;
 
 use crate::basis::Basis;
 use crate::columns::{Column, Pricing};
+use crate::interrupt;
 
 /// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
 pub(crate) const MAX_PIVOTS: usize = 1000;
@@ -107,7 +108,7 @@ impl<const R: usize> Simplex<R> {
         let mut costs = self.basis.infeasibility(rank);
         let mut z = self.basis.multipliers(&costs);
         let mut fresh = true;
-        while self.pivots < MAX_PIVOTS {
+        while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             let distance = costs.dot(&self.levels);
             if distance <= f64::EPSILON {
                 return Ok(());
@@ -176,7 +177,7 @@ impl<const R: usize> Simplex<R> {
         let mut polished = true;
         let (mut doubtful, mut ties) = (0, 0);
         let first = self.pivots;
-        while self.pivots < MAX_PIVOTS {
+        while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
                 self.refactorise();
                 self.refresh_multipliers();

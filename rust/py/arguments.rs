@@ -9,6 +9,7 @@ use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
 use crate::arrays::{contents, float_array, float_vector, matrix};
+use crate::interrupt::reason;
 
 /// An argument for which `None` does not mean "not given".
 pub enum Argument<'py> {
@@ -275,7 +276,8 @@ fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String
         return Ok(Edges::Each(vec![count(0, value)?; contacts]));
     }
     let items = value.try_iter().map_err(|_| format!("edges: {value} is neither None nor whole numbers"))?;
-    let items: Vec<_> = items.collect::<PyResult<_>>().map_err(|error| format!("edges: {error}"))?;
+    let items: Vec<_> =
+        items.collect::<PyResult<_>>().map_err(|error| format!("edges: {}", reason(value.py(), error)))?;
     if items.len() != contacts {
         return Err(format!("edges: {} numbers for {contacts} contacts", items.len()));
     }
@@ -291,7 +293,9 @@ fn parse_forces(
 ) -> Result<Vec<Vec<ContactForce>>, String> {
     let items =
         value.try_iter().map_err(|_| "extreme_forces: expected one array for each contact".to_string())?;
-    let items: Vec<_> = items.collect::<PyResult<_>>().map_err(|error| format!("extreme_forces: {error}"))?;
+    let items: Vec<_> = items
+        .collect::<PyResult<_>>()
+        .map_err(|error| format!("extreme_forces: {}", reason(value.py(), error)))?;
     if items.len() != contacts {
         return Err(format!("extreme_forces: {} arrays for {contacts} contacts", items.len()));
     }

@@ -1,24 +1,37 @@
 //! Arrays from whatever a NumPy user passes: lists, integers, float32, strides.
 
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+use crate::interrupt::reason;
+
+/// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
+const MAX_NUMBERS: usize = 1 << 27;
 
 /// A C-contiguous float64 view of `value`, copied only where it is not one already.
 pub fn float_array<'py>(
     argument: &str,
     value: &Bound<'py, PyAny>,
 ) -> Result<PyReadonlyArrayDyn<'py, f64>, String> {
-    if let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+    if let Ok(array) = value.cast_exact::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()
+        && array.len() <= MAX_NUMBERS
         && let Ok(view) = array.try_readonly()
     {
         return Ok(view);
     }
     let converted = || -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let numpy = value.py().import(intern!(value.py(), "numpy"))?;
+        if value.cast::<PyUntypedArray>().is_ok()
+            && numpy.getattr("ma")?.call_method1("is_masked", (value,))?.is_truthy()?
+        {
+            return Err(PyValueError::new_err("some of its entries are masked"));
+        }
         let array = numpy.call_method1(intern!(value.py(), "asarray"), (value,))?;
         let dtype = array.getattr("dtype")?;
         let kind: String = dtype.getattr("kind")?.extract()?;
@@ -26,14 +39,27 @@ pub fn float_array<'py>(
             let message = format!("dtype {dtype} does not hold real numbers");
             return Err(PyTypeError::new_err(message));
         }
+        // A view that repeats itself may claim to be larger than memory.
+        let size: usize = array.getattr("size")?.extract()?;
+        if size > MAX_NUMBERS {
+            let message = format!("{size} numbers, more than the {MAX_NUMBERS} of one call");
+            return Err(PyValueError::new_err(message));
+        }
         let options = PyDict::new(value.py());
         options.set_item("dtype", "float64")?;
         options.set_item("order", "C")?;
         // A copy of our own: nothing can hold a writable view of it.
         options.set_item("copy", true)?;
-        Ok(numpy.call_method("array", (array,), Some(&options))?.cast_into()?)
+        // Numbers beyond float64 become infinite, and are then refused by name, not warned of.
+        let quiet = PyDict::new(value.py());
+        quiet.set_item("over", "ignore")?;
+        let quiet = numpy.call_method("errstate", (), Some(&quiet))?;
+        quiet.call_method0("__enter__")?;
+        let copy = numpy.call_method("array", (array,), Some(&options));
+        quiet.call_method1("__exit__", (value.py().None(), value.py().None(), value.py().None()))?;
+        Ok(copy?.cast_into()?)
     };
-    let array = converted().map_err(|error| format!("{argument}: {}", error.value(value.py())))?;
+    let array = converted().map_err(|error| format!("{argument}: {}", reason(value.py(), error)))?;
     array.try_readonly().map_err(|error| format!("{argument}: {error}"))
 }
 

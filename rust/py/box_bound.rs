@@ -1,6 +1,6 @@
 //! `graspforce._core.BoxBound`: upper bounds of epsilon over boxes of parameters.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use graspforce::{BoxBound, Error, Grasp, Stencil};
 use numpy::PyArray1;
@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::float_array;
 use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
 
 enum AnyBound {
@@ -131,14 +132,13 @@ impl PyBoxBound {
         }
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let stencil = axes.map(|axes| Stencil { axes, safety });
-        let bounds = py.detach(|| {
-            let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            match (&mut *inner, arguments.dim) {
-                (AnyBound::Planar(bound), 2) => over(bound, &arguments, slacks, stencil, enough),
-                (AnyBound::Spatial(bound), 3) => over(bound, &arguments, slacks, stencil, enough),
-                _ => Err(None),
-            }
-        });
+        let mut inner = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
+        let inner = &mut *inner;
+        let bounds = on_all_cores(py, || match (inner, arguments.dim) {
+            (AnyBound::Planar(bound), 2) => over(bound, &arguments, slacks, stencil, enough),
+            (AnyBound::Spatial(bound), 3) => over(bound, &arguments, slacks, stencil, enough),
+            _ => Err(None),
+        })?;
         match bounds {
             Ok(bounds) => Ok(PyArray1::from_vec(py, bounds)),
             Err(None) => Err(invalid_grasp(py, "positions: not of the bound's dimension")),

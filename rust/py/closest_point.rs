@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_input, to_python};
+use crate::interrupt::{detached, on_all_cores};
 
 type Nearest<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<f64>>);
 
@@ -44,18 +45,15 @@ impl PyTriangleTree {
         }
         let faces: Vec<_> =
             corners.iter().map(|face| std::array::from_fn(|corner| face[corner] as usize)).collect();
-        let inner = py.detach(|| TriangleTree::new(&vertices, &faces));
+        let inner = detached(py, || TriangleTree::new(&vertices, &faces))?;
         Ok(Self { inner: inner.map_err(|error| to_python(py, &error))? })
     }
 
     /// The nearest points of (B, 3) points, the triangles they are on (B,), and the weights of its corners (B, 3).
     fn closest<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Nearest<'py>> {
         let points = vectors(py, "points", points)?;
-        if let Some(row) = points.iter().position(|point| point.iter().any(|x| !x.is_finite())) {
-            let message = format!("points, row {row}: {:?} is not finite", points[row].as_slice());
-            return Err(invalid_input(py, message));
-        }
-        let found: Vec<ClosestPoint> = py.detach(|| self.inner.closest_many(&points));
+        let found = on_all_cores(py, || self.inner.closest_many(&points))?;
+        let found: Vec<ClosestPoint> = found.map_err(|error| to_python(py, &error))?;
         let places = matrix(py, found.len(), 3, found.iter().flat_map(|c| c.point.iter().copied()))?;
         let faces = PyArray1::from_iter(py, found.iter().map(|c| c.face as i64));
         Ok((places, faces, matrix(py, found.len(), 3, found.iter().flat_map(|c| c.weights))?))

@@ -5,6 +5,8 @@ use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
 
+use crate::interrupt;
+
 /// The Python exception for a core error.
 pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
@@ -36,6 +38,9 @@ pub fn invalid_input(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
 }
 
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
+    if let Some(raised) = interrupt::raised() {
+        return raised;
+    }
     let raised = || py.import("graspforce.errors")?.getattr(class)?.call1((message,));
     match raised() {
         Ok(value) => PyErr::from_value(value),

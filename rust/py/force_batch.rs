@@ -18,7 +18,7 @@ use crate::arrays::as_array;
 /// sigma_max, sigma_sum : numpy.ndarray
 ///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
 /// status : numpy.ndarray
-///     (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
+///     (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
 #[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
 pub struct PyForceBatch {
     /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
@@ -30,7 +30,7 @@ pub struct PyForceBatch {
     /// (T,) sum of normalised normal forces (Eq. 6).
     #[pyo3(get)]
     sigma_sum: Py<PyArray1<f64>>,
-    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite, 3 tolerance not met.
+    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
 }

@@ -13,6 +13,7 @@ use crate::force_batch::PyForceBatch;
 use crate::force_solution::PyForceSolution;
 use crate::force_steps::PyForceSteps;
 use crate::grasp::{AnyGrasp, PyGrasp};
+use crate::interrupt::{detached, on_all_cores, watched};
 use crate::quality_options::parse_criterion;
 
 #[derive(Clone)]
@@ -166,10 +167,10 @@ impl PyForceDistributor {
             options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
         }
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
-        let inner = py.detach(|| match &grasp.get().inner {
+        let inner = detached(py, || match &grasp.get().inner {
             AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
             AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
-        });
+        })?;
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
         Ok(Self {
@@ -335,7 +336,8 @@ impl PyForceDistributor {
     ///     Of the same dimension.
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = self.state.try_write().map_err(|_| to_python(py, &graspforce::Error::Busy))?;
-        match state.inner.update(&grasp.get().inner) {
+        let inner = &mut state.inner;
+        match detached(py, || inner.update(&grasp.get().inner))? {
             Some(updated) => updated.map_err(|error| to_python(py, &error))?,
             None => return Err(invalid_input(py, "grasp: its dimension is not this distributor's")),
         }
@@ -387,7 +389,7 @@ fn solve<const D: usize>(
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let distribution = distributor.solve(&wrench).map_err(|error| to_python(py, &error))?;
+    let distribution = watched(|| distributor.solve(&wrench))?.map_err(|error| to_python(py, &error))?;
     Ok(PyForceSolution::new(py, grasp, distributor.grasp(), distribution))
 }
 
@@ -421,7 +423,7 @@ fn solve_into<const D: usize>(
     let Ok(forces) = forces.as_slice_mut() else {
         return Err(refused("forces: not C-contiguous"));
     };
-    distributor.solve_into(&wrench, forces).map_err(|error| to_python(py, &error))
+    watched(|| distributor.solve_into(&wrench, forces))?.map_err(|error| to_python(py, &error))
 }
 
 fn solve_many<const D: usize>(
@@ -437,7 +439,8 @@ fn solve_many<const D: usize>(
         return Err(invalid_input(py, message));
     }
     let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
-    let batch = py.detach(|| distributor.solve_many(&wrenches, parallel));
+    let work = || distributor.solve_many(&wrenches, parallel);
+    let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
     let batch = batch.map_err(|error| to_python(py, &error))?;
     PyForceBatch::new(py, distributor.grasp(), batch)
 }

@@ -8,6 +8,7 @@ use pyo3::types::PyTuple;
 
 use crate::arrays::matrix;
 use crate::errors::to_python;
+use crate::interrupt::detached;
 use crate::workspace::Workspace;
 
 /// How epsilon changes as contacts move.
@@ -101,7 +102,7 @@ impl PyGradient {
         QualityWorkspace<D>: Workspace,
     {
         let gradient =
-            py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)));
+            detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)))?;
         let gradient = gradient.map_err(|error| to_python(py, &error))?;
         Py::new(py, Self { gradient, dim: if D == 3 { 2 } else { 3 } })
     }

@@ -9,6 +9,7 @@ use pyo3::types::{PyTuple, PyType};
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::interrupt::detached;
 use crate::minkowski::PyMinkowskiSum;
 use crate::quality::PyQuality;
 use crate::quality_options::{AnyOptions, Asked, parse_criterion, quality_options};
@@ -261,8 +262,9 @@ impl PyGrasp {
 
     /// Whether contact forces can balance every external wrench (``rho < 0``).
     #[getter]
-    fn is_force_closure(&self, py: Python<'_>) -> bool {
-        with_grasp!(&self.inner, grasp => py.detach(|| grasp.closure()) == Closure::Force)
+    fn is_force_closure(&self, py: Python<'_>) -> PyResult<bool> {
+        let closure = with_grasp!(&self.inner, grasp => detached(py, || grasp.closure())?);
+        closure.map(|closure| closure == Closure::Force).map_err(|error| to_python(py, &error))
     }
 
     /// How large a wrench the grasp resists in its worst direction, under limited contact forces.
@@ -369,7 +371,7 @@ impl PyGrasp {
         };
         let multiples = with_grasp!(&self.inner, grasp => {
             let rows: Vec<_> = contents(&array).chunks_exact(d).map(SVector::from_column_slice).collect();
-            py.detach(|| grasp.resistance(&rows, criterion))
+            detached(py, || grasp.resistance(&rows, criterion))?
         });
         let multiples = PyArray1::from_vec(py, multiples.map_err(|error| to_python(py, &error))?);
         if single { multiples.get_item(0) } else { Ok(multiples.into_any()) }
@@ -428,7 +430,7 @@ impl PyGrasp {
     #[pyo3(signature = (max_points=DEFAULT_MAX_POINTS), text_signature = "($self, max_points=2000000)")]
     fn minkowski_sum(&self, py: Python<'_>, max_points: u128) -> PyResult<PyMinkowskiSum> {
         with_grasp!(&self.inner, grasp => {
-            let sum = py.detach(|| MinkowskiSum::with_limit(grasp, max_points));
+            let sum = detached(py, || MinkowskiSum::with_limit(grasp, max_points))?;
             PyMinkowskiSum::new(py, grasp, &sum.map_err(|error| to_python(py, &error))?)
         })
     }

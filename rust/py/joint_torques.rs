@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_input, to_python};
+use crate::interrupt::detached;
 
 /// Extreme forces that joint torques and friction both allow, for ``Grasp(extreme_forces=...)``.
 ///
@@ -58,9 +59,10 @@ pub fn torque_limited_forces<'py>(
     let columns = columns(jacobian).map_err(|message| invalid_input(py, message))?;
     let (lower, upper) =
         limits(torque_limits, columns.len()).map_err(|message| invalid_input(py, message))?;
-    let forces =
+    let forces = detached(py, || {
         graspforce::torque_limited_forces(&columns, &lower, &upper, friction, max_normal_force, edges)
-            .map_err(|error| to_python(py, &error))?;
+    })?
+    .map_err(|error| to_python(py, &error))?;
     matrix(py, forces.len(), 3, forces.iter().flat_map(|force| [force[0], force[1], force[2]]))
 }
 

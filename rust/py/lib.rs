@@ -21,12 +21,14 @@ mod force_solution;
 mod force_steps;
 mod gradient;
 mod grasp;
+mod interrupt;
 mod joint_torques;
 mod minkowski;
 mod quality;
 mod quality_many;
 mod quality_options;
 mod search;
+mod threads;
 mod workspace;
 
 use pyo3::prelude::*;

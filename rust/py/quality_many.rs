@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::as_array;
 use crate::errors::{invalid_grasp, invalid_input};
+use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
 
 /// Grasps between two looks at the interpreter: short enough for Ctrl-C, long enough for all cores.
@@ -280,7 +281,7 @@ fn run<const D: usize>(
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + CHUNK);
         let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options);
-        items.extend(py.detach(|| quality_batch(rows, grasp, options)));
+        items.extend(on_all_cores(py, || quality_batch(rows, grasp, options))?);
         py.check_signals()?;
         if let Some(progress) = progress {
             progress.call1((items.len(), arguments.batch))?;

@@ -1,6 +1,6 @@
 //! `graspforce._core.CandidateSearch`: one iteration of the pattern search in one call.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use graspforce::{CandidateSearch, Error, Grasp, QualityOptions, Winner};
 use pyo3::prelude::*;
@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
 
 enum Search {
@@ -133,14 +134,13 @@ impl PyCandidateSearch {
         };
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
-        let winner = py.detach(|| {
-            let mut search = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            match (&mut *search, arguments.dim) {
-                (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),
-                (Search::Spatial(search), 3) => best_of(search, &arguments, center_index, center_rho),
-                _ => Err((0, None)),
-            }
-        });
+        let mut search = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
+        let search = &mut *search;
+        let winner = on_all_cores(py, || match (search, arguments.dim) {
+            (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),
+            (Search::Spatial(search), 3) => best_of(search, &arguments, center_index, center_rho),
+            _ => Err((0, None)),
+        })?;
         match winner {
             Ok(winner) => summary(py, &winner),
             Err((_, None)) => Err(invalid_grasp(py, "positions: not of the search's dimension")),

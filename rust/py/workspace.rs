@@ -1,15 +1,25 @@
 //! Workspaces of quality queries, one for each thread and dimension.
 
-use std::cell::RefCell;
+use std::cell::Cell;
+use std::thread::LocalKey;
 
 use graspforce::{Grasp, Quality, QualityOptions, QualityWorkspace};
 use pyo3::prelude::*;
 
 use crate::errors::to_python;
+use crate::interrupt::detached;
 
 thread_local! {
-    static PLANAR: RefCell<QualityWorkspace<3>> = RefCell::default();
-    static SPATIAL: RefCell<QualityWorkspace<6>> = RefCell::default();
+    static PLANAR: Cell<Option<QualityWorkspace<3>>> = const { Cell::new(None) };
+    static SPATIAL: Cell<Option<QualityWorkspace<6>>> = const { Cell::new(None) };
+}
+
+/// Takes the workspace for as long as it is used: a signal handler may compute qualities meanwhile.
+fn lent<W: Default, R>(kept: &'static LocalKey<Cell<Option<W>>>, body: impl FnOnce(&mut W) -> R) -> R {
+    let mut workspace = kept.take().unwrap_or_default();
+    let result = body(&mut workspace);
+    kept.set(Some(workspace));
+    result
 }
 
 /// Dimensions that keep a workspace for each thread.
@@ -19,13 +29,13 @@ pub trait Workspace: Sized {
 
 impl Workspace for QualityWorkspace<3> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        PLANAR.with_borrow_mut(body)
+        lent(&PLANAR, body)
     }
 }
 
 impl Workspace for QualityWorkspace<6> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        SPATIAL.with_borrow_mut(body)
+        lent(&SPATIAL, body)
     }
 }
 
@@ -38,6 +48,6 @@ pub fn quality_of<const D: usize>(
 where
     QualityWorkspace<D>: Workspace,
 {
-    py.detach(|| QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))
+    detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))?
         .map_err(|error| to_python(py, &error))
 }

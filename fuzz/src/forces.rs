@@ -1,0 +1,108 @@
+//! Laws of force distribution: forces balance, lie in their cones, and the dual proves them least; where there
+//! are none, the witness separates.
+
+use graspforce::{Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp, Wrench};
+
+/// What rounding may cost, relative to the forces (or wrenches) at work.
+const ROUNDING: f64 = 1e-6;
+
+/// Solves and checks; `true` where forces were found.
+pub fn checked<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>) -> Option<Distribution<D>> {
+    let grasp = distributor.grasp();
+    match distributor.solve(external) {
+        Ok(found) => {
+            feasible(grasp, external, &found);
+            bounded(distributor, external, &found);
+            Some(found)
+        }
+        Err(Error::InfeasibleWrench { direction }) => {
+            separates(distributor, external, &Wrench::from_vec(direction));
+            None
+        }
+        Err(_) => None,
+    }
+}
+
+fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Distribution<D>) {
+    assert!(found.forces.iter().flat_map(|force| force.iter()).all(|x| x.is_finite()), "{found:?}");
+    for number in [found.sigma, found.sigma_max, found.sigma_sum, found.gap] {
+        assert!(number.is_finite(), "{found:?}");
+    }
+    let wrenches = found.contact_wrenches(grasp);
+    let split = if D == 3 { 2 } else { 3 };
+    // Forces and torques are balanced each in its own unit.
+    for rows in [0..split, split..D] {
+        let part = |w: &Wrench<D>| w.rows_range(rows.clone()).norm();
+        let lever = |i: usize| grasp.maps()[i].columns(0, 3).rows_range(rows.clone()).amax();
+        let effort: f64 = found.forces.iter().enumerate().map(|(i, f)| lever(i) * f.amax()).sum();
+        let effort = effort + wrenches.iter().map(part).sum::<f64>() + part(external);
+        let rest = part(&(wrenches.iter().sum::<Wrench<D>>() + external));
+        // The library's own allowance: a share of the whole wrench, in units of the longest lever.
+        let allowed = ROUNDING * effort + 1e-9 * whole(grasp, external, rows.start == 0);
+        assert!(rest <= allowed, "unbalanced by {rest:e} of {effort:e}: {found:?}");
+    }
+    for (contact, force) in grasp.contacts().iter().zip(&found.forces) {
+        if matches!(contact.forces, ForceModel::Extreme(_)) {
+            continue;
+        }
+        let (mu, gamma) = (contact.friction, contact.torsion);
+        let share = |load: f64, limit: f64| if load == 0.0 { 0.0 } else { load / limit };
+        let slip = share(force[1].hypot(force[2]), mu).hypot(share(force[3], gamma));
+        let size = found.forces.iter().map(|f| f[0].abs()).fold(0.0, f64::max);
+        assert!(force[0] >= -ROUNDING * size, "pulls: {found:?}");
+        // A coefficient of nearly nothing turns rounding into slip: measured in forces then.
+        let tangential = force[1].hypot(force[2]);
+        let outside = slip > force[0] + ROUNDING * size && tangential > mu * force[0] + ROUNDING * size;
+        assert!(!outside, "slips by {slip:e} at {:e}: {found:?}", force[0]);
+    }
+}
+
+/// The size of a wrench as a force, or as a torque.
+fn whole<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, as_force: bool) -> f64 {
+    let split = if D == 3 { 2 } else { 3 };
+    let lever = |i: usize| grasp.maps()[i].columns(0, 3).rows_range(split..).amax();
+    let torsion = grasp.contacts().iter().map(|contact| contact.torsion).fold(0.0, f64::max);
+    let lever = (0..grasp.num_contacts()).map(lever).fold(torsion, f64::max);
+    let lever = if lever > 1e-140 { lever } else { 1.0 };
+    let (force, torque) = (external.rows_range(..split).norm(), external.rows_range(split..).norm());
+    if as_force { force + torque / lever } else { force * lever + torque }
+}
+
+/// No forces need less: the dual's plane bounds the objective.
+fn bounded<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>, found: &Distribution<D>) {
+    let options = distributor.options();
+    assert!(found.gap <= options.tolerance.max(1e-6), "{found:?}");
+    if !options.min_normal.is_empty() || found.sigma == 0.0 {
+        return;
+    }
+    let proven = -external.dot(&found.dual);
+    let terms: f64 = external.iter().zip(found.dual.iter()).map(|(a, b)| (a * b).abs()).sum();
+    let off = (proven - found.sigma).abs();
+    assert!(off <= ROUNDING * terms.max(found.sigma), "dual proves {proven:e} of {:e}: {found:?}", found.sigma);
+}
+
+fn separates<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>, e: &Wrench<D>) {
+    let grasp = distributor.grasp();
+    assert!((e.norm() - 1.0).abs() < 1e-9, "direction {e:?}");
+    if !distributor.options().min_normal.is_empty() {
+        return;
+    }
+    let scaled = external / external.amax();
+    assert!(-scaled.dot(e) > 0.0, "{external:?} does not go along {e:?}");
+    if let Ok(wrenches) = grasp.primitive_wrenches() {
+        let largest = wrenches.iter().map(Wrench::amax).fold(0.0, f64::max);
+        for w in wrenches {
+            let terms: f64 = w.iter().zip(e.iter()).map(|(a, b)| (a * b).abs()).sum();
+            assert!(w.dot(e) <= ROUNDING * terms.max(largest * 1e-3), "{w:?} goes along {e:?}");
+        }
+    }
+}
+
+/// A distributor, unless the options do not suit the grasp.
+pub fn distributor<const D: usize>(
+    grasp: &Grasp<D>,
+    criterion: Criterion,
+    options: DistributionOptions,
+) -> Option<ForceDistributor<D>> {
+    ForceDistributor::with_options(grasp, criterion, options).ok()
+}

@@ -1,0 +1,45 @@
+//! The threads of parallel calls, also in a process that `fork` made.
+//!
+//! Threads do not survive a fork, and work that a forked process gave to its parent's would wait for ever. Each
+//! process therefore has a pool of its own, made when it is first needed.
+
+use std::sync::{Arc, Mutex};
+use std::{process, thread};
+
+use pyo3::exceptions::PyOSError;
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// Looks at a lock that is held for a moment before it counts as never to be released.
+const PATIENCE: usize = 10_000;
+
+/// The process that made the pool, and the pool.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// This process's pool.
+pub fn pool() -> PyResult<Arc<ThreadPool>> {
+    let attempts = (0..PATIENCE).find_map(|_| {
+        let held = POOL.try_lock().ok();
+        if held.is_none() {
+            thread::yield_now();
+        }
+        held
+    });
+    // Whoever held the lock while the process was forked does not exist here: then a pool for this call alone.
+    let Some(mut known) = attempts else { return new_pool() };
+    if let Some((owner, pool)) = &*known
+        && *owner == process::id()
+    {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = new_pool()?;
+    // The parent's pool cannot be closed from here: its threads are not ours.
+    std::mem::forget(known.replace((process::id(), Arc::clone(&pool))));
+    Ok(pool)
+}
+
+fn new_pool() -> PyResult<Arc<ThreadPool>> {
+    let name = |index| format!("graspforce-{index}");
+    let built = ThreadPoolBuilder::new().thread_name(name).build();
+    built.map(Arc::new).map_err(|error| PyOSError::new_err(format!("no threads to compute with: {error}")))
+}
