@@ -28,7 +28,7 @@ fn ask() -> bool {
     }
     LAST.set(Some(now));
     // Without an interpreter (it is shutting down) there is nobody to interrupt.
-    let signals = Python::try_attach(|py| py.check_signals());
+    let signals = Python::try_attach(Python::check_signals);
     let Some(Err(raised)) = signals else { return false };
     RAISED.set(Some(raised));
     true
