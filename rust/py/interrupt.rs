@@ -28,8 +28,8 @@ fn ask() -> bool {
     }
     LAST.set(Some(now));
     // Without an interpreter (it is shutting down) there is nobody to interrupt.
-    let signals = Python::try_attach(Python::check_signals);
-    let Some(Err(raised)) = signals else { return false };
+    let signals = |py: Python<'_>| py.check_signals();
+    let Some(Err(raised)) = Python::try_attach(signals) else { return false };
     RAISED.set(Some(raised));
     true
 }
