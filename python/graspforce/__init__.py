@@ -24,6 +24,7 @@ from ._core import (
     torque_limited_forces,
 )
 from .adapters import from_drake, from_mujoco, from_pinocchio
+from .datasets import grade
 from .errors import (
     BusyError,
     GraspForceError,
@@ -33,6 +34,7 @@ from .errors import (
     InvalidInputError,
     MissingExtraError,
     NotConvergedError,
+    ResumeError,
     TooLargeError,
 )
 from .global_search import GlobalOptimum, plan_global
@@ -66,11 +68,13 @@ __all__ = [
     "Quality",
     "QualityBatch",
     "Refinement",
+    "ResumeError",
     "TooLargeError",
     "__version__",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
+    "grade",
     "plan",
     "plan_global",
     "plan_many",
