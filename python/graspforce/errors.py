@@ -107,7 +107,7 @@ class TooLargeError(GraspForceError):
 
 
 class BusyError(GraspForceError):
-    """A solver is in use by another thread, or a folder of results by another run; give each one of its own."""
+    """A solver is in use by another thread, or a folder by another run; give each one of its own."""
 
 
 class NotConvergedError(GraspForceError):

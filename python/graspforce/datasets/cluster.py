@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from graspforce._core import __version__
@@ -24,18 +25,18 @@ def grade_parts_on(
 ) -> Iterator[PartReport]:
     """Yield reports of parts as machines finish them; a part whose machine is lost is given to another."""
     try:
-        from distributed import Client, as_completed  # noqa: PLC0415 - only where there is a cluster
+        distributed: Any = import_module("distributed")
     except ModuleNotFoundError as error:
         raise MissingExtraError("dask", error) from error
 
-    if not isinstance(client, Client):
+    if not isinstance(client, distributed.Client):
         raise InvalidInputError(f"client: {client!r} is not a distributed.Client")
     # Not pure: the same part asked for again, after its file was deleted, is work again.
     futures = client.map(grade_part, parts, out=out, options=options, version=__version__, pure=False)
     rows = {future.key: part.rows for future, part in zip(futures, parts, strict=True)}
     done = 0
     try:
-        for future in as_completed(futures):
+        for future in distributed.as_completed(futures):
             yield _result(future)
             done += rows[future.key]
             tell(done)

@@ -107,8 +107,8 @@ def _compare(out: Path, found: dict[str, Any], asked: dict[str, Any]) -> None:
         left = len(differences) - _MAX_TOLD
         more = f"; and {left} more" if left > 0 else ""
         raise ResumeError(
-            f"{out}: holds the results of another run: {told}{more}. Name another folder, or delete them and start "
-            "over with overwrite=True (--overwrite)"
+            f"{out}: holds the results of another run: {told}{more}. Name another folder, or delete "
+            "them and start over with overwrite=True (--overwrite)"
         )
 
 

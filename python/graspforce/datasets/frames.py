@@ -64,6 +64,6 @@ def grade_dask(frame: Any, options: GradeOptions) -> Any:
 
 def _with_nothing_graded(frame: Any, options: GradeOptions) -> Any:
     text = {field.name: field.type == pa.string() for field in result_fields(options)}
-    return frame.assign(**{name: None for name in text}).astype(
+    return frame.assign(**dict.fromkeys(text)).astype(
         {name: _TEXT if is_text else "float64" for name, is_text in text.items()}
     )

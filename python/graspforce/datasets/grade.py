@@ -98,14 +98,14 @@ def grade(
 
     Returns
     -------
-    The same kind as `source`, with the columns above; of a Dask DataFrame one that is not yet computed. Of a path
-    a `graspforce.datasets.GradeSummary`.
+    The same kind as `source`, with the columns above; a Dask DataFrame is computed later. Of a path a
+    `graspforce.datasets.GradeSummary`.
 
     Raises
     ------
     InvalidInputError
-        A column is missing or has the wrong type, or an argument is wrong; nothing is graded then. Of files it is
-        an `InvalidFileError`.
+        A column is missing or has the wrong type, or an argument is wrong; nothing is graded then. Of files
+        it is an `InvalidFileError`.
     ResumeError
         `out` holds the results of another question or another source.
     BusyError
@@ -165,15 +165,19 @@ def grade(
             raise InvalidInputError(f"{name}: only where the source is a path, not a {_kind(source)}")
     if isinstance(source, pa.Table | pa.RecordBatch):
         schema.check_schema(source.schema, asked)
-        table = pa.table(source) if isinstance(source, pa.RecordBatch) else source
+        table = source if isinstance(source, pa.Table) else pa.Table.from_batches([source])
         graded = grade_table(table, asked, frames.ROWS_AT_ONCE, progress)
-        return graded if table is source else graded.combine_chunks().to_batches()[0]
+        if table is source:
+            return graded
+        columns = [column.combine_chunks() for column in graded.columns]
+        return pa.RecordBatch.from_arrays(columns, schema=graded.schema)
     if _kind(source) == "pandas.DataFrame":
         return frames.grade_pandas(source, asked, progress)
     if _kind(source) == "dask.DataFrame":
         return frames.grade_dask(source, asked)
     raise InvalidInputError(
-        f"source: {_kind(source)}, expected a path, a pyarrow Table or RecordBatch, or a pandas or Dask DataFrame"
+        f"source: {_kind(source)}, expected a path, a pyarrow Table or RecordBatch, or a DataFrame of pandas "
+        "or Dask"
     )
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["CLOSURES", "STATUSES", "grade_batch", "grade_table"]
 
 STATUSES = ("converged", "bracketed", "invalid")
-"""The answer is as narrow as asked for; its bracket is wider, the work limit was reached; there is no grasp."""
+"""The bracket is as narrow as asked for; it is wider, as the work limit was reached; there is no grasp."""
 
 CLOSURES = ("none", "partial", "force")
 
@@ -48,14 +48,14 @@ def grade_batch(
         for name in (f"rho_{criterion}", f"rho_{criterion}_lower", f"rho_{criterion}_upper")
     }
     done = len(messages)
-    for group, arguments in rows.groups():
+    for group, contacts in rows.groups():
+        arguments: dict[str, Any] = {**contacts, **options.arguments()}
         brackets: dict[int, list[str]] = {}
         for k, criterion in enumerate(options.criteria):
             before = done + len(group) * k / len(options.criteria)
             found = quality_many(
                 **arguments,
-                **options.arguments(),
-                criterion=criterion,  # type: ignore[arg-type]
+                criterion=criterion,
                 progress=progress and _reported(progress, before, len(options.criteria)),
             )
             name = f"rho_{criterion}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from graspforce.errors import InvalidInputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["GradeOptions"]
+__all__ = ["Criterion", "GradeOptions"]
 
-_CRITERIA = ("max", "sum")
+Criterion: TypeAlias = Literal["max", "sum"]
+
+_CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class GradeOptions:
         For datasets without a column of this name; None for 1 m.
     """
 
-    criteria: tuple[str, ...] = _CRITERIA
+    criteria: tuple[Criterion, ...] = _CRITERIA
     edges: int | None = 8
     rtol: float | None = None
     length_scale: float | None = None
@@ -45,12 +47,13 @@ class GradeOptions:
             raise InvalidInputError(f"criteria: {self.criteria!r}, expected some of {_CRITERIA}, each once")
         nothing = np.empty((0, 1, 3))
         for criterion in self.criteria:
-            quality_many(nothing, nothing, criterion=criterion, **self.arguments())  # type: ignore[arg-type]
+            quality_many(nothing, nothing, criterion=criterion, **self.arguments())
 
     @classmethod
     def of(cls, criteria: Sequence[str] | str, **others: Any) -> GradeOptions:
         """Take one criterion or several."""
-        return cls((criteria,) if isinstance(criteria, str) else tuple(criteria), **others)
+        given = (criteria,) if isinstance(criteria, str) else tuple(criteria)
+        return cls(cast("tuple[Criterion, ...]", given), **others)
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `graspforce.quality_many` but the criterion."""

@@ -12,7 +12,6 @@ import sys
 import uuid
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pyarrow as pa
@@ -26,6 +25,7 @@ from .schema import graded_schema
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
     from .options import GradeOptions
 
@@ -35,6 +35,7 @@ __all__ = [
     "grade_part",
     "graded_parts",
     "report_of",
+    "shifted",
     "split",
     "sync_folder",
     "temporary_files",
@@ -119,7 +120,7 @@ def grade_part(
                 with pq.ParquetWriter(stream, schema) as writer:
                     done = 0
                     for batch in _batches(file, part):
-                        tell = progress and _shifted(progress, done)
+                        tell = progress and shifted(progress, done)
                         columns = batch.columns + grade_batch(batch, options, tell)
                         graded = pa.RecordBatch.from_arrays(columns, schema=schema)
                         writer.write_batch(graded, row_group_size=max(1, _rows_at_once(file, part)))
@@ -153,6 +154,11 @@ def temporary_files(out: Path) -> Iterator[Path]:
     return out.glob(".part-*.tmp")
 
 
+def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
+    """Return a function to say how many of some later rows are done."""
+    return lambda done: progress(before + done)
+
+
 def sync_folder(folder: Path) -> None:
     """See to it that names in a folder outlast a power cut, where the system can."""
     if sys.platform != "win32":
@@ -175,7 +181,8 @@ def _opened(path: Path) -> pq.ParquetFile:
 def _batches(file: pq.ParquetFile, part: Part) -> Iterator[pa.RecordBatch]:
     """Yield the rows of a part, decoding only the row groups that hold them."""
     stop = part.start + part.rows
-    groups, first = [], 0
+    groups: list[int] = []
+    first = 0
     before = 0
     for group in range(file.metadata.num_row_groups):
         rows = file.metadata.row_group(group).num_rows
@@ -206,10 +213,6 @@ def _counted(table: pa.Table) -> PartReport:
         return Counter({entry["values"]: entry["counts"] for entry in found})
 
     return PartReport(counts("status"), counts("closure"))
-
-
-def _shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
-    return lambda done: progress(before + done)
 
 
 def _peak_bytes() -> int:

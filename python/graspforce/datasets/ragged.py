@@ -49,6 +49,10 @@ class Numbers:
     values: NDArray[np.float64]
     null: Mask
 
+    def at(self, indices: Indices) -> NDArray[np.float64]:
+        """Take values into an array of the shape of the indices."""
+        return np.take(self.values, indices)
+
 
 def ragged(column: pa.Array) -> Ragged:
     """Lay out a column of lists; all are null where the column has no type."""

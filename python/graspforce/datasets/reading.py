@@ -42,6 +42,10 @@ class Faults:
             self.messages[row] = message(row)
         self.bad |= wrong
 
+    def compare(self, message: str, found: Indices, expected: Indices) -> None:
+        """Refuse the rows where two counts differ; the message has a place for each."""
+        self.add(found != expected, lambda row: message.format(found[row], expected[row]))
+
 
 @dataclass(frozen=True, slots=True)
 class _Vectors:
@@ -81,7 +85,7 @@ class _Vectors:
 
     def gather(self, rows: Indices, count: int, dim: int) -> Array:
         contacts = self.contacts.starts[rows, None] + np.arange(count)
-        return self.values.values[self.coordinates.starts[contacts][..., None] + np.arange(dim)]
+        return self.values.at(self.coordinates.starts[contacts][..., None] + np.arange(dim))
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,18 +104,15 @@ class _PerContact:
         lists = ragged(column)
         values = numbers(lists.values)
         faults.add(lists.null, lambda _: f"{name}: null")
-        faults.add(
-            lists.lengths != counts,
-            lambda row: f"{name}: {lists.lengths[row]} numbers for {counts[row]} contacts",
-        )
+        faults.compare(f"{name}: {{}} numbers for {{}} contacts", lists.lengths, counts)
         null = first_within(lists.starts, lists.ends, values.null)
         faults.add(null >= 0, lambda row: f"{name}, contact {null[row]}: null")
         return cls(lists, values)
 
     def gather(self, rows: Indices, count: int) -> Array:
         if self.lists is None:
-            return np.repeat(self.values.values[rows, None], count, axis=1)
-        return self.values.values[self.lists.starts[rows, None] + np.arange(count)]
+            return np.repeat(self.values.at(rows[:, None]), count, axis=1)
+        return self.values.at(self.lists.starts[rows, None] + np.arange(count))
 
 
 class Rows:
@@ -133,17 +134,8 @@ class Rows:
         self._counts, self._dims = counts, dims = positions.contacts.lengths, positions.dims
         faults.add(counts == 0, lambda _: "positions: a grasp needs at least one contact")
         for name, vectors in self._vectors.items():
-            own = vectors.contacts.lengths
-            faults.add(
-                own != counts,
-                lambda row, name=name, own=own: f"{name}: {own[row]} contacts, positions has {counts[row]}",
-            )
-            faults.add(
-                vectors.dims != dims,
-                lambda row, name=name, own=vectors.dims: (
-                    f"{name}: {own[row]} coordinates, positions has {dims[row]}"
-                ),
-            )
+            faults.compare(f"{name}: {{}} contacts, positions has {{}}", vectors.contacts.lengths, counts)
+            faults.compare(f"{name}: {{}} coordinates, positions has {{}}", vectors.dims, dims)
         if "tangents" in given:
             faults.add(dims == 2, lambda _: "tangents: a planar contact has only one tangent")
         self._per_contact = {
@@ -162,10 +154,7 @@ class Rows:
         origins, dims = ragged(column), self._dims
         values = numbers(origins.values)
         self.faults.add(origins.null, lambda _: "origin: null")
-        self.faults.add(
-            origins.lengths != dims,
-            lambda row: f"origin: {origins.lengths[row]} coordinates, positions has {dims[row]}",
-        )
+        self.faults.compare("origin: {} coordinates, positions has {}", origins.lengths, dims)
         hole = first_within(origins.starts, origins.ends, values.null)
         self.faults.add(hole >= 0, lambda _: "origin: a coordinate is null")
         return origins, values.values

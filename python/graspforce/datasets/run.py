@@ -11,7 +11,7 @@ from graspforce.errors import GraspForceError, InvalidInputError, ResumeError
 from .cluster import grade_parts_on
 from .folder import owned, prepare
 from .grading import CLOSURES, STATUSES
-from .parts import Part, PartReport, grade_part, graded_parts, report_of, split
+from .parts import Part, PartReport, grade_part, graded_parts, report_of, shifted, split
 from .source import find_files, look_at
 from .summary import GradeSummary
 
@@ -36,6 +36,8 @@ def grade_files(
 ) -> GradeSummary:
     """Grade the Parquet files of a source into the parts of a folder."""
     begin = time.perf_counter()
+    if not isinstance(rows_per_part, int) or rows_per_part < 1:
+        raise InvalidInputError(f"rows_per_part: {rows_per_part!r} is not a positive whole number")
     folder = Path(out).absolute()
     if Path(source).is_dir() and folder.resolve().is_relative_to(Path(source).resolve()):
         raise InvalidInputError(f"out: {out} lies in the source's folder; its parts would become sources")
@@ -59,8 +61,8 @@ def grade_files(
         missing = [part.name for part in parts if not (folder / part.name).exists()]
         if missing:
             raise GraspForceError(
-                f"{folder}: {missing[0]} is not here, though a worker wrote it: source and results must lie on "
-                "a file system that all machines share"
+                f"{folder}: {missing[0]} is not here, though a worker wrote it: source and results must lie "
+                "on a file system that all machines share"
             )
     return GradeSummary(
         out=folder,
@@ -85,8 +87,8 @@ def _done_before(out: Path, parts: list[Part]) -> tuple[PartReport, list[Part]]:
         found = report_of(out / part.name)
         if found.statuses.total() != part.rows:
             raise ResumeError(
-                f"{out / part.name}: holds {found.statuses.total()} rows, not {part.rows}; delete it, and they "
-                "are graded again"
+                f"{out / part.name}: holds {found.statuses.total()} rows, not {part.rows}; delete it, and "
+                "they are graded again"
             )
         report += found
     return report, pending
@@ -97,7 +99,6 @@ def _grade_here(
 ) -> Iterator[PartReport]:
     before = 0
     for part in parts:
-        start = before
-        yield grade_part(part, out, options, progress=lambda rows, start=start: tell(start + rows))
+        yield grade_part(part, out, options, progress=shifted(tell, before))
         before += part.rows
         tell(before)

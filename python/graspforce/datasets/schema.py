@@ -106,7 +106,8 @@ def result_fields(options: GradeOptions) -> list[pa.Field]:
 
 def is_list(kind: pa.DataType) -> bool:
     """Whether values of this type are lists of one of Arrow's plain layouts."""
-    return pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind)
+    kinds = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
+    return any(is_kind(kind) for is_kind in kinds)
 
 
 def _fits(kind: pa.DataType, depths: tuple[int, ...]) -> bool:
@@ -116,7 +117,7 @@ def _fits(kind: pa.DataType, depths: tuple[int, ...]) -> bool:
     # A column or list in which everything is null has no type of its own, and could be any.
     if pa.types.is_null(kind):
         return depth <= max(depths)
-    return depth in depths and (pa.types.is_floating(kind) or pa.types.is_integer(kind))
+    return depth in depths and bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))
 
 
 def _hint(found: pa.DataType) -> str:

@@ -7,6 +7,7 @@ import hashlib
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -89,11 +90,8 @@ def look_at(paths: list[Path], options: GradeOptions) -> list[SourceFile]:
         except InvalidInputError as error:
             raise InvalidFileError(file.path, str(error)) from None
         if not file.schema.equals(first.schema):
-            difference = next(
-                f"{own} here, {other} there"
-                for own, other in zip([*file.schema, None], [*first.schema, None], strict=False)
-                if own != other
-            )
+            pairs = zip_longest(_described(file.schema), _described(first.schema), fillvalue="nothing")
+            difference = next(f"{own} here, {other} there" for own, other in pairs if own != other)
             raise InvalidFileError(file.path, f"columns are not those of {first.path}: {difference}")
     return files
 
@@ -109,6 +107,10 @@ def _look_at_one(path: Path) -> SourceFile:
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
     return SourceFile(path, metadata.num_rows, size, footer, schema)
+
+
+def _described(schema: pa.Schema) -> list[str]:
+    return [f"{field.name}: {field.type}{'' if field.nullable else ' not null'}" for field in schema]
 
 
 def _is_hidden(path: Path) -> bool:
