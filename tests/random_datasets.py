@@ -2,6 +2,7 @@
 
 import numpy as np
 import pyarrow as pa
+
 from random_grasps import random_grasp
 
 VECTORS = pa.list_(pa.list_(pa.float64(), 3))

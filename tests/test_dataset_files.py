@@ -12,12 +12,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from random_datasets import as_table, grasp_rows, repeated
 
 import graspforce as gf
 from graspforce.cli import main
 from graspforce.commands.exit_codes import BAD_FILE, DONE, FAILED
 from graspforce.datasets import GradeSummary
+from random_datasets import as_table, grasp_rows, repeated
 
 PART = "part-000000.parquet"
 

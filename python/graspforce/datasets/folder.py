@@ -1,20 +1,17 @@
-"""The folder of results: who writes into it, and of which question and source its parts are."""
+"""The folder of results: of which question and which source its parts are."""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
+import hashlib
 import json
-import os
-import uuid
+import re
 from typing import TYPE_CHECKING, Any
 
-import filelock
-
 from graspforce._core import __version__
-from graspforce.errors import BusyError, InvalidInputError, ResumeError
+from graspforce.errors import ResumeError
 
-from .parts import graded_parts, sync_folder, temporary_files
+from .writing import LOCK, appearing, clear_leftovers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,31 +20,14 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .source import SourceFile
 
-__all__ = ["owned", "prepare"]
+__all__ = ["graded_parts", "identity", "prepare"]
 
 _MANIFEST = "_grade.json"
 """Readers of Parquet folders pass over names that begin with an underscore or a dot."""
 
-_LOCK = ".lock"
+_PART_NAME = re.compile(r"part-\d{6,}\.parquet")
 _FORMAT = 1
 _MAX_TOLD = 5
-
-
-@contextlib.contextmanager
-def owned(out: Path) -> Iterator[None]:
-    """Keep other runs out of the folder while the block runs; a killed process lets go of it."""
-    if out.exists() and not out.is_dir():
-        raise InvalidInputError(f"out: {out} is a file, expected a folder")
-    out.mkdir(parents=True, exist_ok=True)
-    lock = filelock.FileLock(out / _LOCK, timeout=0)
-    try:
-        lock.acquire()
-    except filelock.Timeout:
-        raise BusyError(f"{out}: another run is writing into this folder") from None
-    try:
-        yield
-    finally:
-        lock.release()
 
 
 def prepare(
@@ -68,9 +48,7 @@ def prepare(
         "files": [file.identity(root) for file in files],
     }
     manifest = out / _MANIFEST
-    # Of killed runs: nobody else is at work here.
-    for path in temporary_files(out):
-        path.unlink()
+    clear_leftovers(out)
     if overwrite and manifest.exists():
         # The manifest last: a kill in between leaves a folder that still says whose parts it holds.
         for path in (*graded_parts(out), manifest):
@@ -78,16 +56,24 @@ def prepare(
     if manifest.exists():
         _compare(out, _read(manifest), asked)
         return
-    others = sorted(path.name for path in out.iterdir() if path.name != _LOCK)
+    others = sorted(path.name for path in out.iterdir() if path.name != LOCK)
     if others:
         raise ResumeError(f"{out}: holds {others[0]}, which is not of a graded dataset; name another folder")
-    temporary = out / f".part-manifest.{uuid.uuid4().hex}.tmp"
-    with temporary.open("x", encoding="utf-8") as stream:
-        json.dump(asked, stream, indent=1)
-        stream.flush()
-        os.fsync(stream.fileno())
-    temporary.replace(manifest)
-    sync_folder(out)
+    with appearing(manifest) as stream:
+        stream.write(json.dumps(asked, indent=1).encode())
+
+
+def identity(out: Path) -> str | None:
+    """Return what tells the run that a folder is of from others; None where it is of none."""
+    try:
+        return hashlib.blake2b((out / _MANIFEST).read_bytes(), digest_size=16).hexdigest()
+    except FileNotFoundError:
+        return None
+
+
+def graded_parts(out: Path) -> list[Path]:
+    """Find the files of parts that are done."""
+    return [path for path in out.glob("part-*.parquet") if _PART_NAME.fullmatch(path.name)]
 
 
 def _read(manifest: Path) -> dict[str, Any]:

@@ -5,13 +5,10 @@ A part is what a kill can cost, what a machine of a cluster is given, and what m
 
 from __future__ import annotations
 
-import contextlib
-import os
-import re
 import sys
-import uuid
 from collections import Counter
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pyarrow as pa
@@ -20,34 +17,25 @@ import pyarrow.parquet as pq
 from graspforce._core import __version__
 from graspforce.errors import GraspForceError, InvalidFileError
 
+from .folder import identity
 from .grading import grade_batch
 from .schema import graded_schema
+from .writing import appearing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from .options import GradeOptions
 
-__all__ = [
-    "Part",
-    "PartReport",
-    "grade_part",
-    "graded_parts",
-    "report_of",
-    "shifted",
-    "split",
-    "sync_folder",
-    "temporary_files",
-]
-
-_PART_NAME = re.compile(r"part-\d{6,}\.parquet")
+__all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
 
 _BATCH_BYTES = 64 << 20
 """Of decoded rows in memory at a time, for rows that carry pictures or point clouds."""
 
 _READ_BUFFER_BYTES = 1 << 20
 """Of each column, so that a row group is never in memory whole."""
+
+_LINUX_STATUS = Path("/proc/self/status")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,36 +91,30 @@ def grade_part(
     part: Part,
     out: Path,
     options: GradeOptions,
+    run: str,
     *,
     version: str = __version__,
     progress: Callable[[int], object] | None = None,
 ) -> PartReport:
-    """Grade the rows of a part into its file, which appears complete or not at all."""
+    """Grade the rows of a part into its file, for the run of this identity."""
     if version != __version__:
         raise GraspForceError(f"graspforce {__version__} here, {version} where the run was started")
     report = PartReport()
-    with _opened(part.source) as file:
+    with _opened(part.source) as file, appearing(out / part.name) as stream:
         schema = graded_schema(file.schema_arrow, options)
-        # Two tries of one part may overlap, on a cluster; each writes the same rows to a file of its own.
-        temporary = out / f".{part.name}.{uuid.uuid4().hex}.tmp"
-        try:
-            with temporary.open("xb") as stream:
-                with pq.ParquetWriter(stream, schema) as writer:
-                    done = 0
-                    for batch in _batches(file, part):
-                        tell = progress and shifted(progress, done)
-                        columns = batch.columns + grade_batch(batch, options, tell)
-                        graded = pa.RecordBatch.from_arrays(columns, schema=schema)
-                        writer.write_batch(graded, row_group_size=max(1, _rows_at_once(file, part)))
-                        report += _counted(pa.Table.from_batches([graded]))
-                        done += batch.num_rows
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(out / part.name)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-    sync_folder(out)
+        at_once = _rows_at_once(file, part)
+        with pq.ParquetWriter(stream, schema) as writer:
+            done = 0
+            for batch in _batches(file, part, at_once):
+                tell = progress and shifted(progress, done)
+                columns = batch.columns + grade_batch(batch, options, tell)
+                graded = pa.RecordBatch.from_arrays(columns, schema=schema)
+                writer.write_batch(graded, row_group_size=at_once)
+                report += _counted(pa.Table.from_batches([graded]))
+                done += batch.num_rows
+        # A machine that lost its client may end when the folder is another run's already.
+        if identity(out) != run:
+            raise GraspForceError(f"{out}: not, or no longer, the folder of this run")
     return report + PartReport(peak_bytes=_peak_bytes())
 
 
@@ -144,31 +126,9 @@ def report_of(path: Path) -> PartReport:
         raise InvalidFileError(path, f"{error}; delete it, and its rows are graded again") from error
 
 
-def graded_parts(out: Path) -> list[Path]:
-    """Find the files of parts that are done."""
-    return [path for path in out.glob("part-*.parquet") if _PART_NAME.fullmatch(path.name)]
-
-
-def temporary_files(out: Path) -> Iterator[Path]:
-    """Find what killed processes have left behind."""
-    return out.glob(".part-*.tmp")
-
-
 def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
     """Return a function to say how many of some later rows are done."""
     return lambda done: progress(before + done)
-
-
-def sync_folder(folder: Path) -> None:
-    """See to it that names in a folder outlast a power cut, where the system can."""
-    if sys.platform != "win32":
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            # Some network file systems do not know this call of folders.
-            with contextlib.suppress(OSError):
-                os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def _opened(path: Path) -> pq.ParquetFile:
@@ -178,7 +138,7 @@ def _opened(path: Path) -> pq.ParquetFile:
         raise InvalidFileError(path, str(error)) from error
 
 
-def _batches(file: pq.ParquetFile, part: Part) -> Iterator[pa.RecordBatch]:
+def _batches(file: pq.ParquetFile, part: Part, at_once: int) -> Iterator[pa.RecordBatch]:
     """Yield the rows of a part, decoding only the row groups that hold them."""
     stop = part.start + part.rows
     groups: list[int] = []
@@ -192,7 +152,7 @@ def _batches(file: pq.ParquetFile, part: Part) -> Iterator[pa.RecordBatch]:
             groups.append(group)
         before += rows
     at = first
-    for batch in file.iter_batches(max(1, _rows_at_once(file, part)), row_groups=groups):
+    for batch in file.iter_batches(at_once, row_groups=groups):
         begin, end = max(part.start - at, 0), min(stop - at, batch.num_rows)
         at += batch.num_rows
         if begin < end:
@@ -204,7 +164,7 @@ def _batches(file: pq.ParquetFile, part: Part) -> Iterator[pa.RecordBatch]:
 def _rows_at_once(file: pq.ParquetFile, part: Part) -> int:
     groups = [file.metadata.row_group(group) for group in range(file.metadata.num_row_groups)]
     heaviest = max((group.total_byte_size / max(group.num_rows, 1) for group in groups), default=1.0)
-    return min(part.rows, int(_BATCH_BYTES / max(heaviest, 1.0)))
+    return max(1, min(part.rows, int(_BATCH_BYTES / max(heaviest, 1.0))))
 
 
 def _counted(table: pa.Table) -> PartReport:
@@ -216,9 +176,12 @@ def _counted(table: pa.Table) -> PartReport:
 
 
 def _peak_bytes() -> int:
+    # What getrusage says on Linux is that of the process before, where a large one started this one.
+    if _LINUX_STATUS.exists():
+        lines = _LINUX_STATUS.read_text("ascii", "replace").splitlines()
+        return next((1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)
     if sys.platform == "win32":
         return 0
     import resource  # noqa: PLC0415 - not on every system
 
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

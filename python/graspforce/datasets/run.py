@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 from graspforce.errors import GraspForceError, InvalidInputError, ResumeError
 
 from .cluster import grade_parts_on
-from .folder import owned, prepare
+from .folder import graded_parts, identity, prepare
 from .grading import CLOSURES, STATUSES
-from .parts import Part, PartReport, grade_part, graded_parts, report_of, shifted, split
+from .parts import Part, PartReport, grade_part, report_of, shifted, split
 from .source import find_files, look_at
 from .summary import GradeSummary
+from .writing import owned
 
 if TYPE_CHECKING:
     import os
@@ -36,8 +37,8 @@ def grade_files(
 ) -> GradeSummary:
     """Grade the Parquet files of a source into the parts of a folder."""
     begin = time.perf_counter()
-    if not isinstance(rows_per_part, int) or rows_per_part < 1:
-        raise InvalidInputError(f"rows_per_part: {rows_per_part!r} is not a positive whole number")
+    if rows_per_part < 1:
+        raise InvalidInputError(f"rows_per_part: {rows_per_part} must be positive")
     folder = Path(out).absolute()
     if Path(source).is_dir() and folder.resolve().is_relative_to(Path(source).resolve()):
         raise InvalidInputError(f"out: {out} lies in the source's folder; its parts would become sources")
@@ -55,8 +56,11 @@ def grade_files(
                 progress(total - left + rows, total)
 
         tell(0)
-        grade = _grade_here(pending, folder, options, tell) if client is None else None
-        for one in grade or grade_parts_on(client, pending, folder, options, tell):
+        common = {"out": folder, "options": options, "run": identity(folder)}
+        reports = _grade_here(pending, common, tell)
+        if client is not None:
+            reports = grade_parts_on(client, pending, common, tell)
+        for one in reports:
             report += one
         missing = [part.name for part in parts if not (folder / part.name).exists()]
         if missing:
@@ -95,10 +99,10 @@ def _done_before(out: Path, parts: list[Part]) -> tuple[PartReport, list[Part]]:
 
 
 def _grade_here(
-    parts: list[Part], out: Path, options: GradeOptions, tell: Callable[[int], None]
+    parts: list[Part], common: dict[str, Any], tell: Callable[[int], None]
 ) -> Iterator[PartReport]:
     before = 0
     for part in parts:
-        yield grade_part(part, out, options, progress=shifted(tell, before))
+        yield grade_part(part, **common, progress=shifted(tell, before))
         before += part.rows
         tell(before)
