@@ -27,7 +27,7 @@ ROWS_PER_PART = 50_000
 GRADE = """
 import sys, graspforce as gf
 found = gf.grade(sys.argv[1], sys.argv[2], criteria=sys.argv[3].split(","), rows_per_part=int(sys.argv[4]))
-print(found.seconds, found.rows_per_second, found.peak_bytes, found.statuses, found.closures, sep="|")
+print(found.rows_per_second, found.peak_bytes, found.statuses, found.closures, sep="|")
 """
 
 
@@ -72,17 +72,19 @@ def wait_for(out: Path, parts: int) -> None:
         time.sleep(0.05)
 
 
-def throughput(source: Path, folder: Path, rows_per_part: int) -> None:
-    print("| criteria | grasps a second | seconds | CPU seconds | peak memory MiB |\n|---|---|---|---|---|")
+def throughput(source: Path, folder: Path, rows: int, rows_per_part: int) -> None:
+    names = ("criteria", "grasps a second", "per core second", "core hours a million", "peak memory MiB")
+    print(f"| {' | '.join(names)} |\n{'|---' * len(names)}|")
     for criteria in ("max", "sum", "max,sum"):
         before = os.times()
         out = folder / criteria
         text = subprocess.check_output(command(source, out, criteria, rows_per_part), text=True)
         after = os.times()
         cpu = after.children_user + after.children_system - before.children_user - before.children_system
-        seconds, speed, peak, statuses, closures = text.strip().split("|")
+        speed, peak, statuses, closures = text.strip().split("|")
         memory = int(peak) / 2**20
-        print(f"| {criteria} | {float(speed):,.0f} | {float(seconds):.1f} | {cpu:.1f} | {memory:.0f} |")
+        hours = cpu / 3600 * 1e6 / rows
+        print(f"| {criteria} | {float(speed):,.0f} | {rows / cpu:,.0f} | {hours:.3f} | {memory:.0f} |")
     print(f"\n{statuses}, closures {closures}")
 
 
@@ -135,7 +137,7 @@ def main() -> None:
         size = source.stat().st_size / 2**20
         print(f"{rows:,} grasps, 4 to 6 contacts, 8 edges, {size:.0f} MiB; {os.cpu_count()} cores\n")
         parts = -(-rows // rows_per_part)
-        throughput(source, folder, rows_per_part)
+        throughput(source, folder, rows, rows_per_part)
         killed_twice(source, folder, rows_per_part, parts)
         on_a_cluster(source, folder, rows_per_part, parts)
 

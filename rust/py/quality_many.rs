@@ -15,8 +15,12 @@ use crate::errors::{invalid_grasp, invalid_input};
 use crate::quality::quality_options;
 
 /// What a chunk of rows between two looks at the interpreter should take: short enough for Ctrl-C, long enough
-/// for all cores. One grasp takes from microseconds to a second.
-const CHUNK_TIME: Range<Duration> = Duration::from_millis(50)..Duration::from_millis(200);
+/// that waiting for the last core does not count, on a busy machine either. One grasp takes from microseconds to
+/// a second.
+const CHUNK_TIME: Range<Duration> = Duration::from_millis(250)..Duration::from_secs(1);
+
+/// Rows of the first chunk for each core, before any time is known.
+const FIRST_ROWS: usize = 32;
 
 /// Qualities of a batch of grasps, as arrays with one entry for each.
 ///
@@ -276,7 +280,7 @@ fn run<const D: usize>(
         .map_err(|error| crate::errors::to_python(py, &error))?;
     let mut items = Vec::with_capacity(arguments.batch);
     let cores = available_parallelism().map_or(1, NonZero::get);
-    let mut chunk = 8 * cores;
+    let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + chunk);
         let start = Instant::now();

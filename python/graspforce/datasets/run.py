@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from .cluster import grade_parts_on
 from .folder import graded_parts, identity, prepare
 from .grading import CLOSURES, STATUSES
 from .parts import Part, PartReport, grade_part, report_of, shifted, split
-from .source import find_files, look_at
+from .source import READERS, find_files, look_at
 from .summary import GradeSummary
 from .writing import owned
 
@@ -82,20 +83,19 @@ def grade_files(
 
 
 def _done_before(out: Path, parts: list[Part]) -> tuple[PartReport, list[Part]]:
-    done = {path.name for path in graded_parts(out)}
-    report, pending = PartReport(), []
-    for part in parts:
-        if part.name not in done:
-            pending.append(part)
-            continue
-        found = report_of(out / part.name)
-        if found.statuses.total() != part.rows:
-            raise ResumeError(
-                f"{out / part.name}: holds {found.statuses.total()} rows, not {part.rows}; delete it, and "
-                "they are graded again"
-            )
-        report += found
-    return report, pending
+    names = {path.name for path in graded_parts(out)}
+    done = [part for part in parts if part.name in names]
+    report = PartReport()
+    with ThreadPoolExecutor(READERS) as pool:
+        for part, found in zip(done, pool.map(report_of, (out / part.name for part in done)), strict=True):
+            rows = found.statuses.total()
+            if rows != part.rows:
+                raise ResumeError(
+                    f"{out / part.name}: holds {rows} rows, not {part.rows}; delete it, and they are graded "
+                    "again"
+                )
+            report += found
+    return report, [part for part in parts if part.name not in names]
 
 
 def _grade_here(

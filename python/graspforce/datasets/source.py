@@ -21,12 +21,13 @@ from .schema import check_schema
 if TYPE_CHECKING:
     from .options import GradeOptions
 
-__all__ = ["SourceFile", "find_files", "look_at"]
+__all__ = ["READERS", "SourceFile", "find_files", "look_at"]
 
 _FOOTER_END = 8
 """Bytes after the footer: its length and a magic number."""
 
-_READERS = 16
+READERS = 16
+"""Files looked at in parallel: on network file systems it is their latency that counts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ def find_files(source: str | os.PathLike[str]) -> tuple[Path, list[Path]]:
 
 def look_at(paths: list[Path], options: GradeOptions) -> list[SourceFile]:
     """Read all footers and check that the files can be graded together."""
-    with ThreadPoolExecutor(_READERS) as pool:
+    with ThreadPoolExecutor(READERS) as pool:
         files = list(pool.map(_look_at_one, paths))
     first = files[0]
     for file in files:
