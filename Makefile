@@ -52,7 +52,7 @@ $(VENV)/docs: $(VENV)/ready
 build $(VENV)/ready: export PIP_QUIET := 1
 
 build: $(VENV)/ready
-	$(VENV)/bin/maturin develop --release --extras cli,mesh,metrics,plot,search,viewer
+	$(VENV)/bin/maturin develop --release --extras cli,dask,datasets,mesh,metrics,plot,search,viewer
 
 $(VENV)/ready: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or later is needed: make PYTHON=python3.11 ...")'

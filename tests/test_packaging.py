@@ -39,6 +39,9 @@ def test_importing_loads_nothing_optional():
         "pydantic",
         "yaml",
         "viser",
+        "pyarrow",
+        "pandas",
+        "filelock",
     ]
     code = f"import sys, graspforce; print([m for m in {optional!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -123,6 +126,17 @@ except gf.MissingExtraError as error:
     print(error)
 """
     assert f"graspforce[{extra}]" in run_bare(bare_python, "-c", code, cwd=tmp_path).stdout
+
+
+def test_the_bare_wheel_says_what_datasets_need(bare_python, tmp_path):
+    code = """
+import graspforce as gf
+try:
+    gf.grade("grasps.parquet", "out")
+except gf.MissingExtraError as error:
+    print(error)
+"""
+    assert "graspforce[datasets]" in run_bare(bare_python, "-c", code, cwd=tmp_path).stdout
 
 
 def test_the_bare_wheel_says_what_figures_need(bare_python, tmp_path):

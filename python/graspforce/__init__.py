@@ -24,6 +24,7 @@ from ._core import (
     torque_limited_forces,
 )
 from .adapters import from_drake, from_mujoco, from_pinocchio
+from .datasets import grade
 from .errors import (
     BusyError,
     GraspForceError,
@@ -33,6 +34,7 @@ from .errors import (
     InvalidInputError,
     MissingExtraError,
     NotConvergedError,
+    ResumeError,
     TooLargeError,
 )
 from .planning import (
@@ -74,11 +76,13 @@ __all__ = [
     "Quality",
     "QualityBatch",
     "Refinement",
+    "ResumeError",
     "TooLargeError",
     "__version__",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
+    "grade",
     "plan",
     "plan_global",
     "plan_many",

@@ -187,7 +187,7 @@ def quality_many(
     torsion: ArrayLike | None = None,
     tangents: ArrayLike | None = None,
     origin: ArrayLike | None = None,
-    length_scale: float = 1.0,
+    length_scale: ArrayLike = 1.0,
     friction_margin: float = 1.0,
     extreme_forces: Sequence[ArrayLike] | None = None,
     *,

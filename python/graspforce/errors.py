@@ -24,6 +24,7 @@ __all__ = [
     "InvalidInputError",
     "MissingExtraError",
     "NotConvergedError",
+    "ResumeError",
     "TooLargeError",
 ]
 
@@ -114,8 +115,12 @@ class TooLargeError(GraspForceError):
 
 
 class BusyError(GraspForceError):
-    """A solver is in use by another thread; give each thread one of its own."""
+    """A solver is in use by another thread, or a folder by another run; give each one of its own."""
 
 
 class NotConvergedError(GraspForceError):
     """A bounded iteration ended without an answer that meets the tolerance."""
+
+
+class ResumeError(GraspForceError):
+    """A folder of results belongs to another question or another source; the message says what differs."""

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
-use crate::arrays::{contents, float_array, float_vector, matrix};
+use crate::arrays::{contents, float_array, matrix};
 use crate::interrupt::reason;
 
 /// An argument for which `None` does not mean "not given".
@@ -44,7 +44,7 @@ pub struct Raw<'a, 'py> {
     pub torsion: Option<&'a Bound<'py, PyAny>>,
     pub tangents: Option<&'a Bound<'py, PyAny>>,
     pub origin: Option<&'a Bound<'py, PyAny>>,
-    pub length_scale: f64,
+    pub length_scale: &'a Argument<'py>,
     pub friction_margin: f64,
     pub extreme_forces: Option<&'a Bound<'py, PyAny>>,
 }
@@ -57,7 +57,10 @@ pub struct Arguments {
     pub contacts: usize,
     /// Number of grasps.
     pub batch: usize,
+    /// What all grasps share.
     pub options: GraspOptions,
+    origins: Option<Vec<f64>>,
+    length_scales: Option<Vec<f64>>,
     positions: Vec<f64>,
     normals: Vec<f64>,
     tangents: Option<Broadcast>,
@@ -109,11 +112,14 @@ impl Arguments {
             Some(_) if dim == 2 => return Err("tangents: a planar contact has only one tangent".into()),
             Some(value) => Some(Broadcast::parse_vectors("tangents", value, batch, contacts, batched)?),
         };
+        let (options, origins, length_scales) = parse_options(raw, dim, batched.then_some(batch))?;
         Ok(Self {
             dim,
             contacts,
             batch,
-            options: options(raw, dim)?,
+            options,
+            origins,
+            length_scales,
             positions: contents(&positions).to_vec(),
             normals: contents(&normals).to_vec(),
             tangents,
@@ -128,6 +134,18 @@ impl Arguments {
     /// The contacts of one grasp of the batch.
     pub fn contacts_of(&self, grasp: usize) -> Vec<Contact> {
         (0..self.contacts).map(|contact| self.contact(grasp, contact)).collect()
+    }
+
+    /// The options of one grasp of the batch.
+    pub fn options_of(&self, grasp: usize) -> GraspOptions {
+        let mut options = self.options;
+        if let Some(origins) = &self.origins {
+            options.origin = embedded(&origins[grasp * self.dim..(grasp + 1) * self.dim]);
+        }
+        if let Some(length_scales) = &self.length_scales {
+            options.length_scale = length_scales[grasp];
+        }
+        options
     }
 
     /// (m,) friction coefficients of the first grasp.
@@ -249,12 +267,35 @@ impl Broadcast {
     }
 }
 
-fn options(raw: &Raw<'_, '_>, dim: usize) -> Result<GraspOptions, String> {
-    let origin = match raw.origin {
-        None => Vector3::zeros(),
-        Some(value) => embedded(&float_vector("origin", value, dim)?),
-    };
-    Ok(GraspOptions { origin, length_scale: raw.length_scale, friction_margin: raw.friction_margin })
+/// Options that all grasps share; origins and length scales apart where each of a batch has its own.
+type Options = (GraspOptions, Option<Vec<f64>>, Option<Vec<f64>>);
+
+fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<Options, String> {
+    let mut options = GraspOptions { friction_margin: raw.friction_margin, ..GraspOptions::default() };
+    let (mut origins, mut length_scales) = (None, None);
+    if let Some(value) = raw.origin {
+        let array = float_array("origin", value)?;
+        match *array.shape() {
+            [d] if d == dim => options.origin = embedded(contents(&array)),
+            [b, d] if batch == Some(b) && d == dim => origins = Some(contents(&array).to_vec()),
+            ref given => {
+                let each = batch.map_or(String::new(), |batch| format!(" or ({batch}, {dim})"));
+                return Err(format!("origin: shape {}, expected ({dim},){each}", shaped(given)));
+            }
+        }
+    }
+    if let Some(value) = raw.length_scale.given() {
+        let array = float_array("length_scale", value)?;
+        match (array.shape(), contents(&array)) {
+            ([], &[length_scale]) => options.length_scale = length_scale,
+            (&[b], values) if batch == Some(b) => length_scales = Some(values.to_vec()),
+            (given, _) => {
+                let each = batch.map_or(String::new(), |batch| format!(" or shape ({batch},)"));
+                return Err(format!("length_scale: shape {}, expected a number{each}", shaped(given)));
+            }
+        }
+    }
+    Ok((options, origins, length_scales))
 }
 
 fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String> {

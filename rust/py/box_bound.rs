@@ -84,7 +84,7 @@ impl PyBoxBound {
     ///     estimate the slack, which is used where it is below the one given.
     #[pyo3(
         signature = (slacks, positions, normals, friction=Argument::Default, max_normal_force=Argument::Default,
-            edges=Argument::Default, torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0,
+            edges=Argument::Default, torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0,
             extreme_forces=None, *, enough=0.0, axes=None, safety=1.5),
         text_signature = "($self, slacks, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, \
             torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, \
@@ -103,7 +103,7 @@ impl PyBoxBound {
         torsion: Option<&Bound<'py, PyAny>>,
         tangents: Option<&Bound<'py, PyAny>>,
         origin: Option<&Bound<'py, PyAny>>,
-        length_scale: f64,
+        length_scale: Argument<'py>,
         friction_margin: f64,
         extreme_forces: Option<&Bound<'py, PyAny>>,
         enough: f64,
@@ -119,7 +119,7 @@ impl PyBoxBound {
             torsion,
             tangents,
             origin,
-            length_scale,
+            length_scale: &length_scale,
             friction_margin,
             extreme_forces,
         };
@@ -159,6 +159,6 @@ fn over<const D: usize>(
     enough: f64,
 ) -> Result<Vec<f64>, Option<(usize, Error)>> {
     let each = arguments.batch / slacks.len();
-    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options);
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
     bound.over(slacks, stencil, enough, |index| index * each..(index + 1) * each, grasp).map_err(Some)
 }

@@ -100,7 +100,7 @@ impl PyGrasp {
     #[new]
     #[pyo3(
         signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-            torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None),
+            torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None),
         text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
             tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None)"
     )]
@@ -115,7 +115,7 @@ impl PyGrasp {
         torsion: Option<&Bound<'py, PyAny>>,
         tangents: Option<&Bound<'py, PyAny>>,
         origin: Option<&Bound<'py, PyAny>>,
-        length_scale: f64,
+        length_scale: Argument<'py>,
         friction_margin: f64,
         extreme_forces: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Self> {
@@ -128,7 +128,7 @@ impl PyGrasp {
             torsion,
             tangents,
             origin,
-            length_scale,
+            length_scale: &length_scale,
             friction_margin,
             extreme_forces,
         };

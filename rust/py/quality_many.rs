@@ -1,5 +1,10 @@
 //! `graspforce.quality_many`: a batch of grasps on all cores.
 
+use std::num::NonZero;
+use std::ops::Range;
+use std::thread::available_parallelism;
+use std::time::{Duration, Instant};
+
 use graspforce::{BatchItem, Closure, Grasp, QualityOptions, quality_batch};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -11,8 +16,12 @@ use crate::errors::{invalid_grasp, invalid_input};
 use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
 
-/// Grasps between two looks at the interpreter: short enough for Ctrl-C, long enough for all cores.
-const CHUNK: usize = 256;
+/// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
+/// does not count, on a busy machine either. One grasp takes from microseconds to a second.
+const CHUNK_TIME: Range<Duration> = Duration::from_millis(250)..Duration::from_secs(1);
+
+/// Rows of the first chunk for each core, before any time is known.
+const FIRST_ROWS: usize = 32;
 
 /// Qualities of a batch of grasps, as arrays with one entry for each.
 ///
@@ -176,7 +185,11 @@ impl PyQualityBatch {
 ///     (B, m, 2) or (B, m, 3), as for `Grasp`.
 /// friction, max_normal_force, torsion : array_like, optional
 ///     Scalar, (m,) or (B, m), as for `Grasp`.
-/// edges, origin, length_scale, friction_margin, extreme_forces : optional
+/// origin : array_like, optional
+///     (dim,) or (B, dim), as for `Grasp`.
+/// length_scale : array_like, optional
+///     Scalar or (B,), as for `Grasp`.
+/// edges, friction_margin, extreme_forces : optional
 ///     As for `Grasp`, the same for all rows.
 /// tangents : array_like, optional
 ///     (m, 3) or (B, m, 3), as for `Grasp`.
@@ -210,7 +223,7 @@ impl PyQualityBatch {
 #[pyfunction]
 #[pyo3(
     signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-        torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *,
+        torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
         criterion="max", rtol=None, center=None, metric=None, progress=None),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
@@ -227,7 +240,7 @@ pub fn quality_many<'py>(
     torsion: Option<&Bound<'py, PyAny>>,
     tangents: Option<&Bound<'py, PyAny>>,
     origin: Option<&Bound<'py, PyAny>>,
-    length_scale: f64,
+    length_scale: Argument<'py>,
     friction_margin: f64,
     extreme_forces: Option<&Bound<'py, PyAny>>,
     criterion: &str,
@@ -245,7 +258,7 @@ pub fn quality_many<'py>(
         torsion,
         tangents,
         origin,
-        length_scale,
+        length_scale: &length_scale,
         friction_margin,
         extreme_forces,
     };
@@ -278,11 +291,19 @@ fn run<const D: usize>(
         .and_then(|()| arguments.options.check())
         .map_err(|error| crate::errors::to_python(py, &error))?;
     let mut items = Vec::with_capacity(arguments.batch);
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
-        let rows = items.len()..arguments.batch.min(items.len() + CHUNK);
-        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options);
+        let rows = items.len()..arguments.batch.min(items.len() + chunk);
+        let start = Instant::now();
+        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
         items.extend(on_all_cores(py, || quality_batch(rows, grasp, options))?);
-        py.check_signals()?;
+        let elapsed = start.elapsed();
+        if elapsed < CHUNK_TIME.start {
+            chunk *= 2;
+        } else if elapsed > CHUNK_TIME.end {
+            chunk = cores.max(chunk / 2);
+        }
         if let Some(progress) = progress {
             progress.call1((items.len(), arguments.batch))?;
         }

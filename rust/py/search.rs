@@ -95,7 +95,7 @@ impl PyCandidateSearch {
     ///     A candidate is no grasp; the attribute ``row`` says which.
     #[pyo3(
         signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-            torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *,
+            torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
             center_index=0, center_rho=None),
         text_signature = "($self, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
             tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
@@ -113,7 +113,7 @@ impl PyCandidateSearch {
         torsion: Option<&Bound<'py, PyAny>>,
         tangents: Option<&Bound<'py, PyAny>>,
         origin: Option<&Bound<'py, PyAny>>,
-        length_scale: f64,
+        length_scale: Argument<'py>,
         friction_margin: f64,
         extreme_forces: Option<&Bound<'py, PyAny>>,
         center_index: usize,
@@ -128,7 +128,7 @@ impl PyCandidateSearch {
             torsion,
             tangents,
             origin,
-            length_scale,
+            length_scale: &length_scale,
             friction_margin,
             extreme_forces,
         };
@@ -167,7 +167,7 @@ fn best_of<const D: usize>(
     center: usize,
     known: Option<f64>,
 ) -> Result<Winner, (usize, Option<Error>)> {
-    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options);
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
     search.best(arguments.batch, center, known, grasp).map_err(|(row, error)| (row, Some(error)))
 }
 

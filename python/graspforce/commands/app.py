@@ -10,7 +10,7 @@ import typer
 from graspforce import __version__
 from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFileError
 
-from . import forces, info, plan, quality, reproduce, view
+from . import forces, grade, info, plan, quality, reproduce, view
 from .exit_codes import BAD_FILE, FAILED, INFEASIBLE, MEANINGS
 
 __all__ = ["app", "run"]
@@ -28,6 +28,7 @@ app = typer.Typer(
 app.command("quality")(quality.quality)
 app.command("forces")(forces.forces)
 app.command("plan")(plan.plan)
+app.command("grade")(grade.grade)
 app.command("view")(view.view)
 app.command("reproduce")(reproduce.reproduce)
 app.command("info")(info.info)

@@ -16,7 +16,7 @@ from .output import AsJson, print_json, print_table
 
 __all__ = ["info"]
 
-_PACKAGES = ("numpy", "scipy", "matplotlib", "trimesh", "viser", "mujoco", "drake", "pin", "dask")
+_PACKAGES = ("numpy", "scipy", "matplotlib", "trimesh", "viser", "mujoco", "drake", "pin", "pyarrow", "dask")
 
 
 class _Schema(StrEnum):

@@ -1,0 +1,186 @@
+"""`graspforce.grade`: one name for datasets in memory, in files and on clusters."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, overload
+
+from graspforce.errors import InvalidInputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from .summary import GradeSummary
+
+__all__ = ["grade"]
+
+_ROWS_PER_PART = 50_000
+
+
+@overload
+def grade(
+    source: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    criteria: Sequence[str] | str = ...,
+    edges: int | None = ...,
+    rtol: float | None = ...,
+    length_scale: float | None = ...,
+    rows_per_part: int = ...,
+    overwrite: bool = ...,
+    client: Any = ...,
+    progress: Callable[[int, int], object] | None = ...,
+) -> GradeSummary: ...
+@overload
+def grade(
+    source: Any,
+    out: None = ...,
+    *,
+    criteria: Sequence[str] | str = ...,
+    edges: int | None = ...,
+    rtol: float | None = ...,
+    length_scale: float | None = ...,
+    progress: Callable[[int, int], object] | None = ...,
+) -> Any: ...
+def grade(
+    source: Any,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    criteria: Sequence[str] | str = ("max", "sum"),
+    edges: int | None = 8,
+    rtol: float | None = None,
+    length_scale: float | None = None,
+    rows_per_part: int = _ROWS_PER_PART,
+    overwrite: bool = False,
+    client: Any = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Any:
+    """Measure every grasp of a dataset: in memory, in Parquet files larger than memory, or on a Dask cluster.
+
+    A row is a grasp. Its columns ``positions`` and ``normals`` hold lists of vectors, ``friction`` and
+    ``max_normal_force`` a number or a list with one for each contact, all as for `graspforce.Grasp`; so do
+    ``torsion``, ``tangents``, ``origin`` and ``length_scale`` where there are such columns. All other columns
+    are passed on unchanged, and these are added:
+
+    - ``status``: ``converged``; ``bracketed`` where the work limit left a bracket wider than asked for;
+      ``invalid`` where the row is no grasp.
+    - ``message``: why a row did not converge, naming column, contact and value.
+    - ``closure``: ``force``, ``partial`` or ``none``.
+    - ``rho_max``, ``rho_max_lower``, ``rho_max_upper``, and the same of ``rho_sum``: see
+      `graspforce.Quality`. Null in invalid rows, and nowhere else.
+
+    Parameters
+    ----------
+    source : pyarrow.Table, pyarrow.RecordBatch, pandas.DataFrame, dask.dataframe.DataFrame or path
+        The dataset. A path names a Parquet file, a folder of them, or a pattern such as ``grasps/*.parquet``.
+    out : path, optional
+        With a path: the folder of results. Each of its files ``part-000000.parquet``, ... is written under
+        another name and appears complete or not at all. A run that was killed goes on where it was when it is
+        called again, and a finished one does nothing.
+    criteria : str or sequence of str
+        ``"max"``, ``"sum"`` or both.
+    edges : int or None
+        Edges of the linearised friction cones; None for true cones.
+    rtol : float, optional
+        Relative width of the bracket that counts as converged, as for `graspforce.Grasp.quality`.
+    length_scale : float, optional
+        In m, for datasets without this column; 1 by default.
+    rows_per_part : int
+        Rows of one part: what a kill may cost, and what memory holds.
+    overwrite : bool
+        Delete the results of another run in `out`, and start over.
+    client : distributed.Client, optional
+        With a path: the cluster whose machines grade the parts; they share the file system of `source` and
+        `out`. A part whose machine is lost is given to another. The rows are those of a run without it.
+    progress : callable, optional
+        Called now and then, and at the end, with the number of rows done and the number in all. An exception
+        it raises ends the run, which can be resumed. Not for Dask DataFrames, which are computed later.
+
+    Returns
+    -------
+    The same kind as `source`, with the columns above; a Dask DataFrame is computed later. Of a path a
+    `graspforce.datasets.GradeSummary`.
+
+    Raises
+    ------
+    InvalidInputError
+        A column is missing or has the wrong type, or an argument is wrong; nothing is graded then. Of files
+        it is an `InvalidFileError`.
+    ResumeError
+        `out` holds the results of another question or another source.
+    BusyError
+        Another run is writing into `out`.
+    MissingExtraError
+        pyarrow, or Dask, is not installed.
+
+    Notes
+    -----
+    The rows come in the order of the source. A row's grade depends on that row alone: it is the same bit for
+    bit whatever the size of parts, and on every machine with the same processor and C library. Any number of
+    threads may call this at once.
+
+    Examples
+    --------
+    >>> import pyarrow as pa
+    >>> import graspforce as gf
+    >>> pinch = [[-1.0, 0.0], [1.0, 0.0]]
+    >>> table = pa.table({
+    ...     "id": ["pinch", "slip"],
+    ...     "positions": [pinch, pinch],
+    ...     "normals": [[[1.0, 0.0], [-1.0, 0.0]]] * 2,
+    ...     "friction": [0.5, -0.5],
+    ...     "max_normal_force": [[1.0, 1.0]] * 2,
+    ... })
+    >>> graded = gf.grade(table)
+    >>> graded["status"].to_pylist()
+    ['converged', 'invalid']
+    >>> graded["message"].to_pylist()
+    [None, 'friction, contact 0: -0.5 must be finite and not negative']
+    >>> [rho and round(rho, 4) for rho in graded["rho_max"].to_pylist()]
+    [-0.5774, None]
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - needed here alone
+
+        from . import frames, options, run, schema  # noqa: PLC0415
+        from .grading import grade_table  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise MissingExtraError("datasets", error) from error
+
+    asked = options.GradeOptions.of(criteria, edges=edges, rtol=rtol, length_scale=length_scale)
+    if isinstance(source, str | os.PathLike):
+        if out is None:
+            raise InvalidInputError("out: missing; the grades of files are written to a folder")
+        return run.grade_files(
+            source,
+            out,
+            asked,
+            rows_per_part=rows_per_part,
+            overwrite=overwrite,
+            client=client,
+            progress=progress,
+        )
+    for name, given in (("out", out), ("client", client)):
+        if given is not None:
+            raise InvalidInputError(f"{name}: only where the source is a path, not a {_kind(source)}")
+    if isinstance(source, pa.Table | pa.RecordBatch):
+        schema.check_schema(source.schema, asked)
+        table = source if isinstance(source, pa.Table) else pa.Table.from_batches([source])
+        graded = grade_table(table, asked, frames.ROWS_AT_ONCE, progress)
+        if table is source:
+            return graded
+        columns = [column.combine_chunks() for column in graded.columns]
+        return pa.RecordBatch.from_arrays(columns, schema=graded.schema)
+    if _kind(source) == "pandas.DataFrame":
+        return frames.grade_pandas(source, asked, progress)
+    if _kind(source) == "dask.DataFrame":
+        return frames.grade_dask(source, asked)
+    raise InvalidInputError(
+        f"source: {_kind(source)}, expected a path, a pyarrow Table or RecordBatch, or a DataFrame of pandas "
+        "or Dask"
+    )
+
+
+def _kind(source: object) -> str:
+    # By name: neither package is imported for those who do not use it.
+    return f"{type(source).__module__.partition('.')[0]}.{type(source).__name__}"
