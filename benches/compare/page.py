@@ -1,0 +1,65 @@
+"""The page ``docs/measured.md`` and the README's headline, both written by one run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import machine, table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .asking import Answers
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "measured.md"
+README = ROOT / "README.md"
+BEGIN, END = "<!-- headline of make compare -->", "<!-- end of the headline -->"
+
+INTRODUCTION = """# Beside other software
+
+`make compare` writes this page and the README's table: one run asks everybody the same seeded problems, from
+Python, one thread each, block by block in turn. Set-up that a solver can do once is not timed. "p99" is the
+time that one call in a hundred exceeds. Columns headed `/` say how many times longer a call takes than that
+call of this library; below 1 it is faster. "Largest difference" is relative to this library's answer, beside
+what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
+short. A call that is slow is asked fewer of the problems, in the same order.
+
+"""
+
+
+def headline(answers: Sequence[Answers]) -> str:
+    """Return the marked block: one row a question, by the slowest call of this library that is compared."""
+    lines = ["| question | graspforce | peers, times longer |", "|---|---|---|"]
+    for one in answers:
+        if one.headline:
+            slowest = max(table.references(one), key=lambda measured: measured.median)
+            ratios = table.ratios_to_slowest(one).items()
+            peers = ", ".join(f"{peer} {table.times(ratio)}" for peer, ratio in ratios) or "none can"
+            lines.append(f"| {one.headline} | {table.duration(slowest.median)} | {peers} |")
+    return "\n".join([BEGIN, *lines, END])
+
+
+def where_peers_are_better(answers: Sequence[Answers]) -> str:
+    lines = [f"- {line}" for one in answers for line in table.better(one)]
+    if not lines:
+        lines = ["No median and no p99 of a peer was below that of the call it is compared with."]
+    lines += ["", "Who came closest, by the slowest call of this library that is compared:", ""]
+    for one in answers:
+        ratios = table.ratios_to_slowest(one)
+        if ratios:
+            peer, ratio = next(iter(ratios.items()))
+            lines.append(f"- {one.problem}: {peer}, {table.times(ratio)} times longer")
+    return "## Where a peer is better\n\n" + "\n".join(lines) + "\n"
+
+
+def write(body: str, answers: Sequence[Answers]) -> None:
+    packages = [measured.call.package for one in answers for measured in one.measured]
+    block = headline(answers)
+    text = INTRODUCTION + machine.description(packages) + "\n\n" + block + "\n\n" + body
+    PAGE.write_text(text + "\n" + where_peers_are_better(answers), encoding="utf-8")
+    readme = README.read_text(encoding="utf-8")
+    marked = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
+    README.write_text(marked.sub(lambda _: block, readme), encoding="utf-8")

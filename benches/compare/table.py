@@ -1,0 +1,100 @@
+"""Tables of what was measured, the verdict on every answer, and where a peer is better."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from .asking import Answers
+    from .timing import Measured
+
+
+def duration(seconds: float) -> str:
+    unit, name = (1.0, "s") if seconds >= 1 else (1e-3, "ms") if seconds >= 1e-3 else (1e-6, "us")
+    return f"{seconds / unit:.3g} {name}"
+
+
+def times(ratio: float) -> str:
+    return f"{ratio:.2g}" if ratio < 10 else f"{ratio:,.0f}"
+
+
+def is_ours(measured: Measured) -> bool:
+    return measured.call.package == "graspforce"
+
+
+def references(answers: Answers) -> list[Measured]:
+    return [measured for measured in answers.measured if measured.call.reference]
+
+
+def differing(answers: Answers, measured: Measured) -> np.ndarray:
+    """Numbers of the problems whose answers differ by more than is allowed."""
+    return np.flatnonzero(measured.differences(answers.reference) > measured.call.tolerance)
+
+
+def disagreements(answers: Answers, measured: Measured) -> int:
+    """How many answers differ without being proven wrong."""
+    refuted = answers.refuted or (lambda _number, _answer: False)
+    return sum(not refuted(int(k), float(measured.answers[k])) for k in differing(answers, measured))
+
+
+def agreement(answers: Answers, measured: Measured) -> str:
+    if measured.call.tolerance > 0:
+        text = (
+            f"{measured.differences(answers.reference).max(initial=0):.0e} of {measured.call.tolerance:.0e}"
+        )
+    else:
+        text = f"{len(differing(answers, measured))} differ"
+    if measured.unsolved:
+        text += f"; {measured.unsolved} not solved"
+    wrong, open_ = len(differing(answers, measured)), disagreements(answers, measured)
+    if open_:
+        text += f"; **{open_} disagree**"
+    elif wrong:
+        text += f"; {wrong} refuted by a certificate"
+    return text
+
+
+def rows(answers: Answers) -> Iterator[str]:
+    base = references(answers)
+    slashes = [f"/ {m.call.name}" for m in base]
+    yield "| " + " | ".join(["call", "median", "p99", *slashes, "largest difference", "asked"]) + " |"
+    yield "|---" * (5 + len(base)) + "|"
+    for measured in answers.measured:
+        name = f"`{measured.call.name}`" if is_ours(measured) else measured.call.name
+        if measured.failure:
+            yield f"| {name} | not run: {measured.failure} |" + " |" * (3 + len(base))
+            continue
+        ratios = [times(measured.median / one.median) for one in base]
+        p99 = "" if np.isnan(measured.p99) else duration(measured.p99)
+        cells = [name, duration(measured.median), p99, *ratios, agreement(answers, measured)]
+        yield "| " + " | ".join([*cells, f"{len(measured.answers):,}"]) + " |"
+
+
+def ratios_to_slowest(answers: Answers) -> dict[str, float]:
+    """How many times longer each peer takes, asked the way it is fastest, than the slowest reference call."""
+    base = max((m.median for m in references(answers)), default=np.nan)
+    best: dict[str, float] = {}
+    for measured in answers.measured:
+        if not is_ours(measured) and not measured.failure:
+            peer = measured.call.name.partition(",")[0]
+            best[peer] = min(best.get(peer, np.inf), measured.median / base)
+    return dict(sorted(best.items(), key=lambda item: item[1]))
+
+
+def better(answers: Answers) -> Iterator[str]:
+    """Every figure in which a peer beats a call of this library that it is compared with."""
+    for base in references(answers):
+        for measured in answers.measured:
+            if is_ours(measured) or measured.failure:
+                continue
+            for name, theirs, own in (
+                ("median", measured.median, base.median),
+                ("p99", measured.p99, base.p99),
+            ):
+                if theirs < own:
+                    figures = f"{duration(theirs)} against {duration(own)}"
+                    yield f"{answers.problem}: {measured.call.name}, {name} of `{base.call.name}`, {figures}"
