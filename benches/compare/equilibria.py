@@ -8,6 +8,7 @@ import numpy as np
 
 from .closure import friction_planes
 from .general import SIMPLEX_AGREEMENT, highs_model
+from .table import power
 from .timing import Call, UnsolvedError
 
 if TYPE_CHECKING:
@@ -73,5 +74,5 @@ def klampt_forces(
             unbalanced = max(unbalanced, np.abs(np.append(forces.sum(axis=0) + weight, moment)).max())
             excess = max(excess, np.sum(contacts.grasp.normals * forces) / least_sum)
     return (
-        f"Klampt's forces balance to {unbalanced:.0e} and add up to at most {excess:.2f} times the least sum."
+        f"Klampt's forces balance to {power(unbalanced)} and add up to at most {excess:.2f} times the least sum."
     )

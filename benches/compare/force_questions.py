@@ -13,6 +13,7 @@ from . import certificates, drake, equilibria, general, ours, quadratic
 from .asking import Answers, Question, Run
 from .problems import any_grasps, closed_grasps, jumps, tile, trajectory
 from .programs import ConeProgram, LinearProgram
+from .table import power
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -92,7 +93,7 @@ def true_cones(run: Run) -> Iterator[Answers]:
         for name, wrenches in families:
             calls = [*ours.force_calls(grasp, tol), *peers]
             headline = f"the same, true cones to 1e-6, {name}" if tol == 1e-6 else ""
-            answers = run.ask(f"{name}, to {tol:.0e}", calls, wrenches, headline, block=BLOCK)
+            answers = run.ask(f"{name}, to {power(tol)}", calls, wrenches, headline, block=BLOCK)
             exact = gf.ForceDistributor(grasp, "max", tol=1e-10).solve_many(np.array(wrenches))
             answers.reference = exact.sigma_max
             yield answers

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import machine, table
+from .timing import nothing
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +26,9 @@ Python, one thread each, block by block in turn. Set-up that a solver can do onc
 time that one call in a hundred exceeds. Columns headed `/` say how many times longer a call takes than that
 call of this library; below 1 it is faster. "Largest difference" is relative to this library's answer, beside
 what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
-short. A call that is slow is asked fewer of the problems, in the same order.
+short. Where answers differ by more, a certificate that NumPy checks decides who is wrong, and the run fails if
+it is not the peer. A call that is slow is asked fewer of the problems, in the same order. Calls that take many
+problems at once show means over them.
 
 """
 
@@ -58,7 +61,8 @@ def where_peers_are_better(answers: Sequence[Answers]) -> str:
 def write(body: str, answers: Sequence[Answers]) -> None:
     packages = [measured.call.package for one in answers for measured in one.measured]
     block = headline(answers)
-    text = INTRODUCTION + machine.description(packages) + "\n\n" + block + "\n\n" + body
+    own = f"Timing itself adds {table.duration(nothing())} to each call.\n\n"
+    text = INTRODUCTION + own + machine.description(packages) + "\n\n" + block + "\n\n" + body
     PAGE.write_text(text + "\n" + where_peers_are_better(answers), encoding="utf-8")
     readme = README.read_text(encoding="utf-8")
     marked = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)

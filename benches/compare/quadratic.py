@@ -127,9 +127,9 @@ def calls(problem: LinearProgram) -> list[Call]:
         Call("DAQP, kept", "daqp", lambda: daqp_kept(problem), 1e-6),
         Call("DAQP, qpsolvers", "qpsolvers",
              lambda: through_qpsolvers(problem, "daqp", primal_tol=1e-9, dual_tol=1e-9), 1e-6),
-        Call("ProxQP, kept", "proxsuite", lambda: proxqp_kept(problem), 1e-6),
+        Call("ProxQP, kept", "proxsuite", lambda: proxqp_kept(problem), 1e-5),
         Call("ProxQP, qpsolvers", "qpsolvers",
-             lambda: through_qpsolvers(problem, "proxqp", eps_abs=1e-9, eps_rel=0.0), 1e-6),
+             lambda: through_qpsolvers(problem, "proxqp", eps_abs=1e-9, eps_rel=0.0), 1e-5),
         Call("OSQP, kept", "osqp", lambda: osqp_kept(problem), 2e-2),
         Call("OSQP, qpsolvers", "qpsolvers", lambda: through_qpsolvers(problem, "osqp", **FIRST_ORDER), 2e-2),
     ]  # fmt: skip

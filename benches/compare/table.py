@@ -18,6 +18,10 @@ def duration(seconds: float) -> str:
     return f"{seconds / unit:.3g} {name}"
 
 
+def power(value: float) -> str:
+    return f"{value:.0e}".replace("e-0", "e-") if value else "0"
+
+
 def times(ratio: float) -> str:
     return f"{ratio:.2g}" if ratio < 10 else f"{ratio:,.0f}"
 
@@ -44,7 +48,7 @@ def disagreements(answers: Answers, measured: Measured) -> int:
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
         text = (
-            f"{measured.differences(answers.reference).max(initial=0):.0e} of {measured.call.tolerance:.0e}"
+            f"{power(measured.differences(answers.reference).max(initial=0))} of {power(measured.call.tolerance)}"
         )
     else:
         text = f"{len(differing(answers, measured))} differ"

@@ -123,6 +123,12 @@ class _Running:
         return time.perf_counter() - start, answer
 
 
+def nothing() -> float:
+    """Seconds that timing a call adds: one that does nothing."""
+    call = Call("nothing", "", lambda: same, 0)
+    return measure([call], [0.0] * 10_000)[0].median
+
+
 def measure(
     calls: Sequence[Call], problems: Sequence[Any], block: int = 50, *, warm_up: bool = True
 ) -> list[Measured]:
