@@ -9,6 +9,10 @@ import sys
 import time
 import warnings
 
+# Latency of one thread, for everybody: set before NumPy or a peer starts its pool.
+for _pool in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+    os.environ[f"{_pool}_NUM_THREADS"] = "1"
+
 from . import force_questions, page, quality_questions, table
 from .asking import Run
 

@@ -47,9 +47,7 @@ def disagreements(answers: Answers, measured: Measured) -> int:
 
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
-        text = (
-            f"{power(measured.differences(answers.reference).max(initial=0))} of {power(measured.call.tolerance)}"
-        )
+        text = f"{power(measured.differences(answers.reference).max(initial=0))} of {power(measured.call.tolerance)}"
     else:
         text = f"{len(differing(answers, measured))} differ"
     if measured.unsolved:
