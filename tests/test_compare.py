@@ -1,5 +1,6 @@
 """The comparison with other software: its verdicts, and that what it wrote belongs together."""
 
+import importlib
 import re
 import subprocess
 import sys
@@ -17,10 +18,10 @@ import graspforce as gf
 ROOT = Path(__file__).parents[1]
 
 
-def asked(peer, tolerance=1e-6, package="peer"):
-    """The squares of 0 to 199, by this library and by the peer."""
+def asked(peer):
+    """Ask for the squares of 0 to 199, by this library and by the peer."""
     ours = Call("ours", "graspforce", lambda: lambda x: x * x, 1e-9, reference=True)
-    measured = measure([ours, Call("peer", package, lambda: peer, tolerance)], list(range(200)))
+    measured = measure([ours, Call("peer", "peer", lambda: peer, 1e-6)], list(range(200)))
     return Answers("squares", measured, measured[0].answers)
 
 
@@ -40,11 +41,13 @@ def test_scipy_agrees_on_every_question():
 
 
 def test_a_peer_that_cannot_be_imported_is_shown_with_the_reason():
-    command = [sys.executable, "-m", "benches.compare", "--quick", "--peers", "klampt"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    row = re.search(r"\| Klampt force_closure \| not run: (.*?) \|", done.stdout)
-    assert row is None or "klampt" in row[1]
+    calls = [
+        Call("ours", "graspforce", lambda: abs, 1e-9, reference=True),
+        Call("absent", "absent", lambda: importlib.import_module("absent"), 1e-9),
+    ]
+    measured = measure(calls, [1.0, 2.0])
+    lines = "\n".join(table.rows(Answers("magnitudes", measured, measured[0].answers)))
+    assert "| absent | not run: ModuleNotFoundError: No module named 'absent' |" in lines
 
 
 def test_the_readme_shows_the_headline_of_the_page():

@@ -73,4 +73,5 @@ def klampt_forces(
             moment = np.cross(contacts.positions, forces).sum(axis=0)
             unbalanced = max(unbalanced, np.abs(np.append(forces.sum(axis=0) + weight, moment)).max())
             excess = max(excess, np.sum(contacts.grasp.normals * forces) / least_sum)
-    return f"Klampt's forces balance to {power(unbalanced)} and add up to at most {excess:.2f} times the least sum."
+    balance = f"Klampt's forces balance to {power(unbalanced)}"
+    return f"{balance} and add up to at most {excess:.2f} times the least sum."

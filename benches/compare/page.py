@@ -26,9 +26,9 @@ Python, one thread each, block by block in turn. Set-up that a solver can do onc
 time that one call in a hundred exceeds. Columns headed `/` say how many times longer a call takes than that
 call of this library; below 1 it is faster. "Largest difference" is relative to this library's answer, beside
 what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
-short. Where answers differ by more, a certificate that NumPy checks decides who is wrong, and the run fails if
-it is not the peer. A call that is slow is asked fewer of the problems, in the same order. Calls that take many
-problems at once show means over them.
+short. Where answers differ by more, a certificate that NumPy checks decides who is wrong, and the run fails
+if it is not the peer. A call that is slow is asked fewer of the problems, in the same order. Calls that take
+many problems at once show means over them.
 
 """
 

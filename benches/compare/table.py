@@ -47,7 +47,8 @@ def disagreements(answers: Answers, measured: Measured) -> int:
 
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
-        text = f"{power(measured.differences(answers.reference).max(initial=0))} of {power(measured.call.tolerance)}"
+        largest = measured.differences(answers.reference).max(initial=0)
+        text = f"{power(largest)} of {power(measured.call.tolerance)}"
     else:
         text = f"{len(differing(answers, measured))} differ"
     if measured.unsolved:
