@@ -79,7 +79,8 @@ fn box_bound(bench: &mut Bench) {
     let corners: Vec<_> = (0..16).map(corner).collect();
     let mut group = bench.benchmark_group("how good can a box of plans be, 16 corners of the tile's");
     for criterion in BOTH {
-        let mut bound = BoxBound::<6>::new(QualityOptions::new(criterion)).expect("default options are valid");
+        let mut bound =
+            BoxBound::<6>::new(QualityOptions::new(criterion)).expect("default options are valid");
         group.bench_function(format!("{criterion:?}"), |b| {
             b.iter(|| {
                 bound

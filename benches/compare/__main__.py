@@ -16,6 +16,8 @@ for _pool in ("OMP", "OPENBLAS", "MKL", "RAYON"):
 from . import force_questions, page, quality_questions, table
 from .asking import Run
 
+PEERS = ("clarabel", "daqp", "drake", "ecos", "highspy", "klampt", "osqp", "proxsuite", "qpsolvers", "scipy")
+
 
 def keep_native_prints_out() -> None:
     """Klampt's C++ prints each answer to standard output; ours goes to a copy of it."""
@@ -30,13 +32,15 @@ def main() -> int:
     parser.add_argument(
         "--quick", action="store_true", help="a hundredth of the problems: to see that it runs"
     )
-    parser.add_argument("--peers", default="", help="packages to compare with, by commas; all by default")
+    parser.add_argument("--peers", nargs="+", choices=PEERS, default=PEERS, help="packages; all by default")
     parser.add_argument("--write", action="store_true", help="write docs/measured.md and the README's table")
     options = parser.parse_args()
+    if options.write and (options.quick or options.peers is not PEERS):
+        parser.error("--write takes a whole run: neither --quick nor --peers")
     keep_native_prints_out()
     warnings.simplefilter("ignore")  # solvers warn of what they did not solve: the tables count it
     start = time.perf_counter()
-    run = Run(options.quick, frozenset(filter(None, options.peers.split(","))))
+    run = Run(options.quick, options.peers)
     all_answers, body, disagreements = [], "", 0
     for question in itertools.chain(quality_questions.questions(run), force_questions.questions(run)):
         text = f"## {question.title}\n\n{question.text}\n"
