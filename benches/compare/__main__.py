@@ -6,6 +6,7 @@ import argparse
 import itertools
 import os
 import sys
+import textwrap
 import time
 import warnings
 
@@ -43,7 +44,7 @@ def main() -> int:
     run = Run(options.quick, options.peers)
     all_answers, body, disagreements = [], "", 0
     for question in itertools.chain(quality_questions.questions(run), force_questions.questions(run)):
-        text = f"## {question.title}\n\n{question.text}\n"
+        text = f"## {question.title}\n\n{textwrap.fill(question.text, 110)}\n"
         print(text)
         for answers in question.answers:
             lines = [f"**{answers.problem}**", "", *table.rows(answers), ""]

@@ -22,8 +22,8 @@ class Answers:
     problem: str
     measured: list[Measured]
     reference: np.ndarray
-    headline: str = ""
-    """How the README names it, if it does."""
+    headline: bool = False
+    """Whether the README shows it."""
     note: str = ""
     refuted: Callable[[int, float], bool] | None = None
     """Whether a peer's answer to one problem is proven wrong."""
@@ -50,7 +50,13 @@ class Run:
         return max(2, full // 100) if self.quick else full
 
     def ask(
-        self, problem: str, calls: Sequence[Call], problems: Sequence[Any], headline: str = "", **options: Any
+        self,
+        problem: str,
+        calls: Sequence[Call],
+        problems: Sequence[Any],
+        *,
+        headline: bool = False,
+        **options: Any,
     ) -> Answers:
         """Measure one family; the first call's answers are the reference."""
         named = {"graspforce", *self.packages}

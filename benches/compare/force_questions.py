@@ -52,9 +52,10 @@ def equilibrium(run: Run) -> Iterator[Answers]:
     grasps = any_grasps(19, run.number(1000), 8)
     external = np.array([*UP, 0.0, 0.0, 0.0])
     calls = [*ours.least_sum_calls(external), *equilibria.least_sum_calls(external)]
-    least = run.ask("least sum", calls, grasps)
+    least = run.ask("least sum under a weight", calls, grasps)
     yield least
-    answers = run.ask("held or not", [*ours.held_calls(external), *equilibria.held_calls(UP)], grasps)
+    calls = [*ours.held_calls(external), *equilibria.held_calls(UP)]
+    answers = run.ask("a weight held or not", calls, grasps, headline=True)
     answers.note = equilibria.klampt_forces(answers, grasps, least.reference, UP)
     yield answers
 
@@ -70,7 +71,7 @@ def linear_programs(run: Run) -> Iterator[Answers]:
         program = LinearProgram(grasp)
         peers = [*general.linear_calls(program), *quadratic.calls(program), *drake.linear_calls(program)]
         calls = [*ours.force_calls(grasp, 1e-9), *peers]
-        answers = run.ask(name, calls, wrenches, f"least maximum force, {name}", block=BLOCK)
+        answers = run.ask(f"least maximum, {name}", calls, wrenches, headline=True, block=BLOCK)
         answers.refuted = partial(not_the_least_maximum, grasp, wrenches)
         yield answers
 
@@ -92,8 +93,8 @@ def true_cones(run: Run) -> Iterator[Answers]:
         peers = [*general.cone_calls(program, tol), *drake.cone_calls(program, tol)]
         for name, wrenches in families:
             calls = [*ours.force_calls(grasp, tol), *peers]
-            headline = f"the same, true cones to 1e-6, {name}" if tol == 1e-6 else ""
-            answers = run.ask(f"{name}, to {power(tol)}", calls, wrenches, headline, block=BLOCK)
+            problem = f"least maximum, true cones to {power(tol)}, {name}"
+            answers = run.ask(problem, calls, wrenches, headline=tol == 1e-6, block=BLOCK)
             exact = gf.ForceDistributor(grasp, "max", tol=1e-10).solve_many(np.array(wrenches))
             answers.reference = exact.sigma_max
             yield answers

@@ -40,8 +40,8 @@ def headline(answers: Sequence[Answers]) -> str:
         if one.headline:
             slowest = max(table.references(one), key=lambda measured: measured.median)
             ratios = table.ratios_to_slowest(one).items()
-            peers = ", ".join(f"{peer} {table.times(ratio)}" for peer, ratio in ratios) or "none can"
-            lines.append(f"| {one.headline} | {table.duration(slowest.median)} | {peers} |")
+            peers = ", ".join(f"{peer} {table.times(ratio)}" for peer, ratio in ratios) or "none"
+            lines.append(f"| {one.problem} | {table.duration(slowest.median)} | {peers} |")
     return "\n".join([BEGIN, *lines, END])
 
 

@@ -37,56 +37,53 @@ def questions(run: Run) -> Iterator[Question]:
 def union(run: Run) -> Iterator[Answers]:
     calls = hulls.calls(lambda contacts: contacts.union)
     number = run.number(200)
-    named = "4 contacts, 8 edges"
+    shown = "4 contacts, 8 edges"
     families = [
         ("racket in the plane, 8 wrenches", [racket()] * number),
         ("tetrahedron, 8 edges", [tetrahedron(8)] * number),
-        (named, closed_grasps(7, number, 4, 8)),
+        (shown, closed_grasps(7, number, 4, 8)),
         ("4 contacts, 10 edges", closed_grasps(7, number, 4, 10)),
         ("8 contacts, 16 edges", closed_grasps(7, number, 8, 16)),
     ]
     for name, grasps in families:
         own = ours.quality_calls("sum", grasps[0].options)
-        yield run.ask(name, [*own, *calls], grasps, f"`rho_sum`, {name}" if name == named else "")
-    yield true_quality(run, "sum")
+        yield run.ask(f"`rho_sum`, {name}", [*own, *calls], grasps, headline=name == shown)
+    yield without_peer(run, "sum", "4 contacts, true cones to 1e-6", 4, None)
 
 
 def minkowski_sum(run: Run) -> Iterator[Answers]:
     calls = hulls.calls(lambda contacts: contacts.minkowski_sum)
     number = run.number(200)
-    named = "4 contacts, 8 edges, 6,560 points"
+    shown = "4 contacts, 8 edges, 6,560 points"
     small = [
         ("racket in the plane, 80 points", [racket()] * number),
         ("3 contacts, 4 edges, 124 points", closed_grasps(7, number, 3, 4)),
         ("4 contacts, 4 edges, 624 points", closed_grasps(7, run.number(20), 4, 4)),
     ]
     large = [
-        (named, closed_grasps(7, 3, 4, 8)),
+        (shown, closed_grasps(7, 3, 4, 8)),
         ("tetrahedron, 8 edges, 6,560 points", [tetrahedron(8)]),
         ("4 contacts, 10 edges, 14,640 points", closed_grasps(7, 1, 4, 10)),
     ]
     for name, grasps in small + ([] if run.quick else large):
         own = ours.quality_calls("max", grasps[0].options)
-        headline = f"`rho_max`, {name}" if name == named else ""
-        yield run.ask(name, [*own, *calls], grasps, headline, warm_up=number == len(grasps))
-    name = "8 contacts, 16 edges, 6,975,757,440 points"
-    grasps = closed_grasps(7, number, 8, 16)
-    own = ours.quality_calls("max", grasps[0].options)
-    yield run.ask(f"{name}: no peer", own, grasps, f"`rho_max`, {name}")
-    yield true_quality(run, "max")
+        warm_up = len(grasps) == number
+        problem = f"`rho_max`, {name}"
+        yield run.ask(problem, [*own, *calls], grasps, headline=name == shown, warm_up=warm_up)
+    yield without_peer(run, "max", "8 contacts, 16 edges, 6,975,757,440 points", 8, 16)
+    yield without_peer(run, "max", "4 contacts, true cones to 1e-6", 4, None)
 
 
-def true_quality(run: Run, criterion: str) -> Answers:
-    grasps = closed_grasps(7, run.number(200), 4, None)
+def without_peer(run: Run, criterion: str, name: str, contacts: int, edges: int | None) -> Answers:
+    grasps = closed_grasps(7, run.number(200), contacts, edges)
     calls = ours.quality_calls(criterion, grasps[0].options)
-    name = "4 contacts, true cones to 1e-6"
-    return run.ask(f"{name}: no peer", calls, grasps, f"`rho_{criterion}`, {name}")
+    return run.ask(f"`rho_{criterion}`, {name}", calls, grasps, headline=True)
 
 
 def force_closure(run: Run) -> Iterator[Answers]:
     grasps = any_grasps(19, run.number(1000), 8)
     calls = [*ours.closure_calls(), *closure.calls()]
-    answers = run.ask("random contacts", calls, grasps, "force closure, yes or no, 2 to 5 contacts")
+    answers = run.ask("force closure of 2 to 5 contacts", calls, grasps, headline=True)
     answers.note = f"{int(answers.reference.sum())} of the {len(grasps)} grasps are."
     answers.refuted = lambda number, said: certificates.closure_is(grasps[number], not said)
     yield answers
