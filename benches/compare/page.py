@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .asking import Answers
+    from .timing import Measured
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "measured.md"
@@ -26,9 +27,9 @@ Python, one thread each, block by block in turn. Set-up that a solver can do onc
 time that one call in a hundred exceeds. Columns headed `/` say how many times longer a call takes than that
 call of this library; below 1 it is faster. "Largest difference" is relative to this library's answer, beside
 what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
-short. Where answers differ by more, a certificate that NumPy checks decides who is wrong, and the run fails
-if it is not the peer. A call that is slow is asked fewer of the problems, in the same order. Calls that take
-many problems at once show means over them.
+short. Where answers differ by more, a certificate that NumPy checks decides who is wrong: the peer's answer
+is "refuted", or the run fails. A call that is slow is asked fewer of the problems, in the same order. Calls
+that take many problems at once show means over them.
 
 """
 
@@ -38,11 +39,16 @@ def headline(answers: Sequence[Answers]) -> str:
     lines = ["| question | graspforce | peers, times longer |", "|---|---|---|"]
     for one in answers:
         if one.headline:
-            slowest = max(table.references(one), key=lambda measured: measured.median)
-            ratios = table.ratios_to_slowest(one).items()
-            peers = ", ".join(f"{peer} {table.times(ratio)}" for peer, ratio in ratios) or "none"
-            lines.append(f"| {one.problem} | {table.duration(slowest.median)} | {peers} |")
+            own = table.duration(table.slowest(one).median)
+            peers = ", ".join(peer(one, *named) for named in table.fastest_peers(one)) or "none"
+            lines.append(f"| {one.problem} | {own} | {peers} |")
     return "\n".join([BEGIN, *lines, END])
+
+
+def peer(answers: Answers, name: str, measured: Measured) -> str:
+    text = f"{name} {table.ratio(answers, measured)}"
+    failings = ", ".join(table.failings(answers, measured))
+    return f"{text} ({failings} of {len(measured.answers):,})" if failings else text
 
 
 def where_peers_are_better(answers: Sequence[Answers]) -> str:
@@ -51,10 +57,8 @@ def where_peers_are_better(answers: Sequence[Answers]) -> str:
         lines = ["No median and no p99 of a peer was below that of the call it is compared with."]
     lines += ["", "Who came closest, by the slowest call of this library that is compared:", ""]
     for one in answers:
-        ratios = table.ratios_to_slowest(one)
-        if ratios:
-            peer, ratio = next(iter(ratios.items()))
-            lines.append(f"- {one.problem}: {peer}, {table.times(ratio)} times longer")
+        for name, measured in table.fastest_peers(one)[:1]:
+            lines.append(f"- {one.problem}: {name}, {table.ratio(one, measured)} times longer")
     return "## Where a peer is better\n\n" + "\n".join(lines) + "\n"
 
 

@@ -45,20 +45,19 @@ def disagreements(answers: Answers, measured: Measured) -> int:
     return sum(not refuted(int(k), float(measured.answers[k])) for k in differing(answers, measured))
 
 
+def failings(answers: Answers, measured: Measured) -> list[str]:
+    wrong, still_open = len(differing(answers, measured)), disagreements(answers, measured)
+    counts = {"not solved": measured.unsolved, "refuted": wrong - still_open, "**disagree**": still_open}
+    return [f"{count:,} {name}" for name, count in counts.items() if count]
+
+
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
         largest = measured.differences(answers.reference).max(initial=0)
         text = f"{power(largest)} of {power(measured.call.tolerance)}"
     else:
         text = f"{len(differing(answers, measured))} differ"
-    if measured.unsolved:
-        text += f"; {measured.unsolved} not solved"
-    wrong, open_ = len(differing(answers, measured)), disagreements(answers, measured)
-    if open_:
-        text += f"; **{open_} disagree**"
-    elif wrong:
-        text += f"; {wrong} refuted by a certificate"
-    return text
+    return "; ".join([text, *failings(answers, measured)])
 
 
 def rows(answers: Answers) -> Iterator[str]:
@@ -77,15 +76,21 @@ def rows(answers: Answers) -> Iterator[str]:
         yield "| " + " | ".join([*cells, f"{len(measured.answers):,}"]) + " |"
 
 
-def ratios_to_slowest(answers: Answers) -> dict[str, float]:
-    """How many times longer each peer takes, asked the way it is fastest, than the slowest reference call."""
-    base = max((m.median for m in references(answers)), default=np.nan)
-    best: dict[str, float] = {}
-    for measured in answers.measured:
-        if not is_ours(measured) and not measured.failure:
-            peer = measured.call.name.partition(",")[0]
-            best[peer] = min(best.get(peer, np.inf), measured.median / base)
-    return dict(sorted(best.items(), key=lambda item: item[1]))
+def slowest(answers: Answers) -> Measured:
+    return max(references(answers), key=lambda measured: measured.median)
+
+
+def fastest_peers(answers: Answers) -> list[tuple[str, Measured]]:
+    """Peers, asked the way each is fastest, the fastest first."""
+    peers = [measured for measured in answers.measured if not is_ours(measured) and not measured.failure]
+    best: dict[str, Measured] = {}
+    for measured in sorted(peers, key=lambda measured: measured.median):
+        best.setdefault(measured.call.name.partition(",")[0], measured)
+    return list(best.items())
+
+
+def ratio(answers: Answers, measured: Measured) -> str:
+    return times(measured.median / slowest(answers).median)
 
 
 def better(answers: Answers) -> Iterator[str]:
