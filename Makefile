@@ -2,12 +2,13 @@
 PYTHON ?= python3
 VENV := .venv
 PY := $(VENV)/bin/python
+PEERS := .venv-compare
 # The stable interface needs no other interpreter; naming one keeps cargo's and maturin's builds the same.
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: demo test bench lint docs dist build clean
+.PHONY: demo test bench compare lint docs dist build clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
@@ -19,9 +20,21 @@ test: build $(VENV)/simulators
 bench: build
 	$(PY) -m pip install --group bench
 	cargo bench
-	$(PY) benches/quality.py
-	$(PY) benches/force.py
 	$(PY) benches/force_sweep.py
+
+# Beside other software on the same problems: docs/measured.md and the README's table. The peers, and the wheel they
+# are compared with, live in an environment of their own.
+compare: build $(PEERS)/ready
+	rm -rf $(PEERS)/wheel
+	$(VENV)/bin/maturin build --release --out $(PEERS)/wheel
+	$(PEERS)/bin/python -m pip install --quiet --no-deps --force-reinstall $(PEERS)/wheel/*.whl
+	$(PEERS)/bin/python -m benches.compare --write
+
+$(PEERS)/ready: pyproject.toml
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(PEERS)/bin/python -m pip install --quiet --group peers
+	touch $@
 
 lint: build
 	cargo fmt --all --check
@@ -67,4 +80,4 @@ $(VENV)/simulators: $(VENV)/ready
 	touch $@
 
 clean:
-	rm -rf $(VENV) out target
+	rm -rf $(VENV) $(PEERS) out target

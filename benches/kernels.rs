@@ -1,19 +1,30 @@
-//! How long each kernel takes, on seeded problems.
+//! How long does each kernel of quality take? Seeded grasps; `cargo bench --bench kernels`.
 
 mod common;
 
 use std::hint::black_box;
+use std::time::Duration;
 
-use criterion::{Criterion as Bench, criterion_group, criterion_main};
+use common::Random;
+use criterion::{BenchmarkId, Criterion as Bench, criterion_group, criterion_main};
 use graspforce::{
-    Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Method, MinkowskiSum, QualityOptions,
-    QualityWorkspace, Wrench, WrenchSet, quality_batch,
+    Closure, Contact, Criterion, Grasp, MinkowskiSum, QualityOptions, QualityWorkspace, Wrench, WrenchSet,
+    quality_batch,
 };
 use nalgebra::Vector3;
 
-/// The paper's size: four contacts with ten edges each, 14,640 points in the Minkowski sum.
+const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
+
+/// The paper's size: four contacts with ten edges each.
 fn paper_sized() -> Grasp<6> {
     common::closed_grasps(7, 1, 4, 10).remove(0)
+}
+
+/// The same contacts with true cones, and as soft fingers.
+fn true_cones(torsion: f64) -> Grasp<6> {
+    let contacts: Vec<_> =
+        paper_sized().contacts().iter().map(|contact| contact.clone().torsion(torsion).cone()).collect();
+    Grasp::new(&contacts).expect("valid contacts")
 }
 
 /// A disc pressed by three fingers.
@@ -25,90 +36,117 @@ fn planar() -> Grasp<3> {
     Grasp::new(&contacts).expect("a disc's contacts are valid")
 }
 
-fn support_query(bench: &mut Bench) {
-    let grasp = paper_sized();
-    let z = Wrench::<6>::from_fn(|row, _| 0.3 + 0.1 * row as f64);
-    let mut group = bench.benchmark_group("one support query of 4 contacts with 10 edges");
-    for criterion in [Criterion::Sum, Criterion::Max] {
-        let set = WrenchSet::new(&grasp, criterion);
-        group.bench_function(format!("{criterion:?}"), |b| b.iter(|| set.support(black_box(&z))));
+/// The first grasp of a seeded sequence that is not force closure.
+fn open() -> Grasp<6> {
+    let mut random = Random::new(7);
+    loop {
+        let contacts = common::ellipsoid_contacts(&mut random, 4).into_iter().map(|c| c.edges(10));
+        let grasp = Grasp::new(&contacts.collect::<Vec<_>>()).expect("ellipsoid contacts are valid");
+        if grasp.closure() == Closure::None {
+            return grasp;
+        }
     }
 }
 
-fn enumeration(bench: &mut Bench) {
-    let grasp = paper_sized();
-    bench.bench_function("enumerating 14,640 points of the Minkowski sum", |b| {
-        b.iter(|| MinkowskiSum::new(black_box(&grasp)).map(|sum| sum.len()));
+fn making_a_grasp(bench: &mut Bench) {
+    let contacts = paper_sized().contacts().to_vec();
+    bench.bench_function("what does a grasp cost to make/4 contacts, 10 edges", |b| {
+        b.iter(|| Grasp::<6>::new(black_box(&contacts)).map(|grasp| grasp.num_contacts()));
     });
 }
 
+fn support_query(bench: &mut Bench) {
+    let z = Wrench::<6>::from_fn(|row, _| 0.3 + 0.1 * row as f64);
+    let mut group = bench.benchmark_group("what does one support query cost");
+    let grasps = [("10 edges", paper_sized()), ("true cones", true_cones(0.0)), ("soft", true_cones(0.2))];
+    for (name, grasp) in &grasps {
+        for criterion in BOTH {
+            let set = WrenchSet::new(grasp, criterion);
+            group.bench_function(BenchmarkId::new(format!("{criterion:?}"), name), |b| {
+                b.iter(|| set.support(black_box(&z)));
+            });
+        }
+    }
+}
+
+fn minkowski(bench: &mut Bench) {
+    let mut group = bench.benchmark_group("what does listing the Minkowski sum cost");
+    for edges in [4, 8, 10] {
+        let grasp = common::closed_grasps(7, 1, 4, edges).remove(0);
+        let points = MinkowskiSum::new(&grasp).expect("within the limit").len();
+        group.bench_function(format!("{points} points"), |b| {
+            b.iter(|| MinkowskiSum::new(black_box(&grasp)).map(|sum| sum.len()));
+        });
+    }
+}
+
+fn closure_test(bench: &mut Bench) {
+    let mut group = bench.benchmark_group("is it force closure");
+    for (name, grasp) in [("yes", paper_sized()), ("no", open()), ("yes, true cones", true_cones(0.0))] {
+        group.bench_function(name, |b| b.iter(|| black_box(&grasp).closure()));
+    }
+}
+
+fn ask<const D: usize>(bench: &mut Bench, name: &str, grasp: &Grasp<D>) {
+    let mut group = bench.benchmark_group("how good is one grasp");
+    for criterion in BOTH {
+        let mut workspace = QualityWorkspace::default();
+        let options = QualityOptions::new(criterion);
+        group.bench_function(BenchmarkId::new(format!("{criterion:?}"), name), |b| {
+            b.iter(|| grasp.quality_with(black_box(&options), &mut workspace).map(|q| q.rho));
+        });
+    }
+}
+
 fn quality(bench: &mut Bench) {
-    let mut group = bench.benchmark_group("quality of one grasp");
-    let (planar, spatial) = (planar(), paper_sized());
-    for criterion in [Criterion::Sum, Criterion::Max] {
-        let mut workspace = QualityWorkspace::default();
-        let options = QualityOptions::new(criterion);
-        group.bench_function(format!("3-D, 3 contacts, {criterion:?}"), |b| {
-            b.iter(|| planar.quality_with(black_box(&options), &mut workspace).map(|q| q.rho));
-        });
-        let mut workspace = QualityWorkspace::default();
-        let options = QualityOptions::new(criterion);
-        group.bench_function(format!("6-D, 4 contacts with 10 edges, {criterion:?}"), |b| {
-            b.iter(|| spatial.quality_with(black_box(&options), &mut workspace).map(|q| q.rho));
-        });
+    ask(bench, "3 contacts in the plane", &planar());
+    ask(bench, "4 contacts, 10 edges", &paper_sized());
+    ask(bench, "4 contacts, true cones", &true_cones(0.0));
+    ask(bench, "4 soft fingers, true cones", &true_cones(0.2));
+    ask(bench, "4 contacts, 10 edges, not force closure", &open());
+    ask(bench, "8 contacts, 16 edges", &common::closed_grasps(7, 1, 8, 16).remove(0));
+}
+
+fn gradient(bench: &mut Bench) {
+    let mut group = bench.benchmark_group("where to move the contacts");
+    for (name, grasp) in [("10 edges", paper_sized()), ("true cones", true_cones(0.0))] {
+        for criterion in BOTH {
+            let mut workspace = QualityWorkspace::default();
+            let options = QualityOptions::new(criterion);
+            group.bench_function(BenchmarkId::new(format!("{criterion:?}"), name), |b| {
+                b.iter(|| grasp.gradient(black_box(&options), &mut workspace).map(|g| g.unique));
+            });
+        }
     }
 }
 
-fn cold_force_solve(bench: &mut Bench) {
+fn resistance(bench: &mut Bench) {
     let grasp = paper_sized();
-    let mut random = common::Random::new(3);
-    let wrenches: Vec<_> = (0..64).map(|_| Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0))).collect();
-    let mut group = bench.benchmark_group("least maximum force, first wrench of a new distributor");
-    group.sample_size(20);
-    for method in [Method::Implicit, Method::Enumerated] {
-        let mut options = DistributionOptions::default();
-        options.method = method;
-        let distributor =
-            ForceDistributor::with_options(&grasp, Criterion::Max, options).expect("finite cones");
-        let mut next = wrenches.iter().cycle();
-        group.bench_function(format!("{method:?}"), |b| {
-            b.iter(|| distributor.clone().solve(next.next().unwrap_or(&wrenches[0])).map(|d| d.sigma_max));
-        });
-    }
-}
-
-/// The four-finger racket of the paper's Example 1.
-fn racket([p1, p2, p3, p4]: [f64; 4]) -> Vec<Contact> {
-    let at = |x, y, nx, ny, mu, limit| {
-        Contact::new(Vector3::new(x, y, 0.0), Vector3::new(nx, ny, 0.0)).friction(mu).max_normal_force(limit)
-    };
-    let (s1, c1) = p1.sin_cos();
-    let (s2, c2) = p2.sin_cos();
-    vec![
-        at(0.12 * c1, 0.15 * s1, 0.15 * c1, 0.12 * s1, 0.1, 30.0),
-        at(0.12 * c2, 0.17 * s2, 0.17 * c2, 0.12 * s2, 0.1, 30.0),
-        at(0.68 * p3.powi(3) + 0.015, 0.8 * p3 * p3 - 0.315, -1.6, 2.04 * p3, 0.1, 60.0),
-        at(-0.015, p4, 1.0, 0.0, 0.2, 100.0),
-    ]
-}
-
-fn planning_iteration(bench: &mut Bench) {
-    let steps = [0.3, 0.3, 0.1, 0.02];
-    let candidates: Vec<Vec<Contact>> = (0..81_usize)
-        .map(|index| {
-            let offset = |axis: u32| (index / 3_usize.pow(axis) % 3) as f64 - 1.0;
-            let center = [0.4, -1.2, 0.2, -0.45];
-            racket(std::array::from_fn(|axis| center[axis] + steps[axis] * offset(axis as u32)))
-        })
-        .collect();
-    let mut group = bench.benchmark_group("one iteration of the racket's plan, 81 candidates");
-    for criterion in [Criterion::Sum, Criterion::Max] {
-        let options = QualityOptions::<3>::new(criterion);
+    let mut random = Random::new(3);
+    let directions: Vec<_> =
+        (0..100).map(|_| Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0))).collect();
+    let mut group = bench.benchmark_group("how much is resisted along 100 directions");
+    for criterion in BOTH {
         group.bench_function(format!("{criterion:?}"), |b| {
-            b.iter(|| quality_batch(0..81, |row| Grasp::new(&candidates[row]), &options).len());
+            b.iter(|| grasp.resistance(black_box(&directions), criterion).map(|r| r.len()));
         });
     }
 }
 
-criterion_group!(kernels, support_query, enumeration, quality, cold_force_solve, planning_iteration);
+fn batch(bench: &mut Bench) {
+    let grasps = common::closed_grasps(7, 200, 4, 8);
+    let mut group = bench.benchmark_group("how good are 200 grasps, on all cores");
+    for criterion in BOTH {
+        let options = QualityOptions::<6>::new(criterion);
+        group.bench_function(format!("{criterion:?}"), |b| {
+            b.iter(|| quality_batch(0..200, |row| Grasp::new(grasps[row].contacts()), &options).len());
+        });
+    }
+}
+
+criterion_group!(
+    name = kernels;
+    config = Bench::default().warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
+    targets = making_a_grasp, support_query, minkowski, closure_test, quality, gradient, resistance, batch
+);
 criterion_main!(kernels);

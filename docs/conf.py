@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "matplotlib.sphinxext.mathmpl",
+    "myst_parser",
     "sphinx_gallery.gen_gallery",
     "myst_parser",
 ]
