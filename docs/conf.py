@@ -25,6 +25,9 @@ extensions = [
 mathmpl_fontsize = 12.5
 mathmpl_srcset = ["2x"]
 default_role = "py:obj"
+# A name of this package must lead somewhere; in backquotes stand parameters and other packages' names, too.
+nitpicky = True
+nitpick_ignore_regex = [("py:class", ".*"), ("py:obj", r"(?!graspforce\b).*")]
 exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"graspforce {version}"
