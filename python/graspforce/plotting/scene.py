@@ -81,4 +81,4 @@ def equal_box(axes: Axes3D, points: NDArray[np.float64]) -> None:
 
 def _few_ticks(share: float) -> Locator:
     # Those at the ends would meet at the box's corners.
-    return MaxNLocator(5 if share > 0.5 else 3, prune="both")
+    return MaxNLocator(4 if share > 0.5 else 3, prune="both")
