@@ -51,7 +51,7 @@ def draw(rows: np.ndarray, path: Path) -> None:
         ax.set_xlabel(label)
         ax.grid(which="both", color="#e6e6e6", lw=0.6)
         ax.set_ylim(top=2e4)
-        ax.legend(fontsize=7.5, frameon=False, loc="upper left")
+        ax.legend(fontsize=7.5, frameon=False, loc="upper left", handlelength=3.5)
         ax.spines[["top", "right"]].set_visible(False)
     axes[0].set_ylabel("median time (µs)")
     figure.savefig(path, dpi=110)

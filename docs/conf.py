@@ -26,10 +26,15 @@ extensions = [
 mathmpl_fontsize = 12.5
 mathmpl_srcset = ["2x"]
 default_role = "py:obj"
+# A name of this package must lead somewhere; in backquotes stand parameters and other packages' names, too.
+nitpicky = True
+nitpick_ignore_regex = [("py:class", ".*"), ("py:obj", r"(?!graspforce\b).*")]
 exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"graspforce {version}"
 html_theme_options = {"sidebar_hide_name": False}
+html_static_path = ["_static"]
+html_css_files = ["blocks.css"]
 templates_path = ["_templates"]
 
 autodoc_member_order = "bysource"
@@ -54,7 +59,7 @@ COMMANDS = {
     "forces": ["forces", "cup.yaml", "--wrench", "0,0,-5,0,0,0"],
     "trajectory": ["forces", "cup.yaml", "--wrenches", "lift.csv"],
     "plan": ["plan", "disc.yaml"],
-    "pear": ["plan", "pear.yaml", "--plot", str(HERE / "_generated" / "pear.png")],
+    "egg": ["plan", "egg.yaml", "--plot", str(HERE / "_generated" / "egg.png")],
     "help": ["--help"],
 }
 

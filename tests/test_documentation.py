@@ -26,6 +26,7 @@ NOT_RUN = {
     "pip install '.[all]'": INSTALLS,
     "graspforce --install-completion": INSTALLS,
     "graspforce view cup.yaml --wrenches lift.csv": WAITS,
+    "graspforce view best.json": WAITS,
     "make demo": CI,
     "make test": CI,
     "make lint": CI,
@@ -124,13 +125,7 @@ def test_every_public_name_is_in_the_reference():
     text = (ROOT / "docs" / "api.rst").read_text()
     shown = set(re.findall(r"auto(?:class|function|exception|data):: graspforce\.([\w.]+)", text))
     whole = set(re.findall(r"automodule:: graspforce\.(\w+)\n   :members:", text))
-    adapters = set(re.findall(r":members: (from_\w+(?:, \w+)*)", text)[0].split(", "))
-    for name in gf.__all__:
-        value = getattr(gf, name)
-        covered = name in shown or name in adapters or name in whole
-        if isinstance(value, type) and issubclass(value, Exception):
-            covered |= "errors" in whole
-        assert covered or inspect.isdatadescriptor(value) or name == "__version__", name
+    assert set(gf.__all__) - shown - whole == {"__version__"}
 
 
 def public_members(value):

@@ -2,7 +2,11 @@
 
 import re
 import shutil
+import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,10 +55,12 @@ def test_a_moved_contact_stays_on_the_mesh_and_keeps_the_sliders():
 
 def test_forces_are_those_of_the_chosen_row():
     state = ViewState(cup(), wrenches=WRENCHES)
-    np.testing.assert_allclose(state.forces(3).sum(axis=0), [0, 0, 8], atol=1e-9)
+    np.testing.assert_allclose(state.forces(3).world_forces.sum(axis=0), [0, 0, 8], atol=1e-9)
+    expected = max(np.linalg.norm(state.forces(row).forces, axis=1).max() for row in range(len(WRENCHES)))
+    assert state.largest_force() == pytest.approx(expected)
     assert ViewState(cup()).forces(0) is None
     state.scale(friction=1e-6, limits=1.0)
-    assert state.forces(3) is None or np.isfinite(state.forces(3)).all()
+    assert state.forces(3) is None or np.isfinite(state.forces(3).forces).all()
 
 
 def test_given_forces_are_not_scaled():
@@ -156,10 +162,63 @@ def test_dragging_a_contact_changes_the_shown_epsilon(opened):
     page.mouse.move(*path[0])
     time.sleep(1)
     page.mouse.down()
+    shown = []
     for place in path:
         page.mouse.move(*place)
         time.sleep(0.2)
-    page.mouse.up()
+        shown.append(shown_epsilon(page))
     wait_for(lambda: shown_epsilon(page) < before)
+    assert len(set(shown)) > 2, "epsilon did not follow while the contact was dragged"
+    page.mouse.up()
     moved = viewer.state.grasp.positions[0] - start
     np.testing.assert_allclose(moved, [0, 0, 0.02], atol=2e-3)
+
+
+def test_a_contact_dragged_off_the_surface_goes_back_to_it(opened):
+    viewer, page = opened
+    (camera,) = [client.camera for client in viewer._server.get_clients().values()]
+    start = viewer.state.grasp.positions[0].copy()
+    # The arrow of the x axis, along the normal: away from the cylinder.
+    outward = np.array([1.0, 0, 0])
+    handle, away = start + 0.007 * outward, start + 0.03 * outward
+    page.mouse.move(*pixel(camera, handle))
+    time.sleep(1)
+    page.mouse.down()
+    for place in np.linspace(pixel(camera, handle), pixel(camera, away), 6):
+        page.mouse.move(*place)
+        time.sleep(0.2)
+    page.mouse.up()
+    wait_for(lambda: np.allclose(viewer._handles[0].position, viewer.state.grasp.positions[0]))
+    assert np.hypot(*viewer.state.grasp.positions[0, :2]) == pytest.approx(0.04, abs=1e-3)
+
+
+def test_forces_move_with_the_wrench_that_is_scrubbed_to(opened):
+    viewer, page = opened
+    shown = []
+    slider = page.get_by_role("slider").nth(2)
+    slider.focus()
+    for key in ("Home", "End"):
+        page.keyboard.press(key)
+        row = 0 if key == "Home" else len(WRENCHES) - 1
+        wait_for(lambda row=row: viewer._row.value == row)
+        share = viewer.state.forces(row).sigma_max
+        wait_for(lambda share=share: f"up to {100 * share:.3g} %" in page.inner_text("body"))
+        shown.append(share)
+    assert shown[0] < shown[1]
+
+
+def test_the_command_serves_until_it_is_interrupted(tmp_path):
+    examples = Path(__file__).parents[1] / "examples"
+    command = [
+        sys.executable,
+        "-m",
+        "graspforce",
+        "view",
+        str(examples / "pinched_egg.yaml"),
+        "--port",
+        "18081",
+    ]
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
+        assert "http://127.0.0.1:" in running.stderr.readline()
+        running.send_signal(signal.SIGINT)
+        assert running.wait(timeout=20) == 0

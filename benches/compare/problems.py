@@ -10,7 +10,7 @@ import numpy as np
 
 import graspforce as gf
 from graspforce.paper import RACKET, TABLE_1, TILE, TILE_WRENCHES
-from graspforce.tile import INFERRED_FRICTION
+from graspforce.paper.tile import INFERRED_FRICTION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

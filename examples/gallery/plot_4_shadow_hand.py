@@ -1,8 +1,8 @@
 """
-The Shadow hand closes on a block
-=================================
+The Shadow hand closes on a block, an egg and a pen
+===================================================
 
-The model is the one that gymnasium-robotics ships. While the hand closes, the contacts on the block become a
+The models are those that gymnasium-robotics ships. While the hand closes, the contacts on the object become a
 grasp at every moment; the simulator's forces are compared with the least ones that balance the same wrench.
 """
 
@@ -15,44 +15,53 @@ import numpy as np
 
 import graspforce as gf
 
-package = Path(importlib.util.find_spec("gymnasium_robotics").origin).parent
-model = mujoco.MjModel.from_xml_path(str(package / "envs/assets/hand/manipulate_block.xml"))
-data = mujoco.MjData(model)
-low, high = model.actuator_ctrlrange.T
+LIMIT = 10.0
+OBJECTS = ("block", "egg", "pen")
+folder = Path(importlib.util.find_spec("gymnasium_robotics").origin).parent / "envs/assets/hand"
 
-times, epsilon, simulated, least = [], [], [], []
-for step in range(1, 601):
-    data.ctrl[:] = low + (high - low) * min(1.0, step / 500)
-    data.ctrl[:2] = 0
-    mujoco.mj_step(model, data)
-    if step % 10:
-        continue
-    mujoco.mj_forward(model, data)
-    try:
-        reading = gf.from_mujoco(model, data, "object", max_normal_force=10.0, length_scale=0.05)
-    except gf.InvalidInputError:  # nothing touches the block yet
-        continue
-    times.append(data.time)
-    epsilon.append(reading.grasp.quality("max").epsilon)
-    simulated.append(10.0 * reading.sigma_max)
-    least.append(10.0 * gf.ForceDistributor(reading.grasp).solve(reading.external_wrench).sigma_max)
+
+def close_on(name):
+    """Return times, epsilon, and the largest normal force of MuJoCo and of the least maximum."""
+    model = mujoco.MjModel.from_xml_path(str(folder / f"manipulate_{name}.xml"))
+    data = mujoco.MjData(model)
+    low, high = model.actuator_ctrlrange.T
+    rows = []
+    for step in range(1, 601):
+        data.ctrl[:] = low + (high - low) * min(1.0, step / 500)
+        data.ctrl[:2] = 0
+        mujoco.mj_step(model, data)
+        if step % 10:
+            continue
+        mujoco.mj_forward(model, data)
+        options = {"max_normal_force": LIMIT, "length_scale": 0.05}
+        try:
+            reading = gf.from_mujoco(model, data, "object", **options)
+        except gf.InvalidInputError:  # nothing touches the object yet
+            continue
+        least = gf.ForceDistributor(reading.grasp).solve(reading.external_wrench)
+        epsilon = reading.grasp.quality("max").epsilon
+        rows.append((data.time, epsilon, LIMIT * reading.sigma_max, LIMIT * least.sigma_max))
+    return np.array(rows).T
+
+
+closing = {name: close_on(name) for name in OBJECTS}
+for name, (_, _, simulated, least) in closing.items():
+    print(f"{name}: largest of all: MuJoCo {simulated.max():.3f} N, least maximum {least.max():.3f} N")
 
 # %%
-# Negative values say how far the contacts are from holding the block at all.
+# Above, quality over time: negative values say how far the contacts are from holding the object at all.
+# Below, the largest normal force: a simulator squeezes as its actuators say, far harder than holding takes.
 
-figure, axes = plt.subplots(figsize=(7, 3.2), layout="constrained")
-axes.plot(times, epsilon, color="#1f5f99")
-axes.axhline(0, lw=0.8, color="#8a9099")
-axes.set(xlabel="time (s)", ylabel="epsilon (N)")
-axes.spines[["top", "right"]].set_visible(False)
-
-# %%
-# A simulator squeezes as its actuators say, far harder than holding the block takes.
-
-figure, axes = plt.subplots(figsize=(7, 3.2), layout="constrained")
-axes.semilogy(times, np.maximum(simulated, 1e-4), color="#d1762b", label="MuJoCo")
-axes.semilogy(times, np.maximum(least, 1e-4), color="#1f5f99", label="least maximum")
-axes.set(xlabel="time (s)", ylabel="largest normal force (N)")
-axes.spines[["top", "right"]].set_visible(False)
-axes.legend(frameon=False)
-print(f"largest of all: MuJoCo {max(simulated):.3f} N, least maximum {max(least):.3f} N")
+figure, axes = plt.subplots(2, 3, figsize=(9, 4.6), layout="constrained", sharex="col", sharey="row")
+for column, (name, (times, epsilon, simulated, least)) in zip(axes.T, closing.items(), strict=True):
+    column[0].plot(times, epsilon, color="#1f5f99")
+    column[0].axhline(0, lw=0.8, color="#8a9099")
+    column[0].set_title(name)
+    column[1].semilogy(times, np.maximum(simulated, 1e-4), color="#d1762b", label="MuJoCo")
+    column[1].semilogy(times, np.maximum(least, 1e-4), color="#1f5f99", label="least maximum")
+    column[1].set_xlabel("time (s)")
+axes[0, 0].set_ylabel("epsilon (N)")
+axes[1, 0].set_ylabel("largest normal force (N)")
+axes[1, 0].legend(frameon=False, fontsize=8)
+for ax in axes.flat:
+    ax.spines[["top", "right"]].set_visible(False)

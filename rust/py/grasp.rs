@@ -137,7 +137,7 @@ impl PyGrasp {
         Ok(Self { inner: inner.map_err(|error| to_python(py, &error))?, arguments })
     }
 
-    /// Dimension d of wrenches: 3 for planar grasps, 6 for spatial ones.
+    /// Dimension d of wrenches, 3 for planar grasps and 6 for spatial ones.
     #[getter]
     fn wrench_dim(&self) -> usize {
         match self.inner {
@@ -152,7 +152,7 @@ impl PyGrasp {
         self.arguments.contacts
     }
 
-    /// Components k of a contact force: 2 (planar), 3 (hard fingers) or 4 (soft fingers).
+    /// Number k of a contact force's components, 2 (planar), 3 (hard fingers) or 4 (soft fingers).
     #[getter]
     fn force_dim(&self) -> usize {
         with_grasp!(&self.inner, grasp => grasp.force_dim())
@@ -178,7 +178,7 @@ impl PyGrasp {
         })
     }
 
-    /// (m, dim, dim) contact frames: row by row the axes ``n``, (``o``,) ``t`` in world coordinates.
+    /// (m, dim, dim) contact frames, row by row the axes ``n``, (``o``,) ``t`` in world coordinates.
     #[getter]
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let dim = self.arguments.dim;
@@ -191,7 +191,7 @@ impl PyGrasp {
         })
     }
 
-    /// (d, m k) grasp matrix G: maps the stacked contact forces, in their frames, to the wrench they exert.
+    /// (d, m k) grasp matrix G, which maps the stacked contact forces, in their frames, to the wrench they exert.
     #[getter]
     fn grasp_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         with_grasp!(&self.inner, grasp => {
@@ -227,7 +227,7 @@ impl PyGrasp {
         })
     }
 
-    /// (m,) Coulomb friction coefficients, as given: before ``friction_margin``.
+    /// (m,) Coulomb friction coefficients as given, before ``friction_margin``.
     #[getter]
     fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.arguments.friction_of_each(py)

@@ -26,7 +26,8 @@ GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ
 At = Annotated[
     list[str] | None,
     typer.Option(
-        help="A contact x,y,z in m, moved to the nearest point of the mesh; once for each.",
+        metavar="X,Y,Z",
+        help="A contact in m, moved to the nearest point of the mesh; once for each.",
         rich_help_panel=_PANEL,
     ),
 ]

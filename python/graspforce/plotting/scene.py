@@ -80,4 +80,5 @@ def equal_box(axes: Axes3D, points: NDArray[np.float64]) -> None:
 
 
 def _few_ticks(share: float) -> Locator:
-    return MaxNLocator(4 if share > 0.5 else 2)
+    # Those at the ends would meet at the box's corners.
+    return MaxNLocator(4 if share > 0.5 else 3, prune="both")

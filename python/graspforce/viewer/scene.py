@@ -26,6 +26,9 @@ __all__ = ["Viewer", "view"]
 
 _OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
 _CONE_EDGES = 16
+_LONGEST = 0.3
+"""Length of the largest cone, and of the largest force, as a share of the object's size."""
+
 _FRAMES_PER_SECOND = 20
 
 
@@ -63,6 +66,7 @@ class Viewer:
         self._server = viser.ViserServer(host=host, port=port, label="graspforce", verbose=False)
         self.port = self._server.get_port()
         self._size = self._extent()
+        self._metres_per_newton = _LONGEST * self._size / (self.state.largest_force() or 1.0)
         self._stopped = threading.Event()
         self._add_panel()
         self._add_object()
@@ -81,11 +85,16 @@ class Viewer:
         with self._turn, self._server.atomic():
             grasp = self.state.grasp
             quality = {criterion: self.state.quality(criterion) for criterion in ("max", "sum")}
-            lines = [f"**epsilon {name}** {found.epsilon:.6g}" for name, found in quality.items()]
-            self._numbers.content = "\n\n".join([*lines, f"**closure** {quality['max'].closure}"])
-            scale = 0.3 * self._size / float(grasp.max_normal_force.max())
-            self._draw_cones(scale)
-            self._draw_forces(scale)
+            solution = self.state.forces(self._row.value) if len(self.state.wrenches) else None
+            lines = [f"**epsilon {name}** {found.epsilon:.6g} N" for name, found in quality.items()]
+            lines.append(f"**closure** {quality['max'].closure}")
+            if solution is not None:
+                lines.append(f"**forces** up to {100 * solution.sigma_max:.3g} % of the limit")
+            elif len(self.state.wrenches):
+                lines.append("**forces** none balance this wrench")
+            self._numbers.content = "\n\n".join(lines)
+            self._draw_cones(_LONGEST * self._size / float(grasp.max_normal_force.max()))
+            self._draw_forces(None if solution is None else solution.world_forces)
             self._draw_worst(quality[self._criterion.value].direction)
 
     def _add_panel(self) -> None:
@@ -111,12 +120,14 @@ class Viewer:
         scene.set_up_direction("+z")
         if self.state.mesh is not None:
             scene.add_mesh_simple("/object", *self.state.mesh, color=_OBJECT, opacity=0.6, side="double")
+        self._handles = []
         for i, position in enumerate(self.state.grasp.positions):
             handle = scene.add_transform_controls(
                 f"/contacts/{i}", scale=0.15 * self._size, disable_rotations=True, disable_sliders=True,
                 position=position,
             )  # fmt: skip
             handle.on_update(partial(self._drag, i))
+            self._handles.append(handle)
         middle = self.state.grasp.positions.mean(axis=0)
         self._server.initial_camera.look_at = tuple(middle)
         self._server.initial_camera.position = tuple(middle + self._size * np.array([1.2, -1.2, 0.9]))
@@ -133,6 +144,9 @@ class Viewer:
                 self._message.content = ""
             except GraspForceError as error:
                 self._message.content = str(error)
+            # The handle goes back to where its contact has stayed: on the surface.
+            if event.phase == "end":
+                event.target.position = tuple(self.state.grasp.positions[contact])
             self.update()
 
     def _draw_cones(self, scale: float) -> None:
@@ -149,16 +163,15 @@ class Viewer:
                 np.vstack([tip, rim]),
                 np.array(triangles),
                 color=_CONE,
-                opacity=0.5,
+                opacity=0.35,
                 side="double",
             )
 
-    def _draw_forces(self, scale: float) -> None:
-        forces = self.state.forces(min(self._row.value, max(0, len(self.state.wrenches) - 1)))
-        if forces is None:
-            forces = np.zeros_like(self.state.grasp.positions)
+    def _draw_forces(self, forces: NDArray[np.float64] | None) -> None:
+        """Draw them as long as the largest of all wrenches allows; cones are as long as the limits."""
         tips = self.state.grasp.positions
-        self._arrows("/forces", np.stack([tips - scale * forces, tips], axis=1), _FORCE)
+        shown = np.zeros_like(tips) if forces is None else self._metres_per_newton * forces
+        self._arrows("/forces", np.stack([tips - shown, tips], axis=1), _FORCE)
 
     def _draw_worst(self, direction: NDArray[np.float64]) -> None:
         """Draw the force of the worst disturbance, opposite to the weakest direction, at the origin."""

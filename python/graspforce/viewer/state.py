@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import ForceDistributor, Grasp
+from graspforce._core import ForceDistributor, Grasp, TriangleTree
 from graspforce.errors import InfeasibleWrenchError, InvalidInputError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Quality
+    from graspforce._core import ForceSolution, Quality
 
 __all__ = ["ViewState"]
 
@@ -61,7 +61,14 @@ class ViewState:
     ) -> None:
         if grasp.wrench_dim != 6:
             raise InvalidInputError("grasp: planar; graspforce.plotting draws it")
-        self.mesh = None if mesh is None else (np.asarray(mesh[0], dtype=np.float64), np.asarray(mesh[1]))
+        self.mesh: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
+        if mesh is not None:
+            vertices, faces = np.asarray(mesh[0], dtype=np.float64), np.asarray(mesh[1], dtype=np.int64)
+            corners = vertices[faces]
+            # A triangle without area has no normal, and no point that others do not have.
+            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            self.mesh = vertices, faces[np.linalg.norm(across, axis=1) > 0]
+        self._tree: TriangleTree | None = None
         self.wrenches = np.zeros((0, 6)) if wrenches is None else np.asarray(wrenches, dtype=np.float64)
         if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
             raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
@@ -84,7 +91,7 @@ class ViewState:
         position = np.asarray(to, dtype=np.float64)
         positions, normals = self._given["positions"].copy(), self._given["normals"].copy()
         if self.mesh is not None:
-            position, normals[contact] = self._on_mesh(position)
+            position, normals[contact] = self._on_mesh(self.mesh, position)
         positions[contact] = position
         # Tangents of the old place may be normal to the new one.
         self._given |= {"positions": positions, "normals": normals, "tangents": None}
@@ -95,14 +102,25 @@ class ViewState:
         """Quality of the grasp as it is now."""
         return self.grasp.quality("sum" if criterion == "sum" else "max")
 
-    def forces(self, row: int) -> NDArray[np.float64] | None:
-        """Least forces (m, 3) in the world against one of the wrenches; None where there are none."""
+    def forces(self, row: int) -> ForceSolution | None:
+        """Least forces against one of the wrenches; None where there are none."""
         if len(self.wrenches) == 0:
             return None
         try:
-            return ForceDistributor(self.grasp).solve(self.wrenches[row]).world_forces
+            return ForceDistributor(self.grasp).solve(self.wrenches[row])
         except InfeasibleWrenchError:
             return None
+
+    def largest_force(self) -> float:
+        """Return the largest contact force in N against any of the wrenches; zero where there is none."""
+        if len(self.wrenches) == 0:
+            return 0.0
+        found = ForceDistributor(self.grasp).solve_many(self.wrenches)
+        solved = found.forces[found.status == 0]
+        return float(np.linalg.norm(solved[:, :, :3], axis=2).max(initial=0.0))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_tree": None}
 
     def _rebuild(self) -> None:
         scaled = dict(self._given)
@@ -111,11 +129,12 @@ class ViewState:
             scaled["max_normal_force"] = self._limits * scaled["max_normal_force"]
         self.grasp = Grasp(**scaled)
 
-    def _on_mesh(self, point: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        from trimesh import Trimesh  # noqa: PLC0415 - only where there is a mesh
-        from trimesh.proximity import closest_point_naive  # noqa: PLC0415
-
-        vertices, faces = self.mesh if self.mesh is not None else (np.zeros((0, 3)), np.zeros((0, 3), int))
-        mesh = Trimesh(vertices, faces, process=False)
-        closest, _, triangle = closest_point_naive(mesh, point[None])  # type: ignore[no-untyped-call]
-        return np.asarray(closest[0]), -np.asarray(mesh.face_normals[triangle[0]])
+    def _on_mesh(
+        self, mesh: tuple[NDArray[np.float64], NDArray[np.int64]], point: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        vertices, faces = mesh
+        if self._tree is None:
+            self._tree = TriangleTree(vertices, faces)
+        (closest,), (face,), _ = self._tree.closest(point[None])
+        a, b, c = vertices[faces[face]]
+        return closest, -np.cross(b - a, c - a)
