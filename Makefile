@@ -22,6 +22,7 @@ bench: build
 	$(PY) benches/quality.py
 	$(PY) benches/force.py
 	$(PY) benches/force_sweep.py
+	$(PY) benches/grade.py --rows 100000
 
 lint: build
 	cargo fmt --all --check
