@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
 
-_BATCH_BYTES = 32 << 20
+_BATCH_BYTES = 20 << 20
 """Of decoded rows in memory at a time, for rows that carry pictures or point clouds."""
 
 _READ_BUFFER_BYTES = 1 << 20
