@@ -21,6 +21,7 @@ bench: build
 	$(PY) -m pip install --group bench
 	cargo bench
 	$(PY) benches/force_sweep.py
+	$(PY) benches/grade.py --rows 100000
 
 # Beside other software on the same problems: docs/measured.md and the README's table. The peers, and the wheel they
 # are compared with, live in an environment of their own.

@@ -149,6 +149,22 @@ def test_a_row_that_is_no_grasp_does_not_stop_the_batch(seed):
     assert batch.rho[2] == alone.rho
 
 
+def test_rows_of_a_batch_may_have_their_own_origin_and_length_scale():
+    positions, normals = (np.tile(x, (3, 1, 1)) for x in (cup().positions, cup().normals))
+    origins, scales = np.array([[0, 0, 0], [0, 0.01, 0], [0.1, 0, -0.2]]), np.array([0.04, 0.0, 2.0])
+    batch = gf.quality_many(positions, normals, origin=origins, length_scale=scales)
+    assert batch.status.tolist() == [0, 2, 0]
+    assert batch.errors[1] == "length_scale: 0 must be finite and positive"
+    for i in (0, 2):
+        alone = gf.Grasp(positions[i], normals[i], origin=origins[i], length_scale=scales[i])
+        assert batch.rho[i] == alone.quality("max").rho
+    for wrong in ({"origin": origins[:2]}, {"length_scale": scales[:2]}):
+        with pytest.raises(gf.InvalidGraspError, match=next(iter(wrong))):
+            gf.quality_many(positions, normals, **wrong)
+    with pytest.raises(gf.InvalidGraspError, match="length_scale"):
+        gf.Grasp(positions[0], normals[0], length_scale=scales)
+
+
 def test_progress_is_reported_and_may_end_the_batch():
     positions = np.tile(cup().positions, (600, 1, 1))
     normals = np.tile(cup().normals, (600, 1, 1))

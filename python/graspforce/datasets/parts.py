@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
 
-_BATCH_BYTES = 64 << 20
+_BATCH_BYTES = 20 << 20
 """Of decoded rows in memory at a time, for rows that carry pictures or point clouds."""
 
 _READ_BUFFER_BYTES = 1 << 20
@@ -133,7 +133,8 @@ def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], o
 
 def _opened(path: Path) -> pq.ParquetFile:
     try:
-        return pq.ParquetFile(path, buffer_size=_READ_BUFFER_BYTES)
+        # Buffering ahead, as pyarrow does by default, would read whole row groups.
+        return pq.ParquetFile(path, buffer_size=_READ_BUFFER_BYTES, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
 
