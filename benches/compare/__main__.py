@@ -56,9 +56,10 @@ def main() -> int:
             disagreements += sum(table.disagreements(answers, one) for one in answers.measured)
         body += text + "\n"
     print(page.where_peers_are_better(all_answers))
+    seconds = time.perf_counter() - start
     if options.write:
-        page.write(body.rstrip("\n") + "\n", all_answers)
-    print(f"{time.perf_counter() - start:.0f} s; {disagreements} answers disagree")
+        page.write(body.rstrip("\n") + "\n", all_answers, time.process_time() / seconds)
+    print(f"{seconds:.0f} s; {disagreements} answers disagree")
     return int(disagreements > 0)
 
 

@@ -62,10 +62,14 @@ def where_peers_are_better(answers: Sequence[Answers]) -> str:
     return "## Where a peer is better\n\n" + "\n".join(lines) + "\n"
 
 
-def write(body: str, answers: Sequence[Answers]) -> None:
+def write(body: str, answers: Sequence[Answers], share: float) -> None:
+    """Write the page and the README's block; ``share`` is that of a processor which the run had."""
     packages = [measured.call.package for one in answers for measured in one.measured]
     block = headline(answers)
-    own = f"Timing itself adds {table.duration(nothing())} to each call.\n\n"
+    own = (
+        f"Timing itself adds {table.duration(nothing())} to each call. The run had {100 * share:.0f}% of a\n"
+        "processor: what other programs took lengthens long calls more than short ones.\n\n"
+    )
     text = INTRODUCTION + own + machine.description(packages) + "\n\n" + block + "\n\n" + body
     PAGE.write_text(text + "\n" + where_peers_are_better(answers), encoding="utf-8")
     readme = README.read_text(encoding="utf-8")
