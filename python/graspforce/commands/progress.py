@@ -38,4 +38,6 @@ def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], No
         timer.cancel()
         if timer.ident is not None:
             timer.join()
-        bar.stop()
+        # Stopping what never started would print an empty line.
+        if bar.live.is_started:
+            bar.stop()
