@@ -143,6 +143,11 @@ def test_quality_prints_both_criteria(call):
         assert f"{grasp.quality(criterion).epsilon:.9g}" in text
 
 
+def test_nothing_is_printed_beside_the_result(call):
+    assert call("quality", CUP).err == ""
+    assert "-0.000000" not in call("quality", CUP).out
+
+
 def test_quality_about_a_weight_is_another(call):
     found = json.loads(call("quality", CUP, "--center", "0,0,-5,0,0,0", "--json").out)
     plain = json.loads(call("quality", CUP, "--json").out)

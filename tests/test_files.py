@@ -134,6 +134,18 @@ def test_an_npz_with_pickles_or_strangers_is_refused(tmp_path, write):
         load_grasp(write("no archive", "text.npz"))
 
 
+def test_a_grasp_and_a_plan_that_are_mixed_up_are_told_apart(write):
+    with pytest.raises(gf.InvalidFileError, match="a plan file, not a grasp file"):
+        load_grasp(write(CURVE))
+    with pytest.raises(gf.InvalidFileError, match="a grasp file, not a plan file"):
+        load_problem(write(PINCH))
+
+
+def test_a_long_value_is_cut_short(write):
+    with pytest.raises(gf.InvalidFileError, match=r"fields expected.* given '1, 1, .* \.\.\.$"):
+        load_grasp(write("'" + "1, " * 1000 + "'"))
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(gf.InvalidFileError, match=r"nowhere.yaml: No such file"):
         load_grasp(tmp_path / "nowhere.yaml")

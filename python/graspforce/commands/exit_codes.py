@@ -8,7 +8,8 @@ DONE, FAILED, MISUSED, BAD_FILE, INFEASIBLE = range(5)
 
 MEANINGS = {
     DONE: "done",
-    FAILED: "failed: a file could not be written, an optional package is missing, a computation was refused",
+    FAILED: "failed: a value is unusable, a file could not be written, an optional package is missing, "
+    "a computation was refused",
     MISUSED: "the command line was not understood",
     BAD_FILE: "an input file is unusable; the message names file, line and field",
     INFEASIBLE: "forces: some wrench cannot be balanced, however hard the fingers press",

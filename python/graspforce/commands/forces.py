@@ -26,7 +26,9 @@ def forces(
     wrenches: Annotated[Path | None, typer.Option(help="Many of them: CSV or NPY.")] = None,
     objective: Criterion = "max",
     as_json: AsJson = False,
-    out: Annotated[Path | None, typer.Option(help="Write all forces into FILE (npz).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write all forces into FILE (npz).")
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).")
     ] = None,

@@ -79,7 +79,7 @@ def _print(file: GraspFile, found: list[Quality]) -> None:
     ]
     for i, name in enumerate(COLUMNS[grasp.wrench_dim]):
         label = f"weakest along {name}" if i == 0 else f"{name:>{len('weakest along ') + len(name)}}"
-        rows.append((label, *(f"{q.direction[i] + 0.0:.6f}" for q in found)))
+        rows.append((label, *(f"{round(float(q.direction[i]), 6) + 0.0:.6f}" for q in found)))
     kind = "planar" if grasp.wrench_dim == 3 else "spatial"
     title = f"{file.name}: {kind}, {grasp.num_contacts} contacts, length scale {grasp.length_scale:g} m"
     print_table(title, ("", "max", "sum"), rows)

@@ -31,7 +31,9 @@ def view(
         typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
     ] = None,
     wrenches: Annotated[Path | None, typer.Option(help="External wrenches to play: CSV or NPY.")] = None,
-    port: Annotated[int, typer.Option(help="Where the page is served, on this machine only.")] = 8080,
+    port: Annotated[
+        int, typer.Option(min=1, max=65535, help="Where the page is served, on this machine only.")
+    ] = 8080,
     at: At = None,
     unit: Unit = None,
     friction: Friction = None,

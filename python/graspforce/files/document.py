@@ -32,6 +32,7 @@ MAX_TEXT_BYTES = 1_000_000
 
 _MAX_DEPTH = 16
 _MAX_REPORTED = 5
+_MAX_SHOWN = 60
 _Field = tuple[str | int, ...]
 _Model = TypeVar("_Model", bound=BaseModel)
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -181,11 +182,16 @@ def _spelled(field: Sequence[str | int]) -> str:
 
 
 def _reason(error: ErrorDetails) -> str:
-    message = str(error["msg"])
+    # Nobody who writes a file has to know what its reader calls a model.
+    message = "fields expected, `name: value`" if error["type"] == "model_type" else str(error["msg"])
     given = error["input"]
     if error["type"] in ("missing", "extra_forbidden") or isinstance(given, dict | list):
         return "unknown field" if error["type"] == "extra_forbidden" else message
-    return f"{message}, given {given!r}"
+    return f"{message}, given {_shortened(repr(given))}"
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _MAX_SHOWN else f"{text[: _MAX_SHOWN - 4]} ..."
 
 
 def _no_constant(name: str) -> NoReturn:

@@ -15,6 +15,7 @@ from graspforce.errors import InvalidFileError, InvalidGraspError
 from graspforce.surfaces.mesh_checks import metres
 
 from .document import Document, limited_bytes, read_document
+from .kinds import is_plan
 from .mesh_surfaces import contact_places, mesh_path
 from .meshes import load_mesh
 from .schema import GraspModel
@@ -125,6 +126,8 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
 
 
 def _from_text(document: Document) -> GraspFile:
+    if is_plan(document.data):
+        raise document.error((), "a plan file, not a grasp file: `graspforce plan` reads it")
     return grasp_of(document, document.parsed(GraspModel))
 
 

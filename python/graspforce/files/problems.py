@@ -22,6 +22,7 @@ from graspforce.surfaces import (
 )
 
 from .document import Document, read_document
+from .kinds import is_grasp
 from .mesh_problems import MeshPlanFile, mesh_problem
 from .schema import (
     CylinderModel,
@@ -103,6 +104,8 @@ def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:
         The file cannot be read or is not a planning problem; the message names line and field.
     """
     document = read_document(Path(path))
+    if is_grasp(document.data):
+        raise document.error((), "a grasp file, not a plan file: `graspforce quality` and `forces` read it")
     if isinstance(document.data, dict) and "mesh" in document.data:
         return mesh_problem(document)
     return _place_problem(document, document.parsed(PlanModel))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.ticker import Locator, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from .style import INK, MUTED, OBJECT
@@ -72,13 +72,17 @@ def equal_box(axes: Axes3D, points: NDArray[np.float64]) -> None:
         axis = getattr(axes, f"{name}axis")
         axis.set_pane_color((1, 1, 1, 0))
         axis.line.set_color(MUTED)
-        axis.set_major_locator(_few_ticks(float(reach / half.max())))
+        axis.set_ticks(_few_ticks(float(at), float(reach), float(reach / half.max())))
     # Less than the whole, so that the labels of the axes stay inside the figure.
     axes.set_box_aspect(tuple(half), zoom=0.78)
     axes.tick_params(labelsize=7, colors=INK)
+    axes.zaxis.set_tick_params(pad=6)
     axes.grid(visible=False)
 
 
-def _few_ticks(share: float) -> Locator:
-    # Those at the ends would meet at the box's corners.
-    return MaxNLocator(4 if share > 0.5 else 3, prune="both")
+def _few_ticks(middle: float, reach: float, share: float) -> NDArray[np.float64]:
+    locator = MaxNLocator(4 if share > 0.5 else 2)
+    ticks = np.asarray(locator.tick_values(middle - reach, middle + reach), dtype=np.float64)
+    # Those near the ends would meet the next axis's at the box's corners.
+    inside: NDArray[np.float64] = ticks[np.abs(ticks - middle) < 0.85 * reach]
+    return inside

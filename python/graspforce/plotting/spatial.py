@@ -106,7 +106,9 @@ def draw_spatial_grasp(
     artists += axes.plot(*where.T, "o", ms=4, color=INK, zorder=11)
     equal_box(axes, corners)
     for name in "xyz":
-        getattr(axes, f"set_{name}label")(f"{name} (m)", fontsize=8, color=INK, labelpad=6)
+        getattr(axes, f"set_{name}label")(
+            f"{name} (m)", fontsize=8, color=INK, labelpad=6 if name != "z" else 10
+        )
     return artists
 
 
