@@ -38,7 +38,7 @@ fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Dist
         let effort = effort + wrenches.iter().map(part).sum::<f64>() + part(external);
         let rest = part(&(wrenches.iter().sum::<Wrench<D>>() + external));
         // The library's own allowance: a share of the whole wrench, in units of the longest lever.
-        let allowed = ROUNDING * effort + 1e-9 * whole(grasp, external, rows.start == 0);
+        let allowed = ROUNDING * effort + 1e-8 * whole(grasp, external, rows.start == 0);
         assert!(rest <= allowed, "unbalanced by {rest:e} of {effort:e}: {found:?}");
     }
     for (contact, force) in grasp.contacts().iter().zip(&found.forces) {

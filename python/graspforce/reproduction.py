@@ -12,7 +12,7 @@ import numpy as np
 from ._core import ForceDistributor, Grasp
 from .errors import InfeasibleWrenchError
 from .paper import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
-from .planning import Criterion, Plan, plan
+from .planning import Criterion, Plan, completed, plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -179,7 +179,7 @@ def _run_plan(problem: PlanningProblem, criterion: Criterion, repeats: int) -> P
         repeats,
     )
     published_end = grasp_at(problem, problem.published[criterion].params)
-    return PlanRun(problem, found, seconds, published_end.quality(criterion).rho)
+    return PlanRun(problem, completed(found), seconds, published_end.quality(criterion).rho)
 
 
 def _fill_row(letter: str, published: PublishedForces, repeats: int) -> TableRow:

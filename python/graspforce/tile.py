@@ -15,7 +15,7 @@ import numpy as np
 
 from ._core import Grasp
 from .paper import TILE
-from .planning import Criterion, Plan, plan
+from .planning import Criterion, Plan, completed, plan
 from .tile_forces import TrajectoryForces, tile_forces
 
 if TYPE_CHECKING:
@@ -137,4 +137,4 @@ def _run_plan(criterion: Criterion, friction: float) -> TilePlanRun:
     )
     seconds = time.perf_counter() - start
     published = tile_grasp(TILE.published[criterion].params, friction).quality(criterion)
-    return TilePlanRun(friction, found, seconds, published.rho, published.closure)
+    return TilePlanRun(friction, completed(found), seconds, published.rho, published.closure)

@@ -10,7 +10,7 @@ import numpy as np
 
 from graspforce.errors import InvalidFileError, MissingExtraError
 
-from .document import limited_bytes
+from .limits import limited_bytes
 
 if TYPE_CHECKING:
     import os
