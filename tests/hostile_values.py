@@ -18,7 +18,7 @@ class Unwilling:
 
 
 def disguises(array):
-    """The same numbers in other clothes."""
+    """Dress the same numbers in other clothes."""
     with np.errstate(all="ignore"):
         return st.sampled_from(
             [
@@ -86,13 +86,16 @@ def arrays(draw, *shape):
 
 def scalars():
     """One number, or what should have been one."""
-    return st.one_of(NUMBERS, st.sampled_from([None, "1", True, 2**70, -(2**70), 1j, [], [0.5], np.float32(0.5)]))
+    return st.one_of(
+        NUMBERS, st.sampled_from([None, "1", True, 2**70, -(2**70), 1j, [], [0.5], np.float32(0.5)])
+    )
 
 
 def counts():
-    """A whole number, or what should have been one."""
+    """Draw a whole number, or what should have been one."""
     return st.one_of(
-        st.integers(-1, 12), st.sampled_from([None, 2**40, 2**70, -1, 3.0, "8", True, np.int8(4), [3, 4], 65_536])
+        st.integers(-1, 12),
+        st.sampled_from([None, 2**40, 2**70, -1, 3.0, "8", True, np.int8(4), [3, 4], 65_536]),
     )
 
 

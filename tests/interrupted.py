@@ -11,6 +11,8 @@ import time
 import numpy as np
 
 import graspforce as gf
+from graspforce._core import TriangleTree
+from graspforce.reproduction import run_racket
 from graspforce.surfaces import contacts_on, ellipse
 
 # Long enough for the call to be under way, short enough for the tests.
@@ -161,14 +163,10 @@ def metrics():
 
 
 def reproduce():
-    from graspforce.reproduction import run_racket
-
     run_racket(repeats=10**6)
 
 
 def closest_points():
-    from graspforce._core import TriangleTree
-
     rng = np.random.default_rng(0)
     corners = rng.normal(size=(30_000, 3))
     tree = TriangleTree(corners, np.arange(30_000).reshape(-1, 3))
@@ -194,7 +192,7 @@ def main(name):
     ended = time.monotonic()
     if not sent:
         sys.exit(f"{name} was over before Ctrl-C")
-    print(outcome, ended - sent[0])
+    sys.stdout.write(f"{outcome} {ended - sent[0]}\n")
 
 
 if __name__ == "__main__":

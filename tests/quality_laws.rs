@@ -117,7 +117,7 @@ fn twins_in_millimetres_and_uneven_limits_are_classified_alike() {
                 contact
             })
             .collect();
-        let closure = Grasp::<6>::new(&unit).unwrap().closure();
+        let closure = Grasp::<6>::new(&unit).unwrap().closure().unwrap();
         let twin: Vec<_> = unit
             .iter()
             .map(|c| {

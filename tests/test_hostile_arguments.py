@@ -125,7 +125,9 @@ def test_resistance_is_a_multiple_or_refused(grasp, data):
     if grasp is None:
         return
     rows = data.draw(st.integers(0, 3))
-    found = answer(grasp.resistance, data.draw(arrays(rows, grasp.wrench_dim)), data.draw(words("max", "sum")))
+    found = answer(
+        grasp.resistance, data.draw(arrays(rows, grasp.wrench_dim)), data.draw(words("max", "sum"))
+    )
     if found is not None:
         assert (np.asarray(found) >= 0).all()
 
@@ -169,7 +171,9 @@ def test_forces_balance_or_are_refused(grasp, objective, method, data):
         solved = batch.status == 0
         assert_finite(batch.forces[solved], batch.sigma_max[solved])
         assert np.isnan(batch.forces[~solved]).all()
-    answer(list, answer(distributor.step, data.draw(st.one_of(arrays(2, d), st.none(), st.just([wrench])))) or ())
+    answer(
+        list, answer(distributor.step, data.draw(st.one_of(arrays(2, d), st.none(), st.just([wrench])))) or ()
+    )
 
 
 @HOSTILE
@@ -189,7 +193,9 @@ def test_a_batch_answers_row_by_row(rows, count, dim, criterion, data):
         answer(search.best, *contacts, center_index=data.draw(st.integers(-1, 5)), edges=4)
     bound = answer(BoxBound, data.draw(counts()), criterion)
     if bound is not None:
-        axes = {"axes": data.draw(counts()), "safety": data.draw(scalars())} if data.draw(st.booleans()) else {}
+        axes = (
+            {"axes": data.draw(counts()), "safety": data.draw(scalars())} if data.draw(st.booleans()) else {}
+        )
         answer(bound.over, data.draw(arrays(rows)), *contacts, edges=4, enough=data.draw(NUMBERS), **axes)
 
 
@@ -252,7 +258,9 @@ def test_planning_answers_or_refuses(planner, criterion, data):
     if data.draw(st.integers(0, 2)) == 0:
         returned = data.draw(arrays(1, 2, 2))
         surface = data.draw(
-            st.sampled_from([lambda _: returned, lambda p: (returned, returned)[: len(p) + 1], lambda _: None])
+            st.sampled_from(
+                [lambda _: returned, lambda p: (returned, returned)[: len(p) + 1], lambda _: None]
+            )
         )
     found = answer(planner, surface, **options)
     if found is not None:
@@ -261,7 +269,13 @@ def test_planning_answers_or_refuses(planner, criterion, data):
 
 
 @HOSTILE
-@given(scalars(), scalars(), st.sampled_from([1, 3, 0, -1, 2.5, None, "x"]), words("mean", "percentile_5"), st.data())
+@given(
+    scalars(),
+    scalars(),
+    st.sampled_from([1, 3, 0, -1, 2.5, None, "x"]),
+    words("mean", "percentile_5"),
+    st.data(),
+)
 def test_placement_answers_or_refuses(position, normal, samples, statistic, data):
     noise = answer(gf.Placement, position=position, normal=normal, samples=samples, statistic=statistic)
     if noise is not None:

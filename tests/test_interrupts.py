@@ -38,7 +38,7 @@ RAISING = [
     "reproduce",
 ]
 
-# Searches give back the best they have found.
+# Searches give back the best they have found, if they have found anything.
 RETURNING = ["plan", "plan_many", "plan_global", "placement"]
 
 
@@ -59,12 +59,19 @@ def latency(call):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals are sent the POSIX way")
 @pytest.mark.parametrize(
-    ("call", "expected"), [*((c, "raised") for c in RAISING), *((c, "returned") for c in RETURNING)]
+    ("call", "expected"),
+    [*((c, ("raised",)) for c in RAISING), *((c, ("raised", "returned")) for c in RETURNING)],
 )
 def test_a_long_call_ends_soon_after_ctrl_c(call, expected):
     seconds, outcome = latency(call)
     assert seconds < PROMPT
-    assert outcome == expected
+    assert outcome in expected
+
+
+def forever(call):
+    """Call again and again."""
+    while True:
+        call()
 
 
 HANDLED = """
@@ -106,7 +113,9 @@ print("same")
 )
 def test_a_signal_handler_may_compute_in_the_middle_of_a_call_and_changes_nothing(call):
     code = HANDLED.replace("{call}", call)
-    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    child = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
     assert child.stdout == "same\n", child.stderr
 
 
@@ -128,10 +137,9 @@ def test_ctrl_c_leaves_computations_of_other_threads_alone():
     worker = threading.Thread(target=compute)
     worker.start()
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
     with pytest.raises(KeyboardInterrupt):
-        timer.start()
-        while True:
-            grasp.quality(rtol=1e-6)
+        forever(lambda: grasp.quality(rtol=1e-6))
     worker.join()
     assert not failed
     assert set(found) == {expected}

@@ -13,8 +13,10 @@ import graspforce as gf
 from random_grasps import random_grasp
 
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
-GRASP = gf.Grasp(CORNERS + [0.1, 0.2, 0.0], -CORNERS, friction=0.7)
-BATCH = [np.stack([random_grasp(seed, 3, 4, 8)[name] for seed in range(64)]) for name in ("positions", "normals")]
+GRASP = gf.Grasp(CORNERS + np.array([0.1, 0.2, 0.0]), -CORNERS, friction=0.7)
+BATCH = [
+    np.stack([random_grasp(seed, 3, 4, 8)[name] for seed in range(64)]) for name in ("positions", "normals")
+]
 WRENCHES = np.random.default_rng(0).normal(size=(600, 6))
 
 
@@ -24,7 +26,7 @@ def disc(angles):
 
 
 def everything(grasp=GRASP):
-    """What a worker might compute, on all cores where that is possible."""
+    """Compute what a worker might, on all cores where that is possible."""
     distributor = gf.ForceDistributor(grasp)
     return (
         gf.quality_many(*BATCH).lower.tolist(),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import graspforce as gf
+from graspforce._core import CandidateSearch
 from random_grasps import random_grasp
 
 THREADS = 16
@@ -28,8 +29,8 @@ def at_once(tasks):
 
 
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)])
-GRASP = gf.Grasp(CORNERS + [0.1, 0.2, 0.0], -CORNERS, friction=0.7)
-CONE = gf.Grasp(CORNERS + [0.2, 0.1, 0.0], -CORNERS, friction=0.7, edges=None)
+GRASP = gf.Grasp(CORNERS + np.array([0.1, 0.2, 0.0]), -CORNERS, friction=0.7)
+CONE = gf.Grasp(CORNERS + np.array([0.2, 0.1, 0.0]), -CORNERS, friction=0.7, edges=None)
 FLAT = gf.Grasp(**random_grasp(3, 2, 4, 8))
 WRENCHES = np.random.default_rng(0).normal(size=(64, 6))
 
@@ -43,8 +44,11 @@ def plan():
     return gf.plan(disc, [0.0, 2.0], step=0.5, tolerance=1e-2, bounds=[(0, 1), (1, 4)], friction=0.6)
 
 
-BATCH = [np.stack([random_grasp(seed, 3, 4, 8)[name] for seed in range(40)]) for name in ("positions", "normals")]
+BATCH = [
+    np.stack([random_grasp(seed, 3, 4, 8)[name] for seed in range(40)]) for name in ("positions", "normals")
+]
 
+# Lambdas, so that what is called is computed anew by each thread.
 CALLS = {
     "quality of a shared grasp": lambda: GRASP.quality("max").rho,
     "quality of true cones": lambda: CONE.quality("sum").rho,
@@ -59,7 +63,9 @@ CALLS = {
     "global plan": lambda: gf.plan_global(disc, [(0, 1), (1, 4)], gap=0.1, friction=0.6).params.tolist(),
     "refinement": lambda: gf.refine(disc, [0.0, 3.0], [(0, 1), (1, 4)], friction=0.6).params.tolist(),
     "own distributor": lambda: gf.ForceDistributor(GRASP).solve_many(WRENCHES).sigma_max.tolist(),
-    "parallel rows": lambda: gf.ForceDistributor(GRASP).solve_many(WRENCHES, parallel=True).sigma_max.tolist(),
+    "parallel rows": lambda: (
+        gf.ForceDistributor(GRASP).solve_many(WRENCHES, parallel=True).sigma_max.tolist()
+    ),
     "joint torques": lambda: gf.torque_limited_forces([[0.1], [0], [0]], [0.5], edges=4).tolist(),
     "pickles": lambda: pickle.loads(pickle.dumps(GRASP)).grasp_matrix.tolist(),
     "pictures": lambda: (GRASP.to_dict(), GRASP._repr_html_(), repr(GRASP)),
@@ -89,7 +95,9 @@ def test_a_shared_distributor_answers_rightly_or_is_busy(grasp):
         busy = 0
         for k, wrench in enumerate(WRENCHES):
             try:
-                sigma = distributor.solve_into(wrench, forces) if k % 2 else distributor.solve(wrench).sigma_max
+                sigma = (
+                    distributor.solve_into(wrench, forces) if k % 2 else distributor.solve(wrench).sigma_max
+                )
             except gf.BusyError:
                 busy += 1
                 continue
@@ -144,8 +152,6 @@ def test_other_threads_go_on_while_one_computes(call):
 
 
 def test_a_planner_in_use_by_another_thread_is_busy():
-    from graspforce._core import CandidateSearch
-
     search = CandidateSearch(3)
     batch = [np.repeat(part, 50, axis=0) for part in BATCH]
     worker = threading.Thread(target=search.best, args=batch)

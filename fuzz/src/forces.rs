@@ -1,13 +1,18 @@
 //! Laws of force distribution: forces balance, lie in their cones, and the dual proves them least; where there
 //! are none, the witness separates.
 
-use graspforce::{Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp, Wrench};
+use graspforce::{
+    Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp, Wrench,
+};
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.
 const ROUNDING: f64 = 1e-6;
 
 /// Solves and checks; `true` where forces were found.
-pub fn checked<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>) -> Option<Distribution<D>> {
+pub fn checked<const D: usize>(
+    distributor: &ForceDistributor<D>,
+    external: &Wrench<D>,
+) -> Option<Distribution<D>> {
     let grasp = distributor.grasp();
     match distributor.solve(external) {
         Ok(found) => {
@@ -78,7 +83,11 @@ fn bounded<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<
     let proven = -external.dot(&found.dual);
     let terms: f64 = external.iter().zip(found.dual.iter()).map(|(a, b)| (a * b).abs()).sum();
     let off = (proven - found.sigma).abs();
-    assert!(off <= ROUNDING * terms.max(found.sigma), "dual proves {proven:e} of {:e}: {found:?}", found.sigma);
+    assert!(
+        off <= ROUNDING * terms.max(found.sigma),
+        "dual proves {proven:e} of {:e}: {found:?}",
+        found.sigma
+    );
 }
 
 fn separates<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>, e: &Wrench<D>) {

@@ -165,7 +165,7 @@ impl<const D: usize> ForceDistributor<D> {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 self.solve_linear(program, workspace, &b)
             }
-            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => Self::solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let (sigma_max, sigma_sum) = found.totals();
                 let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
                 Distribution {
@@ -186,7 +186,6 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Leaves the forces over true cones, or with lower bounds, in the workspace.
     fn solve_cones<'a>(
-        &self,
         program: &Program<D>,
         workspace: &'a mut Workspace<D>,
         b: &Wrench<D>,
@@ -260,7 +259,7 @@ impl<const D: usize> ForceDistributor<D> {
                     region.dual.dot(&b)
                 })
             }
-            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => Self::solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let components = self.grasp.force_components();
                 for (row, force) in forces.chunks_mut(components.len()).zip(&found.forces) {
                     for (x, &component) in row.iter_mut().zip(components) {

@@ -28,6 +28,7 @@ fn ask() -> bool {
     }
     LAST.set(Some(now));
     // Without an interpreter (it is shutting down) there is nobody to interrupt.
+    #[expect(clippy::redundant_closure_for_method_calls, reason = "the method is not general enough")]
     let signals = Python::try_attach(|py| py.check_signals());
     let Some(Err(raised)) = signals else { return false };
     RAISED.set(Some(raised));

@@ -168,11 +168,7 @@ def _from_npz(path: Path) -> GraspFile:
         # What is read of a member is no more than it declares, so the sum bounds the memory.
         with zipfile.ZipFile(content) as archive:
             members = archive.infolist()
-        if sum(member.file_size for member in members) > MAX_ARRAY_BYTES:
-            raise InvalidFileError(path, f"its arrays are larger than {MAX_ARRAY_BYTES} bytes")
-        for name in (member.filename.removesuffix(".npy") for member in members):
-            if name not in _ARRAYS:
-                raise InvalidFileError(path, f"{name}: unknown array; known are {', '.join(_ARRAYS)}")
+        _check_members(path, members)
         with np.load(content, allow_pickle=False) as arrays:
             given = {name: arrays[name] for name in arrays.files}
     except InvalidFileError:
@@ -189,3 +185,11 @@ def _from_npz(path: Path) -> GraspFile:
         return GraspFile(path, path.name, Grasp(**numbers))
     except InvalidGraspError as error:
         raise InvalidFileError(path, str(error)) from None
+
+
+def _check_members(path: Path, members: list[zipfile.ZipInfo]) -> None:
+    if sum(member.file_size for member in members) > MAX_ARRAY_BYTES:
+        raise InvalidFileError(path, f"its arrays are larger than {MAX_ARRAY_BYTES} bytes")
+    for name in (member.filename.removesuffix(".npy") for member in members):
+        if name not in _ARRAYS:
+            raise InvalidFileError(path, f"{name}: unknown array; known are {', '.join(_ARRAYS)}")

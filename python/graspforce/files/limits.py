@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import re
 import stat
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from graspforce.errors import InvalidFileError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["beside", "limited_bytes"]
 
@@ -16,7 +19,7 @@ def limited_bytes(path: Path, limit: int) -> bytes:
     """Read a regular file that may not be larger than `limit` bytes."""
     try:
         # A pipe would be waited for, and a device never ends.
-        with open(path, "rb", opener=_not_waiting) as file:  # noqa: PTH123 - pathlib takes no opener
+        with open(path, "rb", opener=_not_waiting) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InvalidFileError(path, "not a regular file")
             content = file.read(limit + 1)
