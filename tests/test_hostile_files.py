@@ -47,8 +47,8 @@ SEEDS = {
 }
 FRAGMENTS = [
     b"\0", b"\xff", b"\xef\xbb\xbf", b"\r\n", b"\n", b"[", b"{", b"&a ", b"*a", b"<<: ", b"'", b'"',
-    b":", b"- ", b"!!python/object:os.system ", b"1e999", b"9" * 400, b"-", b".nan", b"null", b"PK\x05\x06", b"0x10",
-    b"99999999999", b"\xf0\x9f",
+    b":", b"- ", b"!!python/object:os.system ", b"1e999", b"9" * 400, b"-", b".nan", b"null", b"PK\x05\x06",
+    b"0x10", b"99999999999", b"\xf0\x9f",
 ]  # fmt: skip
 
 
