@@ -8,7 +8,7 @@ export PYO3_PYTHON := $(CURDIR)/$(PY)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: demo test bench compare lint docs dist build clean
+.PHONY: demo test fuzz bench compare lint docs dist build clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
@@ -16,6 +16,24 @@ demo: build
 test: build $(VENV)/simulators
 	cargo test
 	$(PY) -m pytest
+
+# Seconds for each target; past failures, in fuzz/corpus, are always run first.
+FUZZ_SECONDS ?= 20
+FUZZ_TARGETS := quality forces histories search geometry
+FUZZ := CARGO_TARGET_DIR=target/fuzz PATH="$(CURDIR)/target/tools/bin:$$PATH" cargo fuzz
+
+fuzz: target/tools/bin/cargo-fuzz
+	$(FUZZ) build --sanitizer none
+	@for target in $(FUZZ_TARGETS); do \
+	  mkdir -p target/fuzz/corpus/$$target; \
+	  echo "fuzz: $$target"; \
+	  $(FUZZ) run --sanitizer none $$target target/fuzz/corpus/$$target fuzz/corpus/$$target -- \
+	    -max_total_time=$(FUZZ_SECONDS) -timeout=20 -rss_limit_mb=2048 -max_len=1500 -len_control=0 \
+	    -print_final_stats=1 -verbosity=0 || exit 1; \
+	done
+
+target/tools/bin/cargo-fuzz:
+	cargo install --quiet --root target/tools --locked cargo-fuzz
 
 bench: build
 	$(PY) -m pip install --group bench
@@ -39,6 +57,7 @@ $(PEERS)/ready: pyproject.toml
 
 lint: build
 	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --workspace --all-targets -- -D warnings
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check

@@ -26,7 +26,11 @@ fuzz_target!(|input: Input| match input {
         }
     }
     Input::Resistance { grasp, directions, sum } => {
-        if grasp.planar { resistance::<3>(&grasp, &directions, sum) } else { resistance::<6>(&grasp, &directions, sum) }
+        if grasp.planar {
+            resistance::<3>(&grasp, &directions, sum)
+        } else {
+            resistance::<6>(&grasp, &directions, sum)
+        }
     }
 });
 
@@ -34,7 +38,8 @@ fn mesh(vertices: &[Triple], faces: &[[u8; 3]], points: &[Triple]) {
     let vertices: Vec<_> = vertices.iter().take(64).map(vector).collect();
     let faces: Vec<_> = faces.iter().take(128).map(|face| face.map(usize::from)).collect();
     let Ok(tree) = TriangleTree::new(&vertices, &faces) else { return };
-    let points: Vec<_> = points.iter().take(16).map(vector).filter(|p| p.iter().all(|x| x.is_finite())).collect();
+    let points: Vec<_> =
+        points.iter().take(16).map(vector).filter(|p| p.iter().all(|x| x.is_finite())).collect();
     let Ok(found) = tree.closest_many(&points) else { return };
     let size = vertices.iter().chain(&points).map(|v| v.amax()).fold(0.0, f64::max);
     for (point, found) in points.iter().zip(found) {
@@ -42,7 +47,8 @@ fn mesh(vertices: &[Triple], faces: &[[u8; 3]], points: &[Triple]) {
         assert!((found.weights.iter().sum::<f64>() - 1.0).abs() < 1e-6, "{found:?}");
         assert!(found.weights.iter().all(|w| (-1e-9..=1.0 + 1e-9).contains(w)), "{found:?}");
         let distance = (found.point - point).norm();
-        let nearest = vertices_of(&faces, &vertices).map(|v| (v - point).norm()).fold(f64::INFINITY, f64::min);
+        let nearest =
+            vertices_of(&faces, &vertices).map(|v| (v - point).norm()).fold(f64::INFINITY, f64::min);
         if distance.is_finite() && nearest.is_finite() {
             assert!(distance <= nearest + 1e-9 * size, "{distance:e} > {nearest:e}");
         }

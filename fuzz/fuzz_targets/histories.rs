@@ -17,9 +17,7 @@ struct Input {
     again: Vec<u8>,
 }
 
-fuzz_target!(|input: Input| {
-    if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) }
-});
+fuzz_target!(|input: Input| { if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) } });
 
 fn examine<const D: usize>(input: &Input) {
     let Some(grasp) = input.grasp.grasp::<D>() else { return };
@@ -27,12 +25,15 @@ fn examine<const D: usize>(input: &Input) {
     if !grasp.is_finite() {
         options.tolerance = 1e-6;
     }
-    let Ok(mut warm) = ForceDistributor::with_options(&grasp, criterion(input.sum), options.clone()) else { return };
+    let Ok(mut warm) = ForceDistributor::with_options(&grasp, criterion(input.sum), options.clone()) else {
+        return;
+    };
     let wrenches: Vec<_> = input.wrenches.iter().take(8).map(wrench::<D>).collect();
     if wrenches.is_empty() {
         return;
     }
-    let order = (0..wrenches.len()).chain(input.again.iter().take(16).map(|k| usize::from(*k) % wrenches.len()));
+    let order =
+        (0..wrenches.len()).chain(input.again.iter().take(16).map(|k| usize::from(*k) % wrenches.len()));
     for k in order {
         let cold = warm.clone();
         let (warm, cold) = (checked(&warm, &wrenches[k]), checked(&cold, &wrenches[k]));

@@ -2,7 +2,9 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use graspforce::{BoxBound, CandidateSearch, Contact, Criterion, Grasp, Metric, Wrench, WrenchSet, quality_batch};
+use graspforce::{
+    BoxBound, CandidateSearch, Contact, Criterion, Grasp, Metric, Wrench, WrenchSet, quality_batch,
+};
 use graspforce_fuzz::input::{GraspInput, Triple, criterion, vector};
 use graspforce_fuzz::quality::options;
 use libfuzzer_sys::fuzz_target;
@@ -15,9 +17,7 @@ struct Input {
     center: u8,
 }
 
-fuzz_target!(|input: Input| {
-    if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) }
-});
+fuzz_target!(|input: Input| { if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) } });
 
 fn examine<const D: usize>(input: &Input) {
     let Some(grasp) = input.grasp.grasp::<D>() else { return };
@@ -53,7 +53,8 @@ fn examine<const D: usize>(input: &Input) {
         match (pruned, plain) {
             (Ok(pruned), Ok(plain)) if decided && grasp.is_finite() => {
                 // Within rounding of the longest wrench candidates are as good as each other.
-                let scale = (0..count).filter_map(|k| candidate(k).ok()).map(|g| longest(&g)).fold(0.0, f64::max);
+                let scale =
+                    (0..count).filter_map(|k| candidate(k).ok()).map(|g| longest(&g)).fold(0.0, f64::max);
                 let tied = (pruned.rho - plain.rho).abs() <= 1e-8 * scale;
                 assert!(tied || pruned.index == plain.index, "{pruned:?} {plain:?}");
             }

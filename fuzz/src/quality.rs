@@ -1,6 +1,8 @@
 //! Laws of quality: a bracket in order, a witness that attains it, and no direction that beats it.
 
-use graspforce::{Closure, Criterion, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench, WrenchSet};
+use graspforce::{
+    Closure, Criterion, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench, WrenchSet,
+};
 
 /// What rounding may cost, relative to the longest wrench.
 const ROUNDING: f64 = 1e-9;

@@ -326,6 +326,10 @@ fn turned<const D: usize>(
         // A little beyond, so that the bound is passed and not only approached.
         let fall = support.value - enough + 1e-3 * enough.abs();
         z = (z - slope * (fall / steepness)).try_normalize(0.0)?;
+        // A step that overflows has no direction, and no value along none rejects anything.
+        if !z.iter().all(|x| x.is_finite()) {
+            return None;
+        }
     }
     None
 }

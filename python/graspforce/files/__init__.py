@@ -1,6 +1,7 @@
 """Files of grasps, planning problems and wrenches, read without trusting them.
 
-Needs the ``cli`` extra. Sizes are limited; YAML and JSON hold plain data, NumPy files no pickles.
+Needs the ``cli`` extra. Only regular files are read, of limited size; YAML and JSON hold plain data,
+NumPy files no pickles, and a mesh lies beside the file that names it.
 Whatever is wrong is an `graspforce.InvalidFileError` that names file, line and field.
 """
 

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from graspforce.errors import InvalidFileError, MissingExtraError
 
+from .limits import limited_bytes
+
 try:
     import yaml
     from pydantic import BaseModel, ValidationError
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-__all__ = ["MAX_TEXT_BYTES", "Document", "limited_bytes", "read_document"]
+__all__ = ["MAX_TEXT_BYTES", "Document", "read_document"]
 
 MAX_TEXT_BYTES = 1_000_000
 """A grasp of a hundred contacts takes twenty thousand."""
@@ -110,18 +112,6 @@ def read_document(path: Path) -> Document:
         raise InvalidFileError(path, f"not JSON: {error}") from None
     # JSON is YAML but for its tabs, so one reader finds the lines of both.
     return Document(path, data, _from_yaml(path, text.replace("\t", " ")).lines)
-
-
-def limited_bytes(path: Path, limit: int) -> bytes:
-    """Read a file that may not be larger than `limit` bytes."""
-    try:
-        with path.open("rb") as file:
-            content = file.read(limit + 1)
-    except OSError as error:
-        raise InvalidFileError(path, error.strerror or str(error)) from None
-    if len(content) > limit:
-        raise InvalidFileError(path, f"larger than {limit} bytes")
-    return content
 
 
 def _from_yaml(path: Path, text: str) -> Document:

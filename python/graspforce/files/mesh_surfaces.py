@@ -10,6 +10,7 @@ from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 from graspforce.surfaces import MeshSurface
 
+from .limits import beside
 from .meshes import load_mesh
 
 if TYPE_CHECKING:
@@ -27,8 +28,11 @@ _FAR = 2.0
 
 
 def mesh_path(document: Document, model: MeshModel) -> Path:
-    """Where the mesh is: its name is relative to the file that names it."""
-    return document.path.parent / model.file
+    """Where the mesh is: its name is relative to the file that names it, beside it or below."""
+    try:
+        return beside(document.path, model.file)
+    except (ValueError, OSError) as error:
+        raise document.error(("mesh", "file"), str(error)) from None
 
 
 def load_surface(document: Document, model: MeshModel) -> MeshSurface:

@@ -11,7 +11,7 @@ import numpy as np
 from graspforce._optional import optional
 from graspforce.errors import InvalidFileError
 
-from .document import limited_bytes
+from .limits import limited_bytes
 
 if TYPE_CHECKING:
     import os

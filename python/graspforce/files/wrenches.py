@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import csv
 import io
 from dataclasses import dataclass
@@ -13,15 +14,18 @@ import numpy as np
 from graspforce._checks import finite_array
 from graspforce.errors import InvalidFileError, InvalidInputError
 
-from .document import limited_bytes
 from .grasps import MAX_ARRAY_BYTES
+from .limits import limited_bytes
 
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
 
-__all__ = ["COLUMNS", "WrenchFile", "load_wrenches", "parse_wrench"]
+__all__ = ["COLUMNS", "MAX_CSV_BYTES", "WrenchFile", "load_wrenches", "parse_wrench"]
+
+MAX_CSV_BYTES = 64 * 1024 * 1024
+"""Hours of wrenches at control rate; in memory they take eight times as much."""
 
 COLUMNS = {3: ("fx", "fy", "tau"), 6: ("fx", "fy", "fz", "tx", "ty", "tz")}
 """Names of the components of a wrench, by their number."""
@@ -106,20 +110,18 @@ def _from_npy(path: Path) -> WrenchFile:
     limited_bytes(path, MAX_ARRAY_BYTES)
     try:
         # Mapped, so that a header which claims more than the file holds allocates nothing.
-        array = finite_array("wrenches", np.load(path, mmap_mode="r", allow_pickle=False))
-    except (ValueError, OSError, EOFError) as error:
+        wrenches = finite_array("wrenches", np.load(path, mmap_mode="r", allow_pickle=False))
+    except Exception as error:  # noqa: BLE001 - NumPy's reader of headers raises whatever a tokenizer does
         raise InvalidFileError(path, f"not an array of numbers: {error}") from None
-    return WrenchFile(np.atleast_2d(array))
+    return WrenchFile(np.atleast_2d(wrenches))
 
 
 def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
-    try:
-        text = limited_bytes(path, MAX_ARRAY_BYTES).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}") from None
-    rows: list[list[float]] = []
+    content = io.BytesIO(limited_bytes(path, MAX_CSV_BYTES))
+    # Flat: a Python list of numbers takes many times the file's size.
+    rows = array.array("d")
     timed = False
-    reader = csv.reader(io.StringIO(text))
+    reader = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline=""))
     try:
         for cells in reader:
             names = tuple(cell.strip() for cell in cells)
@@ -128,13 +130,15 @@ def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
             if not rows and names in (columns, ("t", *columns)):
                 timed = names[0] == "t"
                 continue
-            rows.append(_numbers(path, reader.line_num, names, timed, columns))
+            rows.extend(_numbers(path, reader.line_num, names, timed, columns))
+    except UnicodeDecodeError as error:
+        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", reader.line_num + 1) from None
     except csv.Error as error:
         raise InvalidFileError(path, f"not CSV: {error}", reader.line_num) from None
     if not rows:
         raise InvalidFileError(path, "no wrenches")
-    array = np.array(rows)
-    return WrenchFile(array[:, 1:], array[:, 0]) if timed else WrenchFile(array)
+    table = np.array(rows).reshape(-1, len(columns) + timed)
+    return WrenchFile(table[:, 1:], table[:, 0]) if timed else WrenchFile(table)
 
 
 def _numbers(
@@ -151,7 +155,8 @@ def _numbers(
     numbers = []
     for name, cell in zip(expected, cells, strict=True):
         try:
-            number = float(cell)
+            # Python reads 1_000 and the digits of every script; a file of numbers holds neither.
+            number = float(cell if cell.isascii() and "_" not in cell else "")
         except ValueError:
             raise InvalidFileError(path, f"{name}: {cell!r} is not a number", line) from None
         if not np.isfinite(number):

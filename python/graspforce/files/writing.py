@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
-import os
+import shutil
 from typing import TYPE_CHECKING, Any
+
+from graspforce.errors import InvalidFileError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +36,7 @@ def save_grasp(
     Parameters
     ----------
     path : pathlib.Path
-        Where to; a mesh is named relative to it.
+        Where to.
     grasp : Grasp
         Whose contacts are written.
     options : mapping
@@ -42,9 +45,15 @@ def save_grasp(
     name : str
         Title of tables and pictures.
     mesh : pathlib.Path, optional
-        File of the object's mesh.
+        File of the object's mesh. One that is not in the folder of `path`, or below it, is copied there: that is
+        where files of grasps are read from.
     mesh_options : mapping, optional
         What else the grasp file says of it.
+
+    Raises
+    ------
+    InvalidFileError
+        Another file of the mesh's name is where it would be copied to.
 
     Examples
     --------
@@ -68,7 +77,20 @@ def save_grasp(
     ]
     content: dict[str, Any] = {"name": name, **shared, "contacts": contacts}
     if mesh is not None:
-        relative = os.path.relpath(mesh.absolute(), path.absolute().parent)
-        content["mesh"] = {"file": relative, **(mesh_options or {})}
+        content["mesh"] = {"file": _beside(path, mesh).as_posix(), **(mesh_options or {})}
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+def _beside(path: Path, mesh: Path) -> Path:
+    """Name of a mesh relative to the folder of `path`, where it is or to which it is copied."""
+    folder, mesh = path.parent.resolve(), mesh.resolve()
+    if mesh.is_relative_to(folder):
+        return mesh.relative_to(folder)
+    copy = folder / mesh.name
+    if not copy.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(mesh, copy)
+    elif not filecmp.cmp(mesh, copy, shallow=False):
+        raise InvalidFileError(copy, f"in the way of a copy of {mesh}, which the grasp needs beside it")
+    return copy.relative_to(folder)

@@ -12,6 +12,7 @@ import numpy as np
 from graspforce._core import ForceDistributor, Grasp
 from graspforce.errors import InfeasibleWrenchError
 from graspforce.planning import Criterion, Plan, plan
+from graspforce.planning.pattern_search import completed
 
 from .examples import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
 
@@ -180,7 +181,7 @@ def _run_plan(problem: PlanningProblem, criterion: Criterion, repeats: int) -> P
         repeats,
     )
     published_end = grasp_at(problem, problem.published[criterion].params)
-    return PlanRun(problem, found, seconds, published_end.quality(criterion).rho)
+    return PlanRun(problem, completed(found), seconds, published_end.quality(criterion).rho)
 
 
 def _fill_row(letter: str, published: PublishedForces, repeats: int) -> TableRow:

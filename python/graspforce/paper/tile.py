@@ -15,6 +15,7 @@ import numpy as np
 
 from graspforce._core import Grasp
 from graspforce.planning import Criterion, Plan, plan
+from graspforce.planning.pattern_search import completed
 
 from .examples import TILE
 from .tile_forces import TrajectoryForces, tile_forces
@@ -138,4 +139,4 @@ def _run_plan(criterion: Criterion, friction: float) -> TilePlanRun:
     )
     seconds = time.perf_counter() - start
     published = tile_grasp(TILE.published[criterion].params, friction).quality(criterion)
-    return TilePlanRun(friction, found, seconds, published.rho, published.closure)
+    return TilePlanRun(friction, completed(found), seconds, published.rho, published.closure)

@@ -34,6 +34,8 @@ __all__ = ["PlanSet", "plan_many"]
 # Draws by start before the search for feasible starts gives up.
 _DRAWS = 50
 
+_MAX_STARTS = 1_000_000
+
 Starts: TypeAlias = "int | ArrayLike"
 
 
@@ -242,8 +244,8 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
         for point in points:
             search_bounds(box, point)
         return points
-    if starts < 1:
-        raise InvalidInputError(f"starts: {starts} must be at least 1")
+    if not 1 <= starts <= _MAX_STARTS:
+        raise InvalidInputError(f"starts: {starts} must be within 1 to {_MAX_STARTS}")
     sequence = _halton(len(box), seed)
     kept: list[Array] = []
     drawn = 0

@@ -265,6 +265,13 @@ def plan(
     )
 
 
+def completed(found: Plan) -> Plan:
+    """Return the plan, or pass on the Ctrl-C that ended it: for those to whom half a search is no use."""
+    if found.stopped == "interrupted":
+        raise KeyboardInterrupt
+    return found
+
+
 @dataclass(slots=True)
 class _State:
     """Where a search is."""

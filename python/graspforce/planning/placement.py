@@ -28,6 +28,9 @@ __all__ = ["Placement", "PlacementQuality"]
 # Noisy grasps measured at a time: a batch of candidates by samples fits in memory whatever its size.
 _ROWS = 65_536
 
+_MAX_SAMPLES = 1_000_000
+_MAX_NUMBERS = 2**27  # of all noisy positions: a gibibyte
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PlacementQuality(Record):
@@ -104,8 +107,8 @@ class Placement(Record):
         for name in ("position", "normal"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InvalidInputError(f"{name}: {getattr(self, name)} must be finite and not negative")
-        if self.samples < 1:
-            raise InvalidInputError(f"samples: {self.samples} must be at least 1")
+        if not 1 <= self.samples <= _MAX_SAMPLES:
+            raise InvalidInputError(f"samples: {self.samples} must be within 1 to {_MAX_SAMPLES}")
         if self.statistic not in ("mean", "percentile_5"):
             raise InvalidInputError(f"statistic: {self.statistic!r} is neither 'mean' nor 'percentile_5'")
 
@@ -116,6 +119,10 @@ class Placement(Record):
             raise InvalidInputError(
                 f"positions and normals: shapes {where.shape} and {inward.shape}, expected (B, m, dim) of "
                 "both"
+            )
+        if where.size * self.samples > _MAX_NUMBERS:
+            raise InvalidInputError(
+                f"positions: {len(where)} grasps are too many for {self.samples} samples each"
             )
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
