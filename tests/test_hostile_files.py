@@ -99,7 +99,7 @@ def test_a_mesh_outside_the_folder_of_its_grasp_is_refused(tmp_path, mesh):
     path.write_text(PINCH + f'mesh: "{mesh}"\n' if "\\" not in mesh else PINCH + f"mesh: '{mesh}'\n")
     if mesh == "a\\0b.obj":
         path.write_text(PINCH + 'mesh: "a\\0b.obj"\n')
-    with pytest.raises(gf.InvalidFileError, match=r"grasp.yaml:4: mesh: "):
+    with pytest.raises(gf.InvalidFileError, match=r"grasp.yaml:4: mesh.file: "):
         load_grasp(path)
 
 

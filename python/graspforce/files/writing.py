@@ -45,8 +45,8 @@ def save_grasp(
     name : str
         Title of tables and pictures.
     mesh : pathlib.Path, optional
-        File of the object's mesh. One that is not in the folder of `path`, or below it, is copied there: that is
-        where files of grasps are read from.
+        File of the object's mesh. One that is not in the folder of `path`, or below it, is copied there,
+        where the grasp file is read from.
     mesh_options : mapping, optional
         What else the grasp file says of it.
 
