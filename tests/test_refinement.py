@@ -6,8 +6,8 @@ import trimesh
 
 import graspforce as gf
 from graspforce.paper import RACKET, tile_side
+from graspforce.planning.problem import SearchProblem
 from graspforce.planning.refinement import _Ascent
-from graspforce.planning.scoring import CandidateSource
 from graspforce.surfaces import MeshSurface, contacts_on, ellipse
 
 TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
@@ -15,8 +15,8 @@ TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
 
 def ascent(surface, bounds, criterion="max", **options):
     lower, upper = np.array(bounds, dtype=float).T
-    source = CandidateSource(surface, options)
-    return _Ascent(source, {"criterion": criterion}, lower, lower, upper, 1e-3, 0)
+    problem = SearchProblem.of(surface, options, None, 0.0, criterion=criterion)
+    return _Ascent(problem, lower, lower, upper, 1e-3, 0)
 
 
 @pytest.mark.parametrize("edges", [10, None])
