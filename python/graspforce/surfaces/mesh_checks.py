@@ -57,14 +57,15 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
     if not own.is_winding_consistent:
         raise InvalidInputError("mesh: faces are not oriented alike, so normals have no side; "
                                 "see trimesh.repair.fix_winding")  # fmt: skip
-    # A sheet with two sides is closed by its edges and holds nothing.
-    if own.is_watertight and abs(own.volume) <= _FLAT * extent**3:
-        raise InvalidInputError(f"mesh: flat: it encloses no volume ({own.volume:.3g} m^3)")
-    if own.is_watertight and own.volume < 0:
-        raise InvalidInputError(
-            f"mesh: inside out: its normals point inward (volume {own.volume:.3g} m^3); call mesh.invert() "
-            "first"
-        )
+    if own.is_watertight:
+        volume = _volume(np.asarray(own.triangles))
+        # A sheet with two sides is closed by its edges and holds nothing.
+        if abs(volume) <= _FLAT * extent**3:
+            raise InvalidInputError(f"mesh: flat: it encloses no volume ({volume:.3g} m^3)")
+        if volume < 0:
+            raise InvalidInputError(
+                f"mesh: inside out: its normals point inward (volume {volume:.3g} m^3); call mesh.invert() first"
+            )
     return own
 
 
@@ -88,6 +89,12 @@ def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:
             f"mesh: face {row}: {faces[row].tolist()} are not numbers of {len(vertices)} vertices"
         )
     return vertices.astype(np.float64), faces.astype(np.int64)
+
+
+def _volume(triangles: Array) -> float:
+    """Volume in m^3 that closed triangles (F, 3, 3) enclose, negative where they face inward."""
+    a, b, c = np.moveaxis(triangles - triangles[0, 0], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
 
 
 def curvature(mesh: Any) -> Array:
