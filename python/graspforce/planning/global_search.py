@@ -377,4 +377,5 @@ def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
         changes = np.diff(ends.reshape(3, len(shares), -1), axis=1)
         way = float(np.linalg.norm(changes, axis=-1).sum())
         rates[axis] = way / max(width[axis], np.finfo(float).tiny)
-    return rates + 1e-3 * rates.max()
+    rates += 1e-3 * rates.max()
+    return rates

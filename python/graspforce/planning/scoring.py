@@ -106,7 +106,7 @@ class EpsilonScore:
             self._search = CandidateSearch(dim, **self._question, prune=self._prune)
         given: dict[str, Any] = {**options, **contacts}
         found = self._search.best(**given, center_index=center, center_rho=known)
-        cost = {name: found[name] for name in ("rejected", "polytopes", "converged")}  # type: ignore[literal-required] # of a typed dictionary
+        cost = {name: found[name] for name in ("rejected", "polytopes", "converged")}
         return Choice(found["index"], found["rho"], found["center_rho"], SearchCounts(**cost))
 
 

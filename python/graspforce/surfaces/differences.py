@@ -35,7 +35,7 @@ def curve_tangents(point: Callable[[Array], Array], params: Array) -> Array:
 
 def surface_normals(point: Callable[[Array], Array], params: Array) -> Array:
     """Return normals r_u x r_v (B, 3) at parameters (B, 2), of any length."""
-    return _directions(point, params, lambda slopes: np.cross(*slopes), "normal")
+    return _directions(point, params, lambda slopes: np.cross(slopes[0], slopes[1]), "normal")
 
 
 def _directions(

@@ -64,7 +64,8 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
             raise InvalidInputError(f"mesh: flat: it encloses no volume ({volume:.3g} m^3)")
         if volume < 0:
             raise InvalidInputError(
-                f"mesh: inside out: its normals point inward (volume {volume:.3g} m^3); call mesh.invert() first"
+                f"mesh: inside out: its normals point inward (volume {volume:.3g} m^3); call mesh.invert() "
+                "first"
             )
     return own
 
