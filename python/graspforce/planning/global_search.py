@@ -283,7 +283,7 @@ class _Tree:
         except BaseException as error:
             for entry in popped:
                 heapq.heappush(self._heap, entry)
-            if isinstance(error, KeyboardInterrupt):
+            if isinstance(error, KeyboardInterrupt) and self.best is not None:
                 return "interrupted"
             raise
         if self.top <= self._enough(gap):
