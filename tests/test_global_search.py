@@ -1,5 +1,6 @@
 """Branch and bound: its bound holds everywhere, its gap closes, and it finds what a grid finds."""
 
+import heapq
 import itertools
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import graspforce as gf
 from graspforce._core import BoxBound
 from graspforce.paper import RACKET, TILE
+from graspforce.planning import global_search
 from graspforce.surfaces import contacts_on, ellipse
 
 
@@ -66,10 +68,16 @@ def test_given_curvature_makes_the_bound_a_proof():
 
 def test_work_limits_end_with_the_gap_reached():
     arguments = (TILE.surface, TILE.bounds)
-    options = {"friction": 0.68, "max_normal_force": 10.0, "initial": [-0.175, -0.2, -0.2, -0.0484]}
+    contacts = {"friction": 0.68, "max_normal_force": 10.0, "tangents": [(1, 0, 0)] * 4}
+    options = {**contacts, "initial": [-0.175, -0.2, -0.2, -0.0484]}
     cut = gf.plan_global(*arguments, max_boxes=200, **options)
-    assert cut.stopped == "target"
-    assert cut.upper >= cut.quality.epsilon > 2
+    assert cut.stopped == "boxes"
+    # The bound is one on grasps it has not seen, and the gap is what it says.
+    params = np.random.default_rng(4).uniform(*np.array(TILE.bounds).T, (2000, 4))
+    seen = gf.quality_many(*TILE.surface(params), **contacts, rtol=1e-3).epsilon.max()
+    longer = gf.plan_global(*arguments, max_boxes=2000, **options)
+    assert seen <= longer.upper < cut.upper
+    assert cut.gap == cut.upper - cut.quality.epsilon
     assert gf.plan_global(*arguments, time_limit=0.0, **options).stopped == "time"
 
     def interrupt(boxes, *_):
@@ -87,7 +95,11 @@ def test_work_limits_end_with_the_gap_reached():
         ({"gap": 0.0}, "gap: 0.0"),
         ({"safety": 0.5}, "safety: 0.5"),
         ({"curvature": [[1.0]]}, "curvature: shape"),
-        ({"initial": [9, 9]}, "outside its bounds"),
+        ({"initial": [9, 9]}, "initial, entry 0: 9.0 is outside its bounds"),
+        ({"safety": np.inf}, "safety: inf"),
+        ({"max_boxes": -1}, "max_boxes: -1"),
+        ({"time_limit": np.nan}, "time_limit: nan"),
+        ({"progress": "yes"}, "progress: 'yes'"),
         ({"feasible": lambda p, _: np.zeros(len(p), dtype=bool), "max_boxes": 50}, "nothing|none of"),
     ],
 )
@@ -95,3 +107,99 @@ def test_bad_arguments_are_refused(change, message):
     circle = contacts_on(ellipse(1, 1), ellipse(1, 1))
     with pytest.raises(gf.InvalidInputError, match=message):
         gf.plan_global(**{"surface": circle, "bounds": [(0, 1), (2, 5)], **change})
+
+
+def on_a_disc(*angles_of):
+    """Contacts on a unit disc whose angles are functions of the parameters."""
+
+    def surface(params):
+        angles = np.stack([np.broadcast_to(angle(params.T), len(params)) for angle in angles_of], axis=1)
+        outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return outward, -outward
+
+    return surface
+
+
+@pytest.mark.parametrize(
+    ("surface", "bounds"),
+    [
+        (on_a_disc(lambda _: 0, lambda p: p[0], lambda p: 2.1 + p[1]), [(0, 4 * np.pi), (0, 1)]),
+        (on_a_disc(lambda _: 0, lambda p: 2 + p[0] ** 2, lambda p: 4 + p[1]), [(-1, 1), (0, 0.5)]),
+    ],
+)
+def test_boxes_are_cut_along_periodic_and_even_parameters(surface, bounds):
+    found = gf.plan_global(surface, bounds, friction=0.3, max_boxes=3000)
+    assert found.stopped == "tolerance"
+    assert found.boxes < 1000
+
+
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+@pytest.mark.parametrize("edges", [8, None])
+def test_no_closure_within_the_bounds_is_proven(criterion, edges):
+    ball = contacts_on(*[gf.surfaces.ellipsoid(1.0, 1.0, 1.0)] * 3)
+    surface = gf.surfaces.tied(ball, np.eye(6)[:, :2], [0, 0, 0.9, 0.1, 0.4, 0.8])
+    bounds, options = [(-0.5, 0.5), (-0.5, 0.2)], {"friction": 0.4, "edges": edges, "criterion": criterion}
+    tangents = [(0, 0, 1)] * 3
+    found = gf.plan_global(surface, bounds, tangents=tangents, max_boxes=2000, **options)
+    assert found.stopped == "open"
+    assert found.quality.epsilon <= found.upper < 0
+    params = np.random.default_rng(0).uniform(*np.array(bounds).T, (400, 2))
+    epsilon = gf.quality_many(*surface(params), tangents=tangents, **options).epsilon
+    assert epsilon.max() <= found.upper + 1e-9
+
+
+def test_a_box_without_width_ends_with_its_own_grasp():
+    surface = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
+    for angles in ((0.5, 0.7), (2.0, 4.0)):
+        found = gf.plan_global(surface, [(angle, angle) for angle in angles], friction=0.3, max_boxes=100)
+        assert found.stopped in ("tolerance", "open")
+        assert found.boxes == 1
+        assert found.upper == pytest.approx(found.quality.epsilon, abs=1e-6)
+
+
+def test_an_interrupt_between_boxes_loses_none(monkeypatch):
+    class Interrupting:
+        """A heap queue that is interrupted once, right after it gave a box away."""
+
+        def __init__(self):
+            self.pops = 0
+
+        def heappop(self, heap):
+            self.pops += 1
+            entry = heapq.heappop(heap)
+            if self.pops == 30:
+                raise KeyboardInterrupt
+            return entry
+
+        heappush = staticmethod(heapq.heappush)
+
+    monkeypatch.setattr(global_search, "heapq", Interrupting())
+    surface = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
+    found = gf.plan_global(surface, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
+    assert found.stopped == "interrupted"
+    best = gf.Grasp(*(a[0] for a in surface(np.array([[2 * np.pi / 3, 4 * np.pi / 3]]))), friction=0.3)
+    assert found.upper >= best.quality().epsilon
+
+
+def test_an_error_on_the_way_keeps_what_was_found():
+    calls = [0]
+    disc = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
+
+    def failing(params):
+        calls[0] += 1
+        if calls[0] == 12:
+            raise gf.InvalidInputError("the surface ends here")
+        return disc(params)
+
+    with pytest.raises(gf.InvalidInputError, match="ends here") as raised:
+        gf.plan_global(failing, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
+    found = raised.value.partial
+    assert found.stopped == "error"
+    whole = gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
+    assert found.quality.epsilon <= whole.upper
+    assert found.upper >= whole.quality.epsilon
+
+
+def test_progress_may_be_a_bar():
+    disc = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
+    assert gf.plan_global(disc, [(1.5, 2.5), (3.8, 4.5)], friction=0.3, progress=True).boxes > 1

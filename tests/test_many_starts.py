@@ -115,6 +115,81 @@ def test_an_error_on_the_way_loses_nothing_found_so_far():
     assert found.failures
     assert found.plans
     assert set(found.failures.values()) == {"the surface ends here"}
+    # Each search has calls to itself after a failure: all ten are run, whatever became of those before.
+    assert np.isfinite(found.epsilon).sum() + len(found.failures) >= 10
+    assert found.stopped == "tolerance"
+
+
+def holed_disc(low, high):
+    """Two contacts on a disc whose normals are unknown for the second between two angles."""
+
+    def surface(angles):
+        outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        hole = (angles > low) & (angles < high)
+        hole[:, 0] = False
+        return 0.1 * outward, np.where(hole[..., None], np.nan, -outward)
+
+    return surface
+
+
+def test_a_search_that_fails_does_not_stop_the_others():
+    starts = [[0, angle] for angle in (2.0, 2.2, 2.4, 2.6, 2.8, 3.6)]
+    found = gf.plan_many(
+        holed_disc(3.08, 3.12), [(0, 0), (1, 5)], 0.1, 0.01, starts=starts, friction=0.5, distinct=0.0
+    )
+    assert len(found.failures) == 6
+    assert np.isfinite(found.epsilon).sum() == 6
+    assert found.stopped == "tolerance"
+    assert {plan.stopped for plan in found.plans} == {"error"}
+
+
+def test_starts_without_contacts_do_not_stop_the_others():
+    def edge(params):
+        with np.errstate(invalid="ignore"):
+            angles = np.column_stack([np.zeros(len(params)), 2 + np.sqrt(params[:, 0] - 0.2)])
+        outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return 0.1 * outward, -outward
+
+    arguments = (edge, [(0, 2)], 0.01, 0.005)
+    drawn = gf.plan_many(*arguments, starts=16, friction=0.5)
+    assert len(drawn.starts) == 16
+    assert (drawn.starts > 0.2).all()
+    given = gf.plan_many(*arguments, starts=[[0.1], [1.0], [0.05], [1.5]], friction=0.5)
+    assert sorted(given.starts[list(given.failures), 0]) == [0.05, 0.1]
+    assert np.isfinite(given.epsilon).sum() == 2
+    with pytest.raises(gf.InvalidInputError, match="no contacts at some: surface, row 0: positions"):
+        gf.plan_many(edge, [(0, 0.1)], 0.01, 0.005, starts=2, friction=0.5)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"edges": [4, 8, 12]},
+        {"tangents": [(0, 0, 1), (0, 1, 1), (1, 0, 1)]},
+        {"extreme_forces": [[(1, 0.3, 0), (1, -0.3, 0.3), (1, 0, -k)] for k in (0.3, 0.4, 0.5)]},
+    ],
+)
+def test_contacts_that_differ_are_not_matched_with_each_other(options):
+    ball = contacts_on(*[gf.surfaces.ellipsoid(0.05, 0.05, 0.05)] * 3)
+    low, up = [0.1, 0.1], [2.1, 0.2]
+    starts = [[*low, *up, 4.2, -0.1], [*up, *low, 4.2, -0.1]]
+    arguments = (ball, [(-7, 7)] * 6, 1e-3, 1e-3)
+    shared = {"starts": starts, "distinct": 0.01, "length_scale": 0.05, "friction": 0.6, "max_candidates": 9}
+    assert len(gf.plan_many(*arguments, **shared).plans) == 1
+    assert len(gf.plan_many(*arguments, **shared, **options).plans) == 2
+
+
+def test_results_share_no_memory_and_are_read_only():
+    found = many(starts=3)
+    plan = found.best
+    arrays = [found.starts, found.epsilon, plan.params, *(row.params for row in plan.history)]
+    arrays += [row.step for row in plan.history]
+    for i, array in enumerate(arrays):
+        assert array.base is None
+        assert not array.flags.writeable
+        assert not any(np.shares_memory(array, other) for other in arrays[:i])
+    with pytest.raises(AttributeError):
+        plan.counts.candidates = 0
 
 
 def test_progress_is_reported_after_every_search():
@@ -148,7 +223,17 @@ def test_blocks_are_chosen_where_the_pattern_is_too_large():
         ({"step": 0.0}, "step, entry 0: 0.0 must be positive"),
         ({"criterion": "mean"}, "criterion"),
         ({"min_distance": -1}, "min_distance"),
-        ({"max_candidates": 2}, "max_candidates"),
+        ({"max_candidates": 2}, "max_candidates: 2 must be at least 3"),
+        ({"best": 2.5}, "best: 2.5 is not a whole number"),
+        ({"seed": -1}, "seed: -1 must be at least 0"),
+        ({"distinct": np.nan}, "distinct: nan"),
+        ({"distinct": -1}, "distinct: -1.0 must be at least 0"),
+        ({"time_limit": np.nan}, "time_limit: nan"),
+        ({"target": np.nan}, "target: nan"),
+        ({"progress": 3}, "progress: 3"),
+        ({"placement": 3}, "placement: 3 is not a graspforce.Placement"),
+        ({"frictoin": 0.5}, "frictoin: no such option; there are friction, max_normal_force"),
+        ({"positions": 3}, "positions: no such option"),
     ],
 )
 def test_bad_arguments_are_refused(change, message):

@@ -196,7 +196,11 @@ def test_a_plan_file_puts_contacts_on_spatial_surfaces(write):
         tolerance=[0.01, 0.005, 0.1, 0.1, 0.1, 0.1], edges=6, max_normal_force=1.0,
         bounds=[(-0.05, 0.05), (-0.04, 0.04), (-3, 3), (-1.5, 0), (1, 5), (-0.05, 0.05)],
     )  # fmt: skip
-    assert load_problem(write(SURFACES, "plan.yaml")).plan().to_dict() == expected.to_dict()
+    # How many candidates are rejected depends on the timing of threads, the plan does not.
+    plans = [load_problem(write(SURFACES, "plan.yaml")).plan().to_dict(), expected.to_dict()]
+    counts = [plan.pop("counts")["candidates"] for plan in plans]
+    assert plans[0] == plans[1]
+    assert counts[0] == counts[1]
 
 
 @pytest.mark.parametrize(

@@ -138,6 +138,9 @@ def test_contact_dimensions_become_friction(condim, force_dim, friction):
     reading = gf.from_mujoco(*box_on_floor(condim, 1), "box")
     assert reading.grasp.force_dim == force_dim
     np.testing.assert_allclose(reading.grasp.friction, friction)
+    # MuJoCo takes the larger of the two geoms' coefficients.
+    torsion = reading.grasp.to_dict()["torsion"]
+    np.testing.assert_allclose(torsion, 0.02 if condim == 4 else 0.0)
 
 
 def test_normals_point_into_whichever_body_is_asked_for():
@@ -162,3 +165,7 @@ def test_a_body_that_nothing_touches_or_that_is_not_there_is_named():
         gf.from_mujoco(model, data, "box")
     with pytest.raises(gf.InvalidInputError, match="sphere"):
         gf.from_mujoco(model, data, "sphere")
+    with pytest.raises(gf.InvalidInputError, match="body: None"):
+        gf.from_mujoco(model, data, None)
+    with pytest.raises(gf.InvalidInputError, match="friction: no such option"):
+        gf.from_mujoco(model, data, "box", friction=0.5)

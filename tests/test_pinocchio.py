@@ -111,3 +111,27 @@ def test_mistakes_are_named(hand):
     for arguments, options, message in cases:
         with pytest.raises(gf.InvalidInputError, match=message):
             gf.from_pinocchio(*arguments, **options)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"max_normal_force": [5.0]}, r"max_normal_force: \[5.0\] is not a real number"),
+        ({"max_normal_force": np.nan}, "max_normal_force: nan"),
+        ({"configuration": np.full(16, np.nan)}, "configuration, entry 0: nan"),
+    ],
+)
+def test_numbers_that_are_none_are_refused(hand, change, message):
+    model, frames = hand
+    q = closed(model)
+    given = {"configuration": q, "frames": frames, "normals": normals_to_centre(model, q, frames)}
+    with pytest.raises(gf.InvalidInputError, match=message):
+        gf.from_pinocchio(model, **{**given, **change})
+
+
+def test_effort_limits_that_are_no_numbers_are_refused(hand):
+    model, frames = hand
+    q, lame = closed(model), model.copy()
+    lame.effortLimit[3] = np.nan
+    with pytest.raises(gf.InvalidInputError, match="effortLimit, entry 3: nan"):
+        gf.from_pinocchio(lame, q, frames, normals_to_centre(model, q, frames))

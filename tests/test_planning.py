@@ -1,6 +1,7 @@
 """The pattern search of section 3.4: iterates, ties, bounds, and what it refuses."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -226,3 +227,53 @@ def test_integers_and_single_precision_search_like_doubles(dtype):
         gf.plan(squeeze, **typed, friction=0.6).quality.rho
         == gf.plan(squeeze, **exact, friction=0.6).quality.rho
     )
+
+
+def test_a_surface_that_writes_into_its_argument_moves_nothing():
+    def careless(params):
+        positions, normals = squeeze(params)
+        params += 100
+        return positions, normals
+
+    plain, found = (gf.plan(**{**ARGUMENTS, "surface": surface}) for surface in (squeeze, careless))
+    np.testing.assert_array_equal(found.params, plain.params)
+    assert found.quality.rho == plain.quality.rho
+
+
+def test_the_number_of_contacts_may_not_change_between_calls():
+    calls = []
+
+    def growing(params):
+        calls.append(len(params))
+        positions, normals = squeeze(params)
+        return (positions, normals) if len(calls) < 3 else (positions[:, :1], normals[:, :1])
+
+    with pytest.raises(gf.InvalidInputError, match=r"surface: returned .*\(1, 2\).* but .*\(2, 2\).* before"):
+        gf.plan(**{**ARGUMENTS, "surface": growing})
+
+
+def test_options_are_checked_before_the_surface_is_asked():
+    def never(_):
+        raise AssertionError
+
+    for search in (gf.plan, gf.plan_many, gf.refine, gf.plan_global):
+        given = {"plan": ([0.0], 0.1, 0.1, [(0, 1)]), "plan_many": ([(0, 1)], 0.1, 0.1),
+                 "refine": ([0.0], [(0, 1)]), "plan_global": ([(0, 1)],)}[search.__name__]  # fmt: skip
+        with pytest.raises(gf.InvalidInputError, match="normals: no such option"):
+            search(never, *given, normals=3)
+        with pytest.raises(gf.InvalidInputError, match="criterion: 'mean' is neither 'max' nor 'sum'"):
+            search(never, *given, criterion="mean")
+
+
+def test_a_plan_from_an_infeasible_start_can_be_written_and_drawn():
+    found = gf.plan(**ARGUMENTS, min_distance=0.18)
+    assert found.history[0].rho == np.inf
+    written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert written["history"][0]["rho"] is None
+    assert written["counts"]["candidates"] == found.num_candidates
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    from graspforce.plotting import draw_plan_history  # noqa: PLC0415 - matplotlib only where it is installed
+
+    (line,) = draw_plan_history(figure.subplots(), found)
+    assert list(line.get_xdata()) == list(range(1, len(found.history)))
+    assert np.isfinite(line.get_ydata()).all()

@@ -6,8 +6,8 @@ import trimesh
 
 import graspforce as gf
 from graspforce.paper import RACKET, tile_side
+from graspforce.planning.problem import SearchProblem
 from graspforce.planning.refinement import _Ascent
-from graspforce.planning.scoring import CandidateSource
 from graspforce.surfaces import MeshSurface, contacts_on, ellipse
 
 TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
@@ -15,8 +15,8 @@ TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
 
 def ascent(surface, bounds, criterion="max", **options):
     lower, upper = np.array(bounds, dtype=float).T
-    source = CandidateSource(surface, options)
-    return _Ascent(source, {"criterion": criterion}, lower, lower, upper, 1e-3, 0)
+    problem = SearchProblem.of(surface, options, None, 0.0, criterion=criterion)
+    return _Ascent(problem, lower, lower, upper, 1e-3, 0)
 
 
 @pytest.mark.parametrize("edges", [10, None])
@@ -103,5 +103,46 @@ def test_bad_starts_are_refused():
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], min_distance=0.01)
     with pytest.raises(gf.InvalidInputError, match="tolerance"):
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], tolerance=0)
-    with pytest.raises(gf.InvalidInputError, match="outside its bounds"):
+    with pytest.raises(gf.InvalidInputError, match=r"params, entry 1: 2\.0 is outside its bounds"):
         gf.refine(disc, [0.0, 2.0], [(0, 1), (0, 1)])
+    with pytest.raises(gf.InvalidInputError, match="seed: -1"):
+        gf.refine(disc, [0.0, 0.5], [(0, 1), (0, 1)], seed=-1)
+    with pytest.raises(gf.InvalidInputError, match="max_iterations: -1"):
+        gf.refine(disc, [0.0, 0.5], [(0, 1), (0, 1)], max_iterations=-1)
+
+
+def test_an_error_on_the_way_keeps_the_best_so_far():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    calls = [0]
+
+    def failing(params):
+        calls[0] += 1
+        if calls[0] == 60:
+            raise gf.InvalidInputError("the surface ends here")
+        return disc(params)
+
+    with pytest.raises(gf.InvalidInputError, match="ends here") as raised:
+        gf.refine(failing, [0.0, 2.8], [(0, 1), (1, 4)], friction=0.4, length_scale=0.1)
+    found = raised.value.partial
+    assert found.gain > 0
+    assert found.quality.epsilon == found.grasp.quality().epsilon
+
+
+def test_the_gradient_alone_is_that_of_the_quality():
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    params = np.array([[-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07]])
+    grasp = gf.Grasp(*(array[0] for array in untied(params)), **TILE_OPTIONS)
+    for criterion in ("max", "sum"):
+        alone, asked = grasp._gradient(criterion), grasp.quality(criterion).gradient
+        for name in ("positions", "normals", "spins"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(asked, name))
+
+
+@pytest.mark.parametrize("tangents", [None, [(1.0, 0.2, 0.1), (0, 1.0, 0), (0.3, 0.1, 1.0), (1.0, 1.0, 1.0)]])
+def test_frames_of_many_grasps_at_once_are_those_of_each(tangents):
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    climb = ascent(untied, [(-0.2, 0.2)] * 8, **TILE_OPTIONS, tangents=tangents)
+    params = np.random.default_rng(0).uniform(-0.2, 0.2, (6, 8))
+    contacts = climb._source.contacts(params)
+    each = [climb._source.grasp_of(contacts, row).frames for row in range(6)]
+    np.testing.assert_array_equal(climb._frames(contacts), each)

@@ -5,17 +5,74 @@ What the extension module receives it checks itself.
 
 from __future__ import annotations
 
+import operator
 import reprlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["checked_contacts", "finite_array", "finite_vector", "search_bounds"]
+__all__ = [
+    "checked_contacts",
+    "chosen",
+    "finite_array",
+    "finite_vector",
+    "known_options",
+    "real_number",
+    "search_bounds",
+    "whole_number",
+]
+
+
+def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
+    """Refuse a word that is none of the choices."""
+    if value not in choices:
+        words = ", ".join(map(repr, choices[:-1]))
+        either = f"neither {words} nor" if len(choices) == 2 else f"none of {words} and"
+        raise InvalidInputError(f"{argument}: {value!r} is {either} {choices[-1]!r}")
+
+
+def known_options(options: Iterable[str], known: Collection[str]) -> None:
+    """Refuse keywords that would be passed on to something that does not take them."""
+    for name in options:
+        if name not in known:
+            raise InvalidInputError(f"{name}: no such option; there are {', '.join(known)}")
+
+
+def whole_number(argument: str, value: Any, *, least: int, most: int | None = None) -> int:
+    """Convert `value` to an int that is at least `least`, and at most `most`."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InvalidInputError(f"{argument}: {value!r} is not a whole number") from None
+    if number < least:
+        raise InvalidInputError(f"{argument}: {value!r} must be at least {least}")
+    if most is not None and number > most:
+        raise InvalidInputError(f"{argument}: {value!r} must be at most {most}")
+    return number
+
+
+def real_number(
+    argument: str, value: Any, *, least: float = -np.inf, positive: bool = False, finite: bool = True
+) -> float:
+    """Convert `value` to a float within its range; infinity only where it has a meaning."""
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "iuf":
+        raise InvalidInputError(f"{argument}: {value!r} is not a real number")
+    number = float(array)
+    if np.isnan(number) or (finite and np.isinf(number)):
+        raise InvalidInputError(f"{argument}: {number} is not {'finite' if finite else 'a number'}")
+    if positive and number <= 0:
+        raise InvalidInputError(f"{argument}: {number} must be positive")
+    if number < least:
+        raise InvalidInputError(f"{argument}: {number} must be at least {least:g}")
+    return number
 
 
 # A view that repeats itself may claim to be larger than memory.
@@ -61,7 +118,7 @@ def finite_vector(
 
 
 def search_bounds(
-    bounds: ArrayLike, initial: NDArray[np.float64]
+    bounds: ArrayLike, initial: NDArray[np.float64], argument: str = "initial"
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
     array = finite_array("bounds", bounds)
@@ -72,7 +129,7 @@ def search_bounds(
         if low > high:
             raise InvalidInputError(f"bounds, row {row}: lower {low} is above upper {high}")
         if not low <= start <= high:
-            raise InvalidInputError(f"initial, entry {row}: {start} is outside its bounds [{low}, {high}]")
+            raise InvalidInputError(f"{argument}, entry {row}: {start} is outside its bounds [{low}, {high}]")
     return lower, upper
 
 

@@ -77,19 +77,30 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
+# In the order of its constructor, which is how a grasp is pickled.
+_CONTACTS = (
+    "positions",
+    "normals",
+    "friction",
+    "max_normal_force",
+    "edges",
+    "torsion",
+    "tangents",
+    "origin",
+    "length_scale",
+    "friction_margin",
+    "extreme_forces",
+)
+
+
 def grasp_dict(grasp: Grasp) -> dict[str, Any]:
-    """Contacts of a grasp, with its dimensions."""
+    """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
     return {
         "wrench_dim": grasp.wrench_dim,
         "num_contacts": grasp.num_contacts,
         "force_dim": grasp.force_dim,
-        "positions": grasp.positions.tolist(),
-        "normals": grasp.normals.tolist(),
-        "friction": grasp.friction.tolist(),
-        "max_normal_force": grasp.max_normal_force.tolist(),
         "num_edges": grasp.num_edges.tolist(),
-        "origin": grasp.origin.tolist(),
-        "length_scale": grasp.length_scale,
+        **{name: _plain(value) for name, value in zip(_CONTACTS, grasp.__reduce__()[1], strict=True)},
     }
 
 
@@ -187,6 +198,7 @@ def plan_dict(plan: Plan) -> dict[str, Any]:
         "quality": quality_dict(plan.quality),
         "grasp": grasp_dict(plan.grasp),
         "num_candidates": plan.num_candidates,
+        "counts": plan.counts.to_dict(),
         "blocks": _plain(plan.blocks),
         "stopped": plan.stopped,
         "history": [row.to_dict() for row in plan.history],

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .planning import Plan
+    from .planning import GlobalOptimum, Plan, Refinement
 
 __all__ = [
     "BusyError",
@@ -34,11 +34,11 @@ class GraspForceError(Exception):
 
     Attributes
     ----------
-    partial : Plan or None
+    partial : Plan, Refinement, GlobalOptimum or None
         What a search had found before the error ended it; None elsewhere.
     """
 
-    partial: Plan | None = None
+    partial: Plan | Refinement | GlobalOptimum | None = None
 
 
 class InvalidGraspError(GraspForceError, ValueError):

@@ -7,7 +7,8 @@
 //! `epsilon(phi) <= p(z; phi) <= max_v p(z; v) + slack`, `slack = sum_i sum_j h_j^2 M_ij / 2`
 //!
 //! (for the union: the largest over i instead of the sum). `max_v p(z; v)` is the support function of the hull of
-//! all vertices' wrench sets. The expanding polytope finds the direction `z` in which that hull is thinnest, and any
+//! all vertices' wrench sets. Where none of them has a positive component along `z`, `p` is the largest `s_ih`, and
+//! `max_v p(z; v) + slack` below zero proves that no grasp in the box is force closure. The expanding polytope finds the direction `z` in which that hull is thinnest, and any
 //! direction it passes on the way is a valid bound already. The slack shrinks with the square of the box.
 //!
 //! `M_ij` is the caller's to bound. A [`Stencil`] estimates it box by box from second differences along the box's
@@ -22,6 +23,7 @@ use crate::contact::ContactForce;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::nearest_point::nearest_point;
 use crate::polytope::{Expansion, Limits, Polytope};
 use crate::quality::{QualityOptions, Question};
 use crate::wrench_set::{Criterion, Support};
@@ -107,7 +109,7 @@ impl<const D: usize> BoxBound<D> {
                 let slack = slack.min(estimate.unwrap_or(f64::INFINITY));
                 interrupt::inherit(interrupt.as_ref(), || {
                     interrupt::check().map_err(|error| (index, error))?;
-                    Ok(bound_of(&questions, enough - slack, pool, polytope, slack))
+                    Ok(bound_of(&questions, enough, pool, polytope, slack))
                 })
             })
             .collect();
@@ -203,14 +205,19 @@ fn bound_of<const D: usize>(
     slack: f64,
 ) -> (f64, Source<D>) {
     let value = |z: &Wrench<D>| questions.iter().map(|q| q.value(z)).fold(f64::NEG_INFINITY, f64::max);
+    let bound = |reach: f64| {
+        // Where even interpolation leaves no wrench a positive component, the whole box is open. Elsewhere the
+        // Minkowski sum clamps each contact, and the argument bounds `max(0, p)`.
+        if reach + slack < 0.0 { reach + slack } else { reach.max(0.0) + slack }
+    };
     let mut best = (f64::INFINITY, Source::Pool(usize::MAX));
     for (at, z) in pool.iter().enumerate().rev() {
         let reach = value(z);
         if reach < best.0 {
             best = (reach, Source::Pool(at));
         }
-        if reach.max(0.0) < enough {
-            return (reach.max(0.0) + slack, best.1);
+        if bound(reach) < enough {
+            return (bound(reach), Source::Pool(at));
         }
     }
     let scale = questions.iter().map(|question| question.scale).fold(0.0, f64::max);
@@ -219,14 +226,21 @@ fn bound_of<const D: usize>(
         let none = Support { value: f64::NEG_INFINITY, wrench: Wrench::zeros() };
         supports.fold(none, |best, other| if other.value > best.value { other } else { best })
     };
-    let limits = Limits { stop_below: enough, ..Limits::new(RTOL) };
-    let (upper, direction) = match polytope.expand(1e-3 * scale, &limits, support) {
+    let limits = Limits { stop_below: enough - slack, ..Limits::new(RTOL) };
+    let (mut upper, mut direction) = match polytope.expand(1e-3 * scale, &limits, support) {
         Expansion::Radius(radius) => (radius.upper, radius.direction),
         Expansion::Pierced { upper, direction } => (upper, direction),
     };
+    if upper < 1e-3 * scale {
+        // No ball fits; the direction that separates the origin from all vertices' wrenches, if one does.
+        let nearest = nearest_point(RTOL, 1e-12 * scale, support);
+        if nearest.lower > 0.0 {
+            direction = nearest.point / -nearest.upper;
+            upper = value(&direction);
+        }
+    }
     if upper < best.0 {
         best = (upper, Source::Found(direction));
     }
-    // The clamp of the Minkowski sum: outside closure the interpolation argument bounds `max(0, p)`.
-    (best.0.max(0.0) + slack, best.1)
+    (bound(best.0), best.1)
 }

@@ -9,6 +9,7 @@ use pyo3::types::{PyTuple, PyType};
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::gradient::PyGradient;
 use crate::interrupt::detached;
 use crate::minkowski::PyMinkowskiSum;
 use crate::quality::PyQuality;
@@ -392,6 +393,28 @@ impl PyGrasp {
     /// 1.0
     fn metrics<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("graspforce.metrics")?.call_method1("metrics_of", (slf,))
+    }
+
+    /// The gradient alone, in one solve: what `quality(...).gradient` returns, for loops that need nothing else.
+    #[pyo3(signature = (criterion="max", center=None, metric=None))]
+    fn _gradient(
+        &self,
+        criterion: &str,
+        center: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+        py: Python<'_>,
+    ) -> PyResult<Py<PyGradient>> {
+        let wrong = |message: String| invalid_input(py, message);
+        match &self.inner {
+            AnyGrasp::Planar(grasp) => {
+                let options = quality_options(criterion, None, center, metric).map_err(wrong)?;
+                PyGradient::of(py, grasp, &options)
+            }
+            AnyGrasp::Spatial(grasp) => {
+                let options = quality_options(criterion, None, center, metric).map_err(wrong)?;
+                PyGradient::of(py, grasp, &options)
+            }
+        }
     }
 
     /// Singular values of the grasp matrix in the norm of the length scale, largest first.

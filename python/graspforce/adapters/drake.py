@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
+from graspforce._checks import known_options
 from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
+from .mujoco import ReadingOptions
 from .reading import ContactReading
-
-if TYPE_CHECKING:
-    from .mujoco import ReadingOptions
 
 __all__ = ["from_drake"]
 
@@ -80,11 +79,12 @@ def from_drake(
     >>> reading.grasp.normals.tolist(), reading.grasp.friction.tolist()
     ([[0.0, 0.0, 1.0]], [0.5])
     """
+    known_options(options, ReadingOptions.__annotations__)
     combined_friction = optional("pydrake.multibody.plant", "drake").CalcContactFrictionFromSurfaceProperties
     index = optional("pydrake.multibody.tree", "drake").BodyIndex
     try:
         ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(index(body))
-    except (RuntimeError, IndexError) as error:
+    except (RuntimeError, IndexError, TypeError) as error:
         raise InvalidInputError(f"body: {body!r}: {error}") from None
     inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
     results = plant.get_contact_results_output_port().Eval(context)

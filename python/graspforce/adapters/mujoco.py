@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
+from graspforce._checks import known_options
 from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
@@ -84,10 +85,11 @@ def from_mujoco(
     >>> least.sigma_max <= reading.sigma_max * (1 + 1e-9)
     True
     """
+    known_options(options, ReadingOptions.__annotations__)
     mujoco = optional("mujoco", "mujoco")
     try:
         body_id = int(model.body(body).id)
-    except (KeyError, IndexError) as error:
+    except (KeyError, IndexError, TypeError) as error:
         raise InvalidInputError(f"body: {body!r}: {error}") from None
     weld = model.body_weldid[model.geom_bodyid]
     rows, ids = [], []

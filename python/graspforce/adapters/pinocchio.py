@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from graspforce._checks import finite_array, finite_vector, real_number
 from graspforce._core import Grasp, torque_limited_forces
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
@@ -63,7 +62,7 @@ def from_pinocchio(
     Raises
     ------
     InvalidInputError
-        A frame is unknown, or the torque limits leave a contact no force at all.
+        An argument is not finite, a frame is unknown, or the torque limits leave a contact no force at all.
     MissingExtraError
         Pinocchio is not installed.
 
@@ -87,9 +86,11 @@ def from_pinocchio(
     5.0
     """
     pin = optional("pinocchio", "pinocchio")
-    q = np.asarray(configuration, dtype=float)
+    q = finite_array("configuration", configuration)
     if q.shape != (model.nq,):
         raise InvalidInputError(f"configuration: shape {q.shape}, expected ({model.nq},)")
+    max_normal_force = real_number("max_normal_force", max_normal_force, positive=True)
+    torques = finite_vector("model.effortLimit", model.effortLimit, model.nv)
     data = model.createData()
     pin.computeJointJacobians(model, data, q)
     pin.updateFramePlacements(model, data)
@@ -105,9 +106,7 @@ def from_pinocchio(
     extreme_forces = []
     for name, mu, axes, jacobian in zip(frames, cones.friction, cones.frames, jacobians, strict=True):
         try:
-            forces = torque_limited_forces(
-                axes @ jacobian, model.effortLimit, float(mu), max_normal_force, edges
-            )
+            forces = torque_limited_forces(axes @ jacobian, torques, float(mu), max_normal_force, edges)
         except InvalidInputError as error:
             raise InvalidInputError(f"frames: {name!r} with the model's effort limits: {error}") from None
         extreme_forces.append(forces)

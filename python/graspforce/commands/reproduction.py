@@ -43,7 +43,7 @@ def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
 
         return save_plan_figures(run, folder)
 
-    return racket_report(run), run.as_dict(), draw
+    return racket_report(run), run.to_dict(), draw
 
 
 def _tile() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
@@ -57,7 +57,7 @@ def _tile() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
 
         return save_tile_figures(run, folder)
 
-    return tile_report(run), run.as_dict(), draw
+    return tile_report(run), run.to_dict(), draw
 
 
 EXAMPLES: Mapping[str, Callable[[], tuple[str, dict[str, Any], Callable[[Path], list[Path]]]]] = {

@@ -60,16 +60,13 @@ class PlanRun:
         except InfeasibleWrenchError:
             return None
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
         published = self.problem.published[self.plan.criterion]
         return {
             "problem": self.problem.name,
             "criterion": self.plan.criterion,
-            "history": [
-                {"params": row.params.tolist(), "rho": row.rho, "step": row.step.tolist()}
-                for row in self.plan.history
-            ],
+            "history": [row.to_dict() for row in self.plan.history],
             "candidates": self.plan.num_candidates,
             "seconds": self.seconds,
             "published": {
@@ -106,7 +103,7 @@ class TableRow:
             ("least max", self.published.least_max, self.least_max),
         )
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
         return {
             "row": self.letter,
@@ -129,13 +126,13 @@ class RacketRun:
     plans: tuple[PlanRun, ...]
     table: tuple[TableRow, ...]
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
         return {
-            "plans": [run.as_dict() for run in self.plans],
+            "plans": [run.to_dict() for run in self.plans],
             "table_1": {
                 "external_wrench": list(RACKET_WRENCH),
-                "rows": [row.as_dict() for row in self.table],
+                "rows": [row.to_dict() for row in self.table],
             },
             "notes": list(NOTES),
         }

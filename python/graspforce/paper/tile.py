@@ -58,7 +58,7 @@ class TilePlanRun:
         """Whether every input is as printed."""
         return self.friction == TILE.friction
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
         published = TILE.published[self.plan.criterion]
         counts = self.plan.counts
@@ -66,10 +66,7 @@ class TilePlanRun:
             "criterion": self.plan.criterion,
             "friction": self.friction,
             "as_printed": self.as_printed,
-            "history": [
-                {"params": row.params.tolist(), "rho": row.rho, "step": row.step.tolist()}
-                for row in self.plan.history
-            ],
+            "history": [row.to_dict() for row in self.plan.history],
             "seconds": self.seconds,
             "candidates": counts.candidates,
             "rejected": counts.rejected,
@@ -92,11 +89,11 @@ class TileRun:
     plans: tuple[TilePlanRun, ...]
     forces: tuple[TrajectoryForces, ...]
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON."""
         return {
-            "plans": [run.as_dict() for run in self.plans],
-            "forces": [run.as_dict() for run in self.forces],
+            "plans": [run.to_dict() for run in self.plans],
+            "forces": [run.to_dict() for run in self.forces],
         }
 
 

@@ -70,7 +70,7 @@ class TrajectoryForces:
         """Share of the times at which a normal force exceeds its upper bound."""
         return float((self.largest > 1).mean())
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, ready for JSON, at every tenth of a second; None where unbalanced."""
         rows = slice(None, None, _JSON_EVERY)
         return {

@@ -2,8 +2,9 @@
 
 from .global_search import GlobalOptimum, plan_global
 from .many_starts import PlanSet, plan_many
-from .pattern_search import Criterion, Feasible, GraspOptions, Iterate, Plan, Stopped, Surface, plan
+from .pattern_search import Iterate, Plan, plan
 from .placement import Placement, PlacementQuality
+from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
 from .refinement import Refinement, refine
 from .scoring import SearchCounts
 

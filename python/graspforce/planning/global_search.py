@@ -14,24 +14,27 @@ import heapq
 import itertools
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._checks import finite_array, search_bounds
+from graspforce._checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._core import BoxBound
+from graspforce._vectors import unit
 from graspforce.display import Record
-from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
-from .scoring import CandidateSource, EpsilonScore
+from .pattern_search import deadline_after
+from .problem import SearchProblem, read_only
+from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
 
-    from .pattern_search import Criterion, Feasible, GraspOptions, Stopped, Surface
-    from .progress import Report
+    from .problem import Criterion, Feasible, GraspOptions, Surface
+    from .scoring import CandidateSource
 
     Array = NDArray[np.float64]
 
@@ -39,6 +42,9 @@ __all__ = ["GlobalOptimum", "plan_global"]
 
 _MAX_PARAMS = 4
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
+_OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
+
+Ended: TypeAlias = Literal["tolerance", "open", "boxes", "time", "interrupted", "error"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -61,8 +67,10 @@ class GlobalOptimum(Record):
         How many boxes were bounded.
     proven : bool
         Whether the caller gave the curvature (`upper` is proven), or it was estimated (an assumption).
-    stopped : {"tolerance", "target", "time", "interrupted"}
-        Whether the gap is as small as asked for; "target" where the limit of boxes was reached.
+    stopped : {"tolerance", "open", "boxes", "time", "interrupted", "error"}
+        Whether the gap is as small as asked for, or why not: "open" where no grasp within the bounds is force
+        closure by more than a millionth of the contacts' strength, "boxes" where their limit was reached or
+        none is left that could be cut, "error" in what an error carries as its ``partial``.
     seconds : float
         How long it took.
     """
@@ -74,7 +82,7 @@ class GlobalOptimum(Record):
     gap: float
     boxes: int
     proven: bool
-    stopped: Stopped
+    stopped: Ended
     seconds: float
 
     def __repr__(self) -> str:
@@ -99,7 +107,7 @@ def plan_global(
     min_distance: float = 0.0,
     max_boxes: int = 1_000_000,
     time_limit: float | None = None,
-    progress: Report | None = None,
+    progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> GlobalOptimum:
     """Find the globally best grasp for up to four parameters, by branch and bound.
@@ -126,8 +134,8 @@ def plan_global(
         Bound on the work.
     time_limit : float, optional
         Stop after this many seconds, with the gap reached.
-    progress : callable, optional
-        Called as ``progress(boxes, max_boxes, upper)``.
+    progress : bool or callable
+        Show a progress bar (needs rich), or call ``progress(boxes, max_boxes, upper)``.
 
     Returns
     -------
@@ -137,7 +145,8 @@ def plan_global(
     Raises
     ------
     InvalidInputError
-        As for `graspforce.plan`; or more than four parameters, or nothing feasible was met.
+        As for `graspforce.plan`, with a `GlobalOptimum` as ``partial``; or more than four parameters, or
+        nothing feasible was met.
     InvalidGraspError
         As for `graspforce.plan`.
 
@@ -165,60 +174,60 @@ def plan_global(
         )
     start = box.mean(axis=1) if initial is None else finite_array("initial", initial)
     lower, upper = search_bounds(box, start)
-    if not 0 < gap < 1:
+    if not 0 < real_number("gap", gap) < 1:
         raise InvalidInputError(f"gap: {gap} must lie between 0 and 1")
-    source = CandidateSource(surface, grasp_options, feasible, min_distance)
-    question: dict[str, Any] = {"criterion": criterion, "center": center, "metric": metric}
+    safety = real_number("safety", safety, least=1)
+    max_boxes = whole_number("max_boxes", max_boxes, least=1)
     began = time.monotonic()
-    dim = source.contacts(start[None])["positions"].shape[-1]
-    num_contacts = source.contacts(start[None])["positions"].shape[1]
+    deadline = deadline_after(time_limit)
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance, criterion=criterion, center=center, metric=metric
+    )
+    source = problem.source
+    first = source.grasp(start)
     bends = None
     if curvature is not None:
         bends = finite_array("curvature", curvature)
-        if bends.shape != (num_contacts, len(box)) or (bends < 0).any():
+        if bends.shape != (first.num_contacts, len(box)) or (bends < 0).any():
+            expected = (first.num_contacts, len(box))
             raise InvalidInputError(
-                f"curvature: shape {bends.shape}, expected {(num_contacts, len(box))} of nonnegative numbers"
+                f"curvature: shape {bends.shape}, expected {expected} of nonnegative numbers"
             )
-    if not safety >= 1:
-        raise InvalidInputError(f"safety: {safety} must be at least 1")
-    rates = _rates(source, lower, upper)
-    tree = _Tree(source, question, dim, bends, safety, rates)
-    deadline = np.inf if time_limit is None else began + time_limit
-    stopped = tree.run(start, lower, upper, gap, max_boxes, deadline, progress)
-    if tree.best is None:
+    tree = _Tree(problem, first, bends, safety, _rates(source, lower, upper))
+
+    def result(stopped: Ended) -> GlobalOptimum | None:
+        if tree.best is None:
+            return None
+        grasp, quality = problem.answer(tree.best)
+        top = max(tree.top, quality.epsilon)
+        return GlobalOptimum(
+            read_only(tree.best), quality, grasp, top, top - quality.epsilon, tree.boxes, bends is not None,
+            stopped, time.monotonic() - began,
+        )  # fmt: skip
+
+    try:
+        with reporting(progress, "bounding", "no epsilon exceeds") as report:
+            stopped = tree.run(start, lower, upper, gap, max_boxes, deadline, report)
+    except GraspForceError as error:
+        error.partial = result("error")
+        raise
+    found = result(stopped)
+    if found is None:
         raise InvalidInputError(f"feasible: none of the {source.counts.candidates} grasps met was feasible")
-    grasp = source.grasp(tree.best)
-    quality = grasp.quality(**question)
-    top = max(tree.top, quality.epsilon)
-    return GlobalOptimum(
-        tree.best,
-        quality,
-        grasp,
-        top,
-        top - quality.epsilon,
-        tree.boxes,
-        bends is not None,
-        stopped,
-        time.monotonic() - began,
-    )
+    return found
 
 
 class _Tree:
     """Boxes not yet discarded, the largest bound first."""
 
     def __init__(
-        self,
-        source: CandidateSource,
-        question: dict[str, Any],
-        dim: int,
-        bends: Array | None,
-        safety: float,
-        rates: Array,
+        self, problem: SearchProblem, first: Grasp, bends: Array | None, safety: float, rates: Array
     ) -> None:
-        self._source, self._bends, self._safety, self._rates = source, bends, safety, rates
-        self._sum = question["criterion"] == "sum"
-        self._bound = BoxBound(dim, **question)
-        self._score = EpsilonScore(prune=True, **question)
+        self._source, self._score = problem.source, problem.score
+        self._bends, self._safety, self._rates = bends, safety, rates
+        self._sum = problem.question["criterion"] == "sum"
+        self._bound = BoxBound(first.positions.shape[1], **problem.question)
+        self._open = _OPEN * _scale(first, problem.question["metric"])
         self.best: Array | None = None
         self._rho: float | None = None
         # Bounds are negated: heapq pops the least.
@@ -245,39 +254,56 @@ class _Tree:
         gap: float,
         max_boxes: int,
         deadline: float,
-        progress: Report | None,
-    ) -> Stopped:
-        self._try(start[None])
-        self._offer(lower[None], upper[None], gap)
-        popped: list[tuple[float, int, Array, Array]] = []
+        report: Report | None,
+    ) -> Ended:
+        # Nothing is known of the whole box before it is bounded.
+        popped = [(-np.inf, next(self._serial), lower, upper)]
         try:
-            while self._heap and self.top > self._enough(gap):
+            self._try(start[None])
+            self._offer(lower[None], upper[None], gap)
+            popped = []
+            while self._heap and -self._heap[0][0] > max(self._enough(gap), self._discarded):
+                if self.top <= self._open:
+                    return "open"
                 if time.monotonic() >= deadline:
                     return "time"
                 if self.boxes >= max_boxes:
-                    return "target"
-                count = min(_BATCH, len(self._heap))
-                popped = [heapq.heappop(self._heap) for _ in range(count)]
+                    return "boxes"
+                # One by one into a list that is there already: an interrupt between two loses none.
+                for _ in range(min(_BATCH, len(self._heap))):
+                    popped.append(self._heap[0])
+                    heapq.heappop(self._heap)
                 low, high = self._halves(popped)
-                self._try((low + high) / 2)
-                self._offer(low, high, gap)
+                if len(low):
+                    self._try((low + high) / 2)
+                    self._offer(low, high, gap)
                 popped = []
-                if progress is not None:
-                    progress(self.boxes, max_boxes, self.top)
-        except KeyboardInterrupt:
+                if report is not None:
+                    report(self.boxes, max_boxes, self.top)
+        except BaseException as error:
             for entry in popped:
                 heapq.heappush(self._heap, entry)
-            return "interrupted"
-        return "tolerance"
+            if isinstance(error, KeyboardInterrupt) and self.best is not None:
+                return "interrupted"
+            raise
+        if self.top <= self._enough(gap):
+            return "tolerance"
+        return "open" if self.top <= self._open else "boxes"
 
     def _enough(self, gap: float) -> float:
         return self.epsilon + gap * abs(self.epsilon) if self.best is not None else -np.inf
 
     def _halves(self, boxes: list[tuple[float, int, Array, Array]]) -> tuple[Array, Array]:
-        """Cut each box where the wrenches change most across it."""
+        """Cut each box where the wrenches change most across it; what is too small to be cut is discarded."""
         low, high = (np.array([box[side] for box in boxes]) for side in (2, 3))
-        axis = np.argmax((high - low) * self._rates, axis=1)
-        rows = np.arange(len(boxes))
+        between = (low < (low + high) / 2) & ((low + high) / 2 < high)
+        can = between.any(axis=1)
+        self._discarded = max(
+            [self._discarded, *(-box[0] for box, cut in zip(boxes, can, strict=True) if not cut)]
+        )
+        low, high = low[can], high[can]
+        axis = np.argmax(np.where(between[can], (high - low) * self._rates, -1.0), axis=1)
+        rows = np.arange(len(low))
         middle = (low[rows, axis] + high[rows, axis]) / 2
         first_high, second_low = high.copy(), low.copy()
         first_high[rows, axis] = middle
@@ -325,15 +351,31 @@ class _Tree:
                 self._discarded = max(self._discarded, bound)
 
 
+def _scale(grasp: Grasp, metric: ArrayLike | None) -> float:
+    """Norm of the longest wrench that a normal force at its limit exerts."""
+    wrenches = grasp.grasp_matrix[:, :: grasp.force_dim] * grasp.max_normal_force
+    if metric is None:
+        num_forces = grasp.positions.shape[1]
+        wrenches[num_forces:] /= grasp.length_scale
+        return float(np.linalg.norm(wrenches, axis=0).max())
+    return float(np.sqrt((wrenches * (np.asarray(metric, dtype=np.float64) @ wrenches)).sum(axis=0)).max())
+
+
 def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
     """How much contacts move and turn by each parameter (p,): only the order of cuts depends on it."""
-    middle, half = (lower + upper) / 2, (upper - lower) / 2
-    places = middle + np.concatenate([np.eye(len(lower)), -np.eye(len(lower))]) * half / 2
-    contacts = source.contacts(places)
-    positions, normals = contacts["positions"], contacts["normals"]
-    normals = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
-    size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
-    ends = np.concatenate([positions / size, normals], axis=-1).reshape(2, len(lower), -1)
-    change: Array = np.linalg.norm(ends[0] - ends[1], axis=-1) / np.maximum(half, np.finfo(float).tiny)
-    rates: Array = change + 1e-3 * change.max()
+    width = upper - lower
+    # Uneven, and along three lines: two places would be the same one of a periodic or an even parameter.
+    shares = (1 - np.cos(np.linspace(0, np.pi, 10))) / 2
+    rates = np.zeros(len(lower))
+    for axis in range(len(lower)):
+        lines = np.repeat(lower + np.outer([0.21, 0.5, 0.83], width), len(shares), axis=0)
+        lines[:, axis] = lower[axis] + np.tile(shares, 3) * width[axis]
+        contacts = source.contacts(lines)
+        positions = contacts["positions"]
+        size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
+        ends = np.concatenate([positions / size, unit(contacts["normals"])], axis=-1)
+        changes = np.diff(ends.reshape(3, len(shares), -1), axis=1)
+        way = float(np.linalg.norm(changes, axis=-1).sum())
+        rates[axis] = way / max(width[axis], np.finfo(float).tiny)
+    rates += 1e-3 * rates.max()
     return rates

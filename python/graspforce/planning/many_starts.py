@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast
 
 import numpy as np
 
-from graspforce._checks import finite_array, search_bounds
+from graspforce._checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._core import quality_many
 from graspforce._optional import optional
 from graspforce.display import plan_set_dict, plan_set_html
 from graspforce.errors import GraspForceError, InvalidInputError
 
-from .pattern_search import pattern_search
-from .progress import Report, progress_bar
-from .scoring import CandidateSource, EpsilonScore, Score
+from .pattern_search import deadline_after, pattern_search
+from .problem import SearchProblem, read_only
+from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .pattern_search import Criterion, Feasible, GraspOptions, Plan, Stopped, Surface
+    from .pattern_search import Plan
     from .placement import Placement
+    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from .scoring import CandidateSource
 
     Array = NDArray[np.float64]
 
@@ -52,9 +53,10 @@ class PlanSet:
     starts : numpy.ndarray
         (S, p) where searches began, in the order they ran: the most promising first.
     epsilon : numpy.ndarray
-        (S,) where each of them ended; NaN where it failed or was not run.
+        (S,) the best that each of them found, also where it failed later; NaN where it found nothing or was
+        not run.
     failures : dict of int to str
-        Why searches failed, by row of `starts`.
+        Why searches failed, by row of `starts`. What they had found before counts.
     stopped : {"tolerance", "target", "time", "interrupted"}
         Whether all starts were searched, or why not.
     seconds : float
@@ -127,7 +129,8 @@ def plan_many(
     bounds : array_like
         (p, 2) finite lower and upper bounds, for the starts as for the searches.
     starts : int or array_like
-        How many, or (S, p) the starts themselves.
+        How many, or (S, p) the starts themselves. Drawn ones where the surface has no finite contacts are
+        replaced as infeasible ones are; the searches of given ones fail.
     best : int
         How many distinct grasps to keep.
     distinct : float, optional
@@ -169,55 +172,43 @@ def plan_many(
     >>> len(found.plans), found.best.quality.closure
     (3, 'force')
     """
-    if criterion not in ("max", "sum"):
-        raise InvalidInputError(f"criterion: {criterion!r} is neither 'max' nor 'sum'")
-    if best < 1:
-        raise InvalidInputError(f"best: {best} must be at least 1")
+    best = whole_number("best", best, least=1)
+    seed = whole_number("seed", seed, least=0)
+    if distinct is not None:
+        distinct = real_number("distinct", distinct, least=0, finite=False)
     began = time.monotonic()
-    deadline = None if time_limit is None else began + time_limit
-    source = CandidateSource(surface, grasp_options, feasible, min_distance)
-    question = {"criterion": criterion, "rtol": rtol, "center": center, "metric": metric}
-    score: Score = EpsilonScore(prune=True, **question)
-    if placement is not None:
-        score = placement.score(question)
-    points = _feasible_starts(source, bounds, starts, seed)
-    order, reach = _ranked(source, points, question)
+    deadline = deadline_after(time_limit)
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance, placement=placement,
+        criterion=criterion, rtol=rtol, center=center, metric=metric,
+    )  # fmt: skip
+    points = _feasible_starts(problem.source, bounds, starts, seed)
+    order, reach = _ranked(problem, points)
     points = points[order]
     epsilon = np.full(len(points), np.nan)
     plans: list[Plan] = []
     failures: dict[int, str] = {}
     first_error: GraspForceError | None = None
     stopped: Stopped = "tolerance"
-    report: Any = progress if callable(progress) else None
-    with contextlib.ExitStack() as stack:
-        if progress is True:
-            report = stack.enter_context(progress_bar("planning"))
+    with reporting(progress, "planning", "best epsilon") as report:
         try:
             for row, start in enumerate(points):
+                found: Plan | None
                 try:
                     found = pattern_search(
-                        source,
-                        score,
-                        question,
-                        start,
-                        step,
-                        tolerance,
-                        bounds,
-                        target,
-                        deadline,
-                        max_candidates,
+                        problem, start, step, tolerance, bounds, target, deadline, max_candidates
                     )
                 except GraspForceError as error:
                     failures[row] = str(error)
                     first_error = first_error or error
-                    if error.partial is None:
-                        continue
-                    found = error.partial
-                plans.append(found)
-                epsilon[row] = -found.history[-1].rho
+                    found = cast("Plan | None", error.partial)
+                if found is not None:
+                    plans.append(found)
+                    epsilon[row] = -found.history[-1].rho
                 if report is not None:
-                    report(row + 1, len(points), float(np.nanmax(epsilon)))
-                if found.stopped != "tolerance":
+                    best_so_far = float(np.nanmax(epsilon)) if plans else np.nan
+                    report(row + 1, len(points), best_so_far)
+                if found is not None and found.stopped not in ("tolerance", "error"):
                     stopped = found.stopped
                     break
         except KeyboardInterrupt:
@@ -228,8 +219,9 @@ def plan_many(
         raise first_error or InvalidInputError("starts: no search was run")
     plans.sort(key=lambda plan: plan.history[-1].rho)
     same = reach / 50 if distinct is None else distinct
-    kept = _distinct(plans, best, same, interchangeable=_interchangeable(source))
-    return PlanSet(tuple(kept), points, epsilon, failures, stopped, time.monotonic() - began)
+    kept = _distinct(plans, best, same, interchangeable=_interchangeable(problem.source))
+    seconds = time.monotonic() - began
+    return PlanSet(tuple(kept), read_only(points), read_only(epsilon), failures, stopped, seconds)
 
 
 def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts, seed: int) -> Array:
@@ -244,17 +236,25 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
         for point in points:
             search_bounds(box, point)
         return points
-    if not 1 <= starts <= _MAX_STARTS:
-        raise InvalidInputError(f"starts: {starts} must be within 1 to {_MAX_STARTS}")
+    starts = whole_number("starts", starts, least=1, most=_MAX_STARTS)
     sequence = _halton(len(box), seed)
     kept: list[Array] = []
     drawn = 0
+    failure: GraspForceError | None = None
     while len(kept) < starts and drawn < _DRAWS * starts:
-        points = lower + sequence.random(int(starts)) * (upper - lower)
+        points = lower + sequence.random(starts) * (upper - lower)
         drawn += len(points)
-        kept.extend(points[source.feasible(source.contacts(points))])
+        contacts, failed = source.answered(points)
+        if failed:
+            failure = failure or next(iter(failed.values()))
+            points = np.delete(points, list(failed), axis=0)
+        if len(points):
+            kept.extend(points[source.feasible(contacts)])
     if not kept:
-        raise InvalidInputError(f"feasible: none of {drawn} starts all over the bounds was feasible")
+        why = "" if failure is None else f"; the surface has no contacts at some: {failure}"
+        raise InvalidInputError(
+            f"feasible: none of {drawn} starts all over the bounds was feasible{why}"
+        ) from failure
     return np.array(kept[:starts])
 
 
@@ -267,23 +267,29 @@ def _halton(size: int, seed: int) -> Any:
         return qmc.Halton(size, scramble=True, seed=generator)
 
 
-def _ranked(
-    source: CandidateSource, points: Array, question: dict[str, Any]
-) -> tuple[NDArray[np.intp], float]:
+def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
     """Which starts to take first, and the distance in m that contacts range over."""
-    contacts = source.contacts(points)
-    coarse = {**question, "rtol": max(question["rtol"] or 0.0, 1e-2)}
-    given: dict[str, Any] = {**source.options, **contacts}
-    epsilon = quality_many(**given, **coarse).epsilon
-    places = contacts["positions"].reshape(-1, contacts["positions"].shape[-1])
+    contacts, failed = problem.source.answered(points)
     # Rows that are no grasp go last; their searches will say why.
-    order = np.argsort(-np.nan_to_num(epsilon, nan=-np.inf), kind="stable")
-    return order, float(np.linalg.norm(np.ptp(places, axis=0)))
+    epsilon = np.full(len(points), -np.inf)
+    if not contacts:
+        return np.arange(len(points)), 0.0
+    coarse = {**problem.question, "rtol": max(problem.question["rtol"] or 0.0, 1e-2)}
+    given: dict[str, Any] = {**problem.source.options, **contacts}
+    answered = np.delete(np.arange(len(points)), list(failed))
+    epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)
+    places = contacts["positions"].reshape(-1, contacts["positions"].shape[-1])
+    return np.argsort(-epsilon, kind="stable"), float(np.linalg.norm(np.ptp(places, axis=0)))
 
 
 def _interchangeable(source: CandidateSource) -> bool:
-    """Whether contacts may be matched in any order: they may where all have the same friction and limit."""
-    values = [source.options.get(name, 1.0) for name in ("friction", "max_normal_force", "torsion")]
+    """Whether contacts may be matched in any order: where nothing but their place tells them apart."""
+    if source.gives_tangents:
+        return False
+    forces = source.options.get("extreme_forces")
+    if forces is not None and any(not np.array_equal(other, forces[0]) for other in forces):
+        return False
+    values = [source.options.get(name) for name in ("friction", "max_normal_force", "torsion", "edges")]
     return all(value is None or np.ptp(np.asarray(value, dtype=float)) == 0 for value in values)
 
 

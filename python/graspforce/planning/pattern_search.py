@@ -7,64 +7,28 @@ them by directions in which others were weak.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from graspforce._checks import finite_vector, search_bounds
+from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce.display import Record, plan_dict, plan_html
 from graspforce.errors import GraspForceError, InvalidInputError
 
 from .pattern import Blocks, choose_blocks, pattern
-from .scoring import CandidateSource, EpsilonScore, Score, SearchCounts
+from .problem import SearchProblem, read_only
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
 
     from .placement import Placement
+    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from .scoring import SearchCounts
 
-__all__ = [
-    "Criterion",
-    "Feasible",
-    "GraspOptions",
-    "Iterate",
-    "Plan",
-    "SearchCounts",
-    "Stopped",
-    "Surface",
-    "pattern_search",
-    "plan",
-]
-
-Criterion: TypeAlias = Literal["max", "sum"]
-
-Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
-"""Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""
-
-Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "ArrayLike"]
-"""Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
-
-Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted"]
-
-
-class GraspOptions(TypedDict, total=False):
-    """What `plan` passes on to every grasp it builds; see `graspforce.Grasp`."""
-
-    friction: ArrayLike
-    max_normal_force: ArrayLike
-    edges: ArrayLike | None
-    torsion: ArrayLike | None
-    tangents: ArrayLike | None
-    origin: ArrayLike | None
-    length_scale: float
-    friction_margin: float
-    extreme_forces: Sequence[ArrayLike] | None
+__all__ = ["Iterate", "Plan", "deadline_after", "pattern_search", "plan"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,8 +75,9 @@ class Plan:
     blocks : tuple of tuple of int
         Which parameters moved together: one block with all of them, or several where their pattern would be
         too large; an iterate is then a sweep over all blocks.
-    stopped : {"tolerance", "target", "time", "interrupted"}
-        Why the search ended: its steps were within tolerance, or sooner.
+    stopped : {"tolerance", "target", "time", "interrupted", "error"}
+        Why the search ended: its steps were within tolerance, or sooner. "error" is that of a plan an error
+        carries as its ``partial``.
     """
 
     params: NDArray[np.float64]
@@ -252,17 +217,18 @@ def plan(
     >>> found.history[0].rho > 0 > found.quality.rho
     True
     """
-    if criterion not in ("max", "sum"):
-        raise InvalidInputError(f"criterion: {criterion!r} is neither 'max' nor 'sum'")
-    source = CandidateSource(surface, grasp_options, feasible, min_distance)
-    question = {"criterion": criterion, "rtol": rtol, "center": center, "metric": metric}
-    score: Score = EpsilonScore(prune=prune, **question)
-    if placement is not None:
-        score = placement.score(question)
-    deadline = None if time_limit is None else time.monotonic() + time_limit
-    return pattern_search(
-        source, score, question, initial, step, tolerance, bounds, target, deadline, max_candidates
-    )
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
+        criterion=criterion, rtol=rtol, center=center, metric=metric,
+    )  # fmt: skip
+    deadline = deadline_after(time_limit)
+    return pattern_search(problem, initial, step, tolerance, bounds, target, deadline, max_candidates)
+
+
+def deadline_after(seconds: float | None) -> float:
+    """When, by `time.monotonic`, a search that may take so long must end."""
+    limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
+    return time.monotonic() + limit
 
 
 def completed(found: Plan) -> Plan:
@@ -283,27 +249,24 @@ class _State:
 
 
 def pattern_search(
-    source: CandidateSource,
-    score: Score,
-    question: dict[str, Any],
+    problem: SearchProblem,
     initial: ArrayLike,
     step: ArrayLike,
     tolerance: ArrayLike,
     bounds: ArrayLike,
-    target: float | None = None,
-    deadline: float | None = None,
-    max_candidates: int = 729,
+    target: float | None,
+    deadline: float,
+    max_candidates: int,
 ) -> Plan:
-    """Run the search of `plan` with what it is made of; `deadline` is a `time.monotonic` value.
-
-    `question` holds the arguments of `Grasp.quality` for the end.
-    """
+    """Run the search of `plan`; `deadline` is a `time.monotonic` value."""
+    source = problem.source
     center = finite_vector("initial", initial)
     steps = finite_vector("step", step, size=center.size, positive=True)
     tolerances = finite_vector("tolerance", tolerance, size=center.size, positive=True)
     lower, upper = search_bounds(bounds, center)
-    if max_candidates < 3:
-        raise InvalidInputError(f"max_candidates: {max_candidates} leaves no room for a pattern of 3")
+    goal = np.inf if target is None else real_number("target", target, finite=False)
+    # Fewer leave no room for the three candidates of one parameter.
+    max_candidates = whole_number("max_candidates", max_candidates, least=3)
     blocks: Blocks = (tuple(range(center.size)),)
     if 3**center.size > max_candidates:
         num_contacts = source.contacts(center[None])["positions"].shape[1]
@@ -311,24 +274,23 @@ def pattern_search(
 
     state = _State(center, steps)
     stopped: Stopped = "tolerance"
-    start = _counts_of(source.counts)
+    start = source.counts
 
     def result(stopped: Stopped) -> Plan:
-        grasp = source.grasp(state.center)
-        quality = grasp.quality(**question)
-        counts = SearchCounts(**{name: n - start[name] for name, n in _counts_of(source.counts).items()})
-        history, criterion = tuple(state.history), question["criterion"]
-        return Plan(state.center, quality, grasp, history, criterion, counts, blocks, stopped)
+        grasp, quality = problem.answer(state.center)
+        history, criterion = tuple(state.history), problem.question["criterion"]
+        params, counts = read_only(state.center), source.counts - start
+        return Plan(params, quality, grasp, history, criterion, counts, blocks, stopped)
 
     try:
         while True:
-            _sweep(state, source, score, lower, upper, blocks)
+            _sweep(state, problem, lower, upper, blocks)
             if np.all(state.steps <= tolerances):
                 break
-            if target is not None and state.rho is not None and -state.rho >= target:
+            if state.rho is not None and -state.rho >= goal:
                 stopped = "target"
                 break
-            if deadline is not None and time.monotonic() >= deadline:
+            if time.monotonic() >= deadline:
                 stopped = "time"
                 break
     except KeyboardInterrupt:
@@ -336,18 +298,17 @@ def pattern_search(
             raise
         stopped = "interrupted"
     except GraspForceError as error:
-        error.partial = result("interrupted") if state.rho is not None else None
+        error.partial = result("error") if state.rho is not None else None
         raise
     if state.rho is None:
-        tried = source.counts.candidates - start["candidates"]
+        tried = (source.counts - start).candidates
         raise InvalidInputError(f"feasible: none of the {tried} candidates tried was feasible")
     return result(stopped)
 
 
 def _sweep(
     state: _State,
-    source: CandidateSource,
-    score: Score,
+    problem: SearchProblem,
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
     blocks: Blocks,
@@ -356,16 +317,13 @@ def _sweep(
     before, center, rho = state.center, state.center, state.rho
     for block in blocks:
         candidates, at = pattern(center, state.steps, lower, upper, block)
-        choice = source.best(candidates, at, rho, score)
+        choice = problem.source.best(candidates, at, rho, problem.score)
         if not state.history:
             first = np.inf if choice is None else choice.center_rho
-            state.history.append(Iterate(center, first, state.steps))
+            state.history.append(Iterate(read_only(center), first, read_only(state.steps)))
         if choice is not None:
-            center, rho = candidates[choice.index], choice.rho
+            center, rho = candidates[choice.index].copy(), choice.rho
     state.steps = np.where(center == before, state.steps / 2, state.steps)
     state.center, state.rho = center, rho
-    state.history.append(Iterate(center, np.inf if rho is None else rho, state.steps))
-
-
-def _counts_of(counts: SearchCounts) -> dict[str, int]:
-    return {name: getattr(counts, name) for name in SearchCounts.__slots__}
+    last = np.inf if rho is None else rho
+    state.history.append(Iterate(read_only(center), last, read_only(state.steps)))

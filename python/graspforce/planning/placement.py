@@ -7,19 +7,20 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graspforce._checks import finite_array
+from graspforce._checks import chosen, finite_array, real_number, whole_number
 from graspforce._core import quality_many
+from graspforce._vectors import unit
 from graspforce.display import Record
 from graspforce.errors import InvalidGraspError, InvalidInputError
 
-from .scoring import TIE, Choice
+from .scoring import TIE, Choice, SearchCounts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .scoring import Contacts, SearchCounts
+    from .scoring import Contacts
 
     Array = NDArray[np.float64]
 
@@ -105,28 +106,23 @@ class Placement(Record):
 
     def __post_init__(self) -> None:
         for name in ("position", "normal"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise InvalidInputError(f"{name}: {getattr(self, name)} must be finite and not negative")
-        if not 1 <= self.samples <= _MAX_SAMPLES:
-            raise InvalidInputError(f"samples: {self.samples} must be within 1 to {_MAX_SAMPLES}")
-        if self.statistic not in ("mean", "percentile_5"):
-            raise InvalidInputError(f"statistic: {self.statistic!r} is neither 'mean' nor 'percentile_5'")
+            real_number(name, getattr(self, name), least=0)
+        whole_number("samples", self.samples, least=1, most=_MAX_SAMPLES)
+        whole_number("seed", self.seed, least=0)
+        chosen("statistic", self.statistic, ("mean", "percentile_5"))
 
     def perturbed(self, positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
         """Noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
-        where, inward = finite_array("positions", positions), finite_array("normals", normals)
-        if where.ndim != 3 or where.shape != inward.shape:
-            raise InvalidInputError(
-                f"positions and normals: shapes {where.shape} and {inward.shape}, expected (B, m, dim) of "
-                "both"
-            )
+        return self._noisy(*_contacts(positions, normals))
+
+    def _noisy(self, where: Array, inward: Array) -> tuple[Array, Array]:
         if where.size * self.samples > _MAX_NUMBERS:
             raise InvalidInputError(
                 f"positions: {len(where)} grasps are too many for {self.samples} samples each"
             )
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
-        n = inward[:, None] / np.linalg.norm(inward, axis=-1)[:, None, :, None]
+        n = unit(inward)[:, None]
         across = self.normal * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
         angle = np.linalg.norm(across, axis=-1, keepdims=True)
         # sinc keeps the limit where nothing tilts.
@@ -143,17 +139,23 @@ class Placement(Record):
         InvalidInputError, InvalidGraspError
             As for `graspforce.quality_many`.
         """
-        noisy, tilted = self.perturbed(positions, normals)
-        batch, samples, *shape = noisy.shape
+        where, inward = _contacts(positions, normals)
+        given = None if tangents is None else finite_array("tangents", tangents)
+        if given is not None and given.shape not in (where.shape, where.shape[1:]):
+            raise InvalidInputError(
+                f"tangents: shape {given.shape}, expected {where.shape} or {where.shape[1:]}"
+            )
+        batch, samples, shape = len(where), self.samples, where.shape[1:]
         step = max(1, _ROWS // samples)
         parts = []
-        for start in range(0, batch, step):
+        # One empty part where there is no grasp at all.
+        for start in range(0, max(batch, 1), step):
             rows = slice(start, start + step)
-            contacts = {"positions": noisy[rows], "normals": tilted[rows]}
-            if tangents is not None:
-                given = np.asarray(tangents, dtype=np.float64)
-                given = given[rows, None] if given.ndim == 3 else given
-                contacts["tangents"] = np.broadcast_to(given, contacts["positions"].shape)
+            noisy, tilted = self._noisy(where[rows], inward[rows])
+            contacts = {"positions": noisy, "normals": tilted}
+            if given is not None:
+                along = given[rows, None] if given.ndim == 3 else given
+                contacts["tangents"] = np.broadcast_to(along, noisy.shape)
             flat: dict[str, Any] = {name: array.reshape(-1, *shape) for name, array in contacts.items()}
             found = quality_many(**flat, **options)
             for row, reason in sorted(found.errors.items()):
@@ -178,19 +180,31 @@ class PlacementScore:
         self._placement, self._question = placement, question
 
     def best(
-        self,
-        options: Mapping[str, Any],
-        contacts: Contacts,
-        center: int,
-        known: float | None,  # noqa: ARG002
-        counts: SearchCounts,
+        self, options: Mapping[str, Any], contacts: Contacts, center: int, known: float | None
     ) -> Choice:
-        """Pick the best row; every noisy copy is measured to the end."""
+        """Pick the best row; every noisy copy is measured to the end, whatever is `known`."""
+        del known
         found = self._placement.quality(**{**options, **contacts}, **self._question)
-        counts.polytopes += found.epsilon.size
-        counts.converged += int(found.converged.sum())
         values = getattr(found, self._placement.statistic)
         best = values.max()
         good = values >= best - TIE * abs(best)
         index = center if good[center] else int(np.argmax(good))
-        return Choice(index, -float(values[index]), -float(values[center]))
+        counts = SearchCounts(polytopes=found.epsilon.size, converged=int(found.converged.sum()))
+        return Choice(index, -float(values[index]), -float(values[center]), counts)
+
+
+def _contacts(positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
+    """Positions and normals (B, m, dim) that have directions."""
+    where, inward = finite_array("positions", positions), finite_array("normals", normals)
+    if where.ndim != 3 or where.shape != inward.shape or where.shape[1] < 1 or where.shape[2] not in (2, 3):
+        raise InvalidInputError(
+            f"positions and normals: shapes {where.shape} and {inward.shape}, expected both to be (B, m, 2) "
+            "or (B, m, 3) with m at least 1"
+        )
+    if not inward.any(axis=-1).all():
+        row, contact = (int(i) for i in np.argwhere(~inward.any(axis=-1))[0])
+        error = InvalidGraspError(f"normals, row {row}, contact {contact}: {inward[row, contact].tolist()} "
+                                  "has no direction")  # fmt: skip
+        error.row = row
+        raise error
+    return where, inward

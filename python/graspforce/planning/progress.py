@@ -7,25 +7,33 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Report", "progress_bar"]
+__all__ = ["Report", "reporting"]
 
 Report: TypeAlias = Callable[[int, int, float], object]
-"""What is told of a search: how much is done, of how much in all, and the best epsilon so far."""
+"""What is told of a search: how much is done, of how much in all, and the epsilon it is after."""
 
 
 @contextlib.contextmanager
-def progress_bar(title: str) -> Iterator[Report]:
-    """Show a bar with the best epsilon while the block runs."""
-    rich = optional("rich.progress", "search")
-    columns = (*rich.Progress.get_default_columns(), rich.TextColumn("best epsilon {task.fields[epsilon]}"))
-    with rich.Progress(*columns, transient=True) as bar:
-        task = bar.add_task(title, total=None, epsilon="-")
+def reporting(progress: bool | Report | None, title: str, number: str) -> Iterator[Report | None]:
+    """Whom to tell while the block runs: a bar that shows the `number`, the caller's function, or nobody."""
+    if callable(progress):
+        yield progress
+    elif progress is True:
+        rich = optional("rich.progress", "search")
+        columns = (*rich.Progress.get_default_columns(), rich.TextColumn(number + " {task.fields[epsilon]}"))
+        with rich.Progress(*columns, transient=True) as bar:
+            task = bar.add_task(title, total=None, epsilon="-")
 
-        def report(done: int, total: int, epsilon: float) -> None:
-            bar.update(task, completed=done, total=total, epsilon=f"{epsilon:.4g}")
+            def report(done: int, total: int, epsilon: float) -> None:
+                bar.update(task, completed=done, total=total, epsilon=f"{epsilon:.4g}")
 
-        yield report
+            yield report
+    elif progress is None or progress is False:
+        yield None
+    else:
+        raise InvalidInputError(f"progress: {progress!r} is neither a bool nor callable")

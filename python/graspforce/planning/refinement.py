@@ -9,23 +9,25 @@ and where it vanishes the point is stationary for that neighbourhood.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
-from graspforce._checks import finite_vector, search_bounds
+from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._core import Grasp
 from graspforce._optional import optional
+from graspforce._vectors import unit
 from graspforce.display import Record
-from graspforce.errors import InvalidInputError
+from graspforce.errors import GraspForceError, InvalidInputError
 
-from .scoring import CandidateSource
+from .problem import SearchProblem, read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Grasp, Quality
+    from graspforce._core import Quality
 
-    from .pattern_search import Criterion, Feasible, GraspOptions, Surface
+    from .problem import Criterion, Feasible, GraspOptions, Surface
     from .scoring import Contacts
 
     Array = NDArray[np.float64]
@@ -58,7 +60,7 @@ class Refinement(Record):
         Length of the shortest vector in the hull of the last gradients, in epsilon by a full range of
         parameters.
     iterations, evaluations : int
-        Steps taken, and qualities computed.
+        Steps taken, and qualities and gradients computed.
     unique : bool
         Whether epsilon has a gradient at the end.
     """
@@ -115,7 +117,7 @@ def refine(
     Raises
     ------
     InvalidInputError
-        As for `graspforce.plan`; or the start is infeasible.
+        As for `graspforce.plan`, with a `Refinement` as ``partial``; or the start is infeasible.
     MissingExtraError
         SciPy is not installed.
 
@@ -133,30 +135,27 @@ def refine(
     (True, True)
     """
     start = finite_vector("params", params)
-    lower, upper = search_bounds(bounds, start)
-    if not tolerance > 0:
-        raise InvalidInputError(f"tolerance: {tolerance} must be positive")
-    source = CandidateSource(surface, grasp_options, feasible, min_distance)
-    if not source.feasible(source.contacts(start[None]))[0]:
+    lower, upper = search_bounds(bounds, start, "params")
+    tolerance = real_number("tolerance", tolerance, positive=True)
+    max_iterations = whole_number("max_iterations", max_iterations, least=0)
+    seed = whole_number("seed", seed, least=0)
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance,
+        criterion=criterion, rtol=rtol, center=center, metric=metric,
+    )  # fmt: skip
+    if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
         raise InvalidInputError(f"params: {start.tolist()} is not feasible")
-    question = {"criterion": criterion, "rtol": rtol, "center": center, "metric": metric}
-    return _Ascent(source, question, start, lower, upper, tolerance, seed).run(max_iterations)
+    return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations)
 
 
 class _Ascent:
     """Refinement in unit parameters: each runs from 0 to 1 over its bounds."""
 
     def __init__(
-        self,
-        source: CandidateSource,
-        question: dict[str, Any],
-        start: Array,
-        lower: Array,
-        upper: Array,
-        tolerance: float,
-        seed: int,
+        self, problem: SearchProblem, start: Array, lower: Array, upper: Array, tolerance: float, seed: int
     ) -> None:
-        self._source, self._question, self._tolerance = source, question, tolerance
+        self._source, self._tolerance = problem.source, tolerance
+        self._question = problem.question
         self._lower, self._range = lower, upper - lower
         self._random = np.random.default_rng(seed)
         # A parameter without a range has nowhere to go.
@@ -169,30 +168,38 @@ class _Ascent:
         quality = first = self._quality(params)
         radius, slope, stationary, iterations = _FIRST_RADIUS, 0.0, not len(self._free), 0
         gradients = np.zeros((0, len(params)))
-        while len(self._free) and iterations < max_iterations:
-            iterations += 1
-            gradients = np.concatenate([gradients, self._gradients_near(params, radius)])
-            direction = self._uphill(gradients, params)
-            slope = float(np.linalg.norm(direction))
-            flat = slope <= self._tolerance * max(abs(quality.epsilon), 1e-12)
-            moved = None if flat else self._line_search(params, quality.epsilon, direction, slope)
-            if moved is not None:
-                params, quality = moved
+
+        def result() -> Refinement:
+            gain = quality.epsilon - first.epsilon
+            return Refinement(
+                read_only(params), quality, quality.grasp, gain, stationary, slope, iterations,
+                self.evaluations, quality.gradient.unique,
+            )  # fmt: skip
+
+        try:
+            while len(self._free) and iterations < max_iterations:
+                iterations += 1
+                gradients = np.concatenate([gradients, self._gradients_near(params, radius)])
+                direction = self._uphill(gradients, params)
+                slope = float(np.linalg.norm(direction))
+                flat = slope <= self._tolerance * max(abs(quality.epsilon), 1e-12)
+                moved = None if flat else self._line_search(params, quality.epsilon, direction, slope)
+                if moved is not None:
+                    params, quality = moved
+                    gradients = gradients[:0]
+                    continue
+                # A direction that fails shows that a piece is missing: look again before looking closer.
+                if not flat and len(gradients) < _BUNDLES * (len(self._free) + 2):
+                    continue
+                if radius <= _LAST_RADIUS:
+                    stationary = flat
+                    break
+                radius *= _SHRINK
                 gradients = gradients[:0]
-                continue
-            # A direction that fails shows that a piece is missing: look again before looking closer.
-            if not flat and len(gradients) < _BUNDLES * (len(self._free) + 2):
-                continue
-            if radius <= _LAST_RADIUS:
-                stationary = flat
-                break
-            radius *= _SHRINK
-            gradients = gradients[:0]
-        grasp, gain = self._source.grasp(params), quality.epsilon - first.epsilon
-        unique = quality.gradient.unique
-        return Refinement(
-            params, quality, grasp, gain, stationary, slope, iterations, self.evaluations, unique
-        )
+        except GraspForceError as error:
+            error.partial = result()
+            raise
+        return result()
 
     def _quality(self, params: Array) -> Quality:
         self.evaluations += 1
@@ -208,8 +215,9 @@ class _Ascent:
 
     def _gradient(self, params: Array) -> Array:
         """Chain rule: how contacts move with each parameter, and epsilon with the contacts."""
-        quality = self._quality(params)
-        gradient = quality.gradient
+        self.evaluations += 1
+        question = {name: value for name, value in self._question.items() if name != "rtol"}
+        gradient = self._source.grasp(params)._gradient(**question)  # noqa: SLF001 - the quality is not wanted
         upper = self._lower + self._range
         step = _DIFFERENCE * self._range[self._free]
         moves = np.zeros((len(self._free), len(params)))
@@ -219,27 +227,36 @@ class _Ascent:
         after, before = (self._source.contacts(np.atleast_2d(end)) for end in ends)
         slopes = np.zeros(len(params))
         positions = after["positions"] - before["positions"]
-        normals = _unit(after["normals"]) - _unit(before["normals"])
+        normals = unit(after["normals"]) - unit(before["normals"])
         rise = (positions * gradient.positions).sum(axis=(1, 2)) + (normals * gradient.normals).sum(
             axis=(1, 2)
         )
         if np.any(gradient.spins):
-            rise += np.array([self._spins(after, before, row) for row in range(len(rise))]) @ gradient.spins
+            rise += self._spins(after, before) @ gradient.spins
         slopes[self._free] = rise / spans
         return slopes
 
-    def _spins(self, after: Contacts, before: Contacts, row: int) -> Array:
-        """Angles (m,) by which contact frames spin about their normals beyond the smallest rotation."""
-        new, old = (self._source.grasp_of(contacts, row).frames for contacts in (after, before))
-        n_new, n_old, o_old = new[:, 0], old[:, 0], old[:, 1]
+    def _spins(self, after: Contacts, before: Contacts) -> Array:
+        """Angles (B, m) by which contact frames spin about their normals beyond the smallest rotation."""
+        new, old = self._frames(after), self._frames(before)
+        n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
         # The smallest rotation from n_old to n_new, applied to o_old.
         axis = np.cross(n_old, n_new)
-        cosine = (n_old * n_new).sum(axis=1, keepdims=True)
-        along = (axis * o_old).sum(axis=1, keepdims=True)
+        cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
+        along = (axis * o_old).sum(axis=-1, keepdims=True)
         carried = o_old * cosine + np.cross(axis, o_old) + axis * along / (1 + cosine)
-        sine = (np.cross(carried, new[:, 1]) * n_new).sum(axis=1)
-        angles: Array = np.arctan2(sine, (carried * new[:, 1]).sum(axis=1))
+        sine = (np.cross(carried, new[:, :, 1]) * n_new).sum(axis=-1)
+        angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=-1))
         return angles
+
+    def _frames(self, contacts: Contacts) -> Array:
+        """Contact frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least."""
+        shape = contacts["positions"].shape
+        tangents = contacts.get("tangents", self._source.options.get("tangents"))
+        if tangents is not None:
+            tangents = np.broadcast_to(np.asarray(tangents, dtype=np.float64), shape).reshape(-1, 3)
+        places, normals = (contacts[name].reshape(-1, 3) for name in ("positions", "normals"))
+        return Grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
 
     def _uphill(self, gradients: Array, params: Array) -> Array:
         """Shortest vector of the gradients' hull, what points out of the bounds removed.
@@ -279,8 +296,3 @@ class _Ascent:
                     return place, quality
             step *= 0.3
         return None
-
-
-def _unit(vectors: Array) -> Array:
-    unit: Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return unit

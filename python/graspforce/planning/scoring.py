@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from graspforce._checks import checked_contacts
+from graspforce._checks import checked_contacts, real_number
 from graspforce._core import CandidateSearch, Grasp
 from graspforce.display import Record
-from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
+    from .problem import Feasible
+
     Array = NDArray[np.float64]
     Contacts = dict[str, Array]
-    Feasible = Callable[[Array, Array], ArrayLike]
 
 __all__ = ["TIE", "CandidateSource", "Choice", "EpsilonScore", "Score", "SearchCounts"]
 
@@ -28,7 +29,7 @@ __all__ = ["TIE", "CandidateSource", "Choice", "EpsilonScore", "Score", "SearchC
 TIE = 1e-9
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class SearchCounts(Record):
     """What a search cost.
 
@@ -52,14 +53,23 @@ class SearchCounts(Record):
     polytopes: int = 0
     converged: int = 0
 
+    def __add__(self, other: SearchCounts) -> SearchCounts:
+        """Return the cost of both."""
+        return SearchCounts(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
+
+    def __sub__(self, other: SearchCounts) -> SearchCounts:
+        """Return what came after `other` was read."""
+        return SearchCounts(*(getattr(self, f.name) - getattr(other, f.name) for f in fields(self)))
+
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The winner among candidates, and the centre's quality (infinite where that is infeasible)."""
+    """The winner among candidates, the centre's quality (infinite where that is infeasible), and the cost."""
 
     index: int
     rho: float
     center_rho: float
+    counts: SearchCounts
 
 
 class Score(Protocol):
@@ -71,7 +81,6 @@ class Score(Protocol):
         contacts: Contacts,
         center: int,
         known: float | None,
-        counts: SearchCounts,
     ) -> Choice:
         """Pick the best row; the centre wins ties, else the lowest row."""
         ...
@@ -90,7 +99,6 @@ class EpsilonScore:
         contacts: Contacts,
         center: int,
         known: float | None,
-        counts: SearchCounts,
     ) -> Choice:
         """Pick the best row by rho; the pool of critical directions lasts from call to call."""
         if self._search is None:
@@ -98,10 +106,8 @@ class EpsilonScore:
             self._search = CandidateSearch(dim, **self._question, prune=self._prune)
         given: dict[str, Any] = {**options, **contacts}
         found = self._search.best(**given, center_index=center, center_rho=known)
-        counts.rejected += found["rejected"]
-        counts.polytopes += found["polytopes"]
-        counts.converged += found["converged"]
-        return Choice(found["index"], found["rho"], found["center_rho"])
+        cost = {name: found[name] for name in ("rejected", "polytopes", "converged")}
+        return Choice(found["index"], found["rho"], found["center_rho"], SearchCounts(**cost))
 
 
 class CandidateSource:
@@ -118,19 +124,44 @@ class CandidateSource:
             raise InvalidInputError(f"surface: {surface!r} is not callable")
         if feasible is not None and not callable(feasible):
             raise InvalidInputError(f"feasible: {feasible!r} is not callable")
-        if not 0 <= min_distance < np.inf:
-            raise InvalidInputError(f"min_distance: {min_distance} must be finite and not negative")
-        self._surface, self._feasible, self._min_distance = surface, feasible, min_distance
-        # A surface may know the friction and limits of its contacts; what the caller says comes first.
-        self.options = {**getattr(surface, "grasp_options", {}), **options}
+        self._min_distance = real_number("min_distance", min_distance, least=0)
+        self._surface, self._feasible = surface, feasible
+        self.options = dict(options)
         self.counts = SearchCounts()
+        self._layout: dict[str, tuple[int, ...]] | None = None
 
     def contacts(self, params: Array) -> Contacts:
         """Contacts of (B, p) parameters, checked."""
-        contacts = checked_contacts(self._surface(params), params)
+        # A copy: a surface that works in place must not move the search.
+        contacts = checked_contacts(self._surface(params.copy()), params)
         if "tangents" in contacts and self.options.get("tangents") is not None:
             raise InvalidInputError("tangents: the surface returns tangents already")
+        layout = {name: array.shape[1:] for name, array in contacts.items()}
+        self._layout = self._layout or layout
+        if layout != self._layout:
+            raise InvalidInputError(f"surface: returned {layout} for a row, but {self._layout} before")
         return contacts
+
+    def answered(self, params: Array) -> tuple[Contacts, dict[int, GraspForceError]]:
+        """Contacts of the rows of (B, p) parameters that have any, in order, and why others have none."""
+        try:
+            return self.contacts(params), {}
+        except GraspForceError:
+            pass
+        failed: dict[int, GraspForceError] = {}
+        rows: list[Contacts] = []
+        for row in range(len(params)):
+            try:
+                rows.append(self.contacts(params[row : row + 1]))
+            except GraspForceError as error:
+                failed[row] = error
+        names = rows[0] if rows else ()
+        return {name: np.concatenate([contacts[name] for contacts in rows]) for name in names}, failed
+
+    @property
+    def gives_tangents(self) -> bool:
+        """Whether each contact has a tangent of its own, from the caller or the surface."""
+        return self.options.get("tangents") is not None or "tangents" in (self._layout or {})
 
     def grasp(self, params: Array) -> Grasp:
         """Grasp at (p,) parameters."""
@@ -161,9 +192,8 @@ class CandidateSource:
     def best(self, params: Array, center: int, known: float | None, score: Score) -> Choice | None:
         """Pick the best of the candidates (B, p) that are feasible; None where none is."""
         contacts = self.contacts(params)
-        self.counts.candidates += len(params)
         rows = np.flatnonzero(self.feasible(contacts))
-        self.counts.infeasible += len(params) - len(rows)
+        self.counts += SearchCounts(candidates=len(params), infeasible=len(params) - len(rows))
         if not len(rows):
             return None
         where = np.flatnonzero(rows == center)
@@ -173,11 +203,13 @@ class CandidateSource:
         # Among candidates without their centre no other one deserves its privilege but the lowest.
         at = int(where[0]) if inside else 0
         try:
-            choice = score.best(self.options, contacts, at, known if inside else None, self.counts)
+            choice = score.best(self.options, contacts, at, known if inside else None)
         except InvalidGraspError as error:
             if error.row is None:
                 raise
             row = int(rows[error.row])
             message = f"surface, row {row}, parameters {params[row].tolist()}: {error}"
             raise InvalidGraspError(message) from error
-        return Choice(int(rows[choice.index]), choice.rho, choice.center_rho if inside else np.inf)
+        self.counts += choice.counts
+        center_rho = choice.center_rho if inside else np.inf
+        return Choice(int(rows[choice.index]), choice.rho, center_rho, choice.counts)

@@ -22,7 +22,7 @@ __all__ = ["draw_latencies", "draw_plan_history"]
 
 
 def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
-    """Draw the quality of every iterate of a plan.
+    """Draw the quality of every iterate of a plan that has one: an infeasible start has none.
 
     For one thread at a time, as all of matplotlib.
 
@@ -48,10 +48,11 @@ def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
     >>> len(draw_plan_history(Figure().subplots(), found))
     1
     """
-    epsilon = [-row.rho for row in plan.history]
-    line = axes.plot(epsilon, "o-", ms=4, lw=1.3, color=FORCE)
+    epsilon = {k: -row.rho for k, row in enumerate(plan.history) if np.isfinite(row.rho)}
+    line = axes.plot(list(epsilon), list(epsilon.values()), "o-", ms=4, lw=1.3, color=FORCE)
+    last = max(epsilon)
     axes.annotate(
-        f"{epsilon[-1]:.6g}", (len(epsilon) - 1, epsilon[-1]), (-4, -12), textcoords="offset points",
+        f"{epsilon[last]:.6g}", (last, epsilon[last]), (-4, -12), textcoords="offset points",
         ha="right", fontsize=8, color=INK,
     )  # fmt: skip
     plain_axes(axes, "iteration", rf"$\epsilon_{{\mathrm{{{plan.criterion}}}}}$ (N)")

@@ -105,6 +105,9 @@ def contacts_on(*places: Place) -> Arrangement:
     """
     if not places:
         raise InvalidInputError("places: a grasp needs at least one contact")
+    for contact, place in enumerate(places):
+        if not (hasattr(place, "num_params") and callable(getattr(place, "contacts", None))):
+            raise InvalidInputError(f"places: contact {contact}: {place!r} is no curve, surface or mesh")
     num_params = sum(place.num_params for place in places)
     options = {}
     for name in ("friction", "max_normal_force"):

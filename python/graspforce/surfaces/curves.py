@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from graspforce._checks import chosen, finite_array, real_number
+from graspforce._vectors import unit
 from graspforce.errors import InvalidInputError
 
 from .differences import curve_tangents
@@ -64,18 +66,16 @@ class PlanarCurve:
     num_params: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        if self.object_side not in ("left", "right"):
-            raise InvalidInputError(f"object_side: {self.object_side!r} is neither 'left' nor 'right'")
+        chosen("object_side", self.object_side, ("left", "right"))
 
     def normals(self, params: Array) -> Array:
         """Return unit normals (B, 2) into the object; not finite where a given tangent has no direction."""
         tangents = curve_tangents(self.point, params) if self.tangent is None else self.tangent(params)
         x, y = np.moveaxis(tangents, -1, 0)
         left = np.stack([-y, x], axis=-1)
-        with np.errstate(invalid="ignore"):
-            unit: Array = left / np.linalg.norm(left, axis=-1, keepdims=True)
+        inward: Array = unit(left) if self.object_side == "left" else -unit(left)
         # Adding zero turns -0.0 into 0.0, so that axis-parallel normals print as what they are.
-        return (unit if self.object_side == "left" else -unit) + 0.0
+        return inward + 0.0
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals (B, 2) at parameters (B, 1)."""
@@ -101,6 +101,9 @@ def ellipse(
     >>> ellipse(2.0, 1.0, pressed_from="inside").normals(np.array([0.0])).tolist()
     [[1.0, 0.0]]
     """
+    chosen("pressed_from", pressed_from, ("outside", "inside"))
+    semi_x = real_number("semi_x", semi_x, positive=True)
+    semi_y = real_number("semi_y", semi_y, positive=True)
     return PlanarCurve(
         point=partial(_ellipse_points, semi_x, semi_y),
         tangent=partial(_ellipse_tangents, semi_x, semi_y),
@@ -121,11 +124,13 @@ def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left",
     >>> edge.point(np.array([0.2])).tolist(), edge.normals(np.array([0.2])).tolist()
     ([[-0.5, 0.2]], [[1.0, 0.0]])
     """
-    origin, along = np.asarray(start, dtype=np.float64), np.asarray(direction, dtype=np.float64)
+    origin, along = finite_array("start", start), finite_array("direction", direction)
     if origin.shape != (2,) or along.shape != (2,):
         raise InvalidInputError(
             f"start and direction: shapes {origin.shape} and {along.shape}, expected (2,)"
         )
+    if not along.any():
+        raise InvalidInputError(f"direction: {along.tolist()} has no direction")
     return PlanarCurve(
         point=partial(_line_points, origin, along),
         tangent=partial(_line_tangents, along),

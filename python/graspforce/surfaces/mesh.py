@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from graspforce._checks import finite_array
+from graspforce._checks import chosen, finite_array, real_number
 from graspforce._core import TriangleTree
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
@@ -99,8 +99,9 @@ class MeshSurface:
         check_watertight: bool = True,
         check_size: bool = True,
     ) -> None:
-        if normals not in ("interpolated", "face"):
-            raise InvalidInputError(f"normals: {normals!r} is neither 'interpolated' nor 'face'")
+        chosen("normals", normals, ("interpolated", "face"))
+        if max_curvature is not None:
+            max_curvature = real_number("max_curvature", max_curvature, least=0, finite=False)
         self.friction, self.max_normal_force = friction, max_normal_force
         checked = checked_mesh(mesh, metres(unit), check_watertight, check_size)
         self.vertices = np.array(checked.vertices, dtype=np.float64)
@@ -150,12 +151,12 @@ class MeshSurface:
         trimesh = optional("trimesh", "mesh")
         try:
             mesh = trimesh.load_mesh(path, process=True)
-        except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
+            if isinstance(mesh, trimesh.Scene):
+                mesh = mesh.to_mesh()
+            # Corners that differ only in texture or stored normals are one corner of the surface.
+            mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        except Exception as error:  # whatever a parser of someone else's makes of a broken file
             raise InvalidInputError(f"path: {path} is not a mesh that can be read: {error}") from error
-        if isinstance(mesh, trimesh.Scene):
-            mesh = mesh.to_mesh()
-        # Corners that differ only in texture or stored normals are one corner of the surface.
-        mesh.merge_vertices(merge_tex=True, merge_norm=True)
         try:
             return cls(mesh, **options)
         except InvalidInputError as error:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._checks import finite_array, real_number
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
@@ -20,6 +21,7 @@ __all__ = ["checked_mesh", "curvature", "hidden_faces", "metres"]
 _UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 # A hand holds nothing smaller or larger: such a mesh is in other units than it says.
 _SIZES = (1e-3, 5.0)
+_FLAT = 1e-12  # of the cube of the largest extent: a volume that is all rounding
 
 
 def metres(unit: str | float) -> float:
@@ -28,21 +30,16 @@ def metres(unit: str | float) -> float:
         if unit not in _UNITS:
             raise InvalidInputError(f"unit: {unit!r} is none of {', '.join(_UNITS)}")
         return _UNITS[unit]
-    if not 0 < unit < np.inf:
-        raise InvalidInputError(f"unit: {unit} must be finite and positive")
-    return float(unit)
+    return real_number("unit", unit, positive=True)
 
 
 def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: bool) -> Any:
     """Return the mesh in m, triangles and orientation checked, or raise what is wrong with it."""
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")) or len(mesh.faces) == 0:
         raise InvalidInputError(f"mesh: {mesh!r} has no triangles")
-    vertices = np.asarray(mesh.vertices, dtype=np.float64) * unit
-    if not np.isfinite(vertices).all():
-        row = int(np.argwhere(~np.isfinite(vertices))[0, 0])
-        raise InvalidInputError(f"mesh: vertex {row} is not finite: {vertices[row].tolist()}")
+    vertices, faces = _triangles(mesh)
     # Always a copy: what is cached and checked must not change with the caller's mesh.
-    own = optional("trimesh", "mesh").Trimesh(vertices, np.asarray(mesh.faces), process=False)
+    own = optional("trimesh", "mesh").Trimesh(vertices * unit, faces, process=False)
     extent = float(own.extents.max())
     if check_size and not _SIZES[0] <= extent <= _SIZES[1]:
         raise InvalidInputError(
@@ -60,12 +57,45 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
     if not own.is_winding_consistent:
         raise InvalidInputError("mesh: faces are not oriented alike, so normals have no side; "
                                 "see trimesh.repair.fix_winding")  # fmt: skip
-    if own.is_watertight and own.volume < 0:
-        raise InvalidInputError(
-            f"mesh: inside out: its normals point inward (volume {own.volume:.3g} m^3); call mesh.invert() "
-            "first"
-        )
+    if own.is_watertight:
+        volume = _volume(np.asarray(own.triangles))
+        # A sheet with two sides is closed by its edges and holds nothing.
+        if abs(volume) <= _FLAT * extent**3:
+            raise InvalidInputError(f"mesh: flat: it encloses no volume ({volume:.3g} m^3)")
+        if volume < 0:
+            raise InvalidInputError(
+                f"mesh: inside out: its normals point inward (volume {volume:.3g} m^3); call mesh.invert() "
+                "first"
+            )
     return own
+
+
+def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (V, 3) and faces (F, 3) that name vertices."""
+    vertices = np.asarray(mesh.vertices)
+    if vertices.dtype.kind not in "iuf" or vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InvalidInputError(
+            f"mesh: vertices {vertices.dtype} of shape {vertices.shape}, expected numbers (V, 3)"
+        )
+    if not np.isfinite(vertices).all():
+        row = int(np.argwhere(~np.isfinite(vertices))[0, 0])
+        raise InvalidInputError(f"mesh: vertex {row} is not finite: {vertices[row].tolist()}")
+    faces = finite_array("mesh: faces", mesh.faces)
+    if faces.ndim != 2 or faces.shape[1] != 3:
+        raise InvalidInputError(f"mesh: faces of shape {faces.shape}, expected (F, 3)")
+    bad = (faces != np.floor(faces)) | (faces < 0) | (faces >= len(vertices))
+    if bad.any():
+        row = int(np.argwhere(bad)[0, 0])
+        raise InvalidInputError(
+            f"mesh: face {row}: {faces[row].tolist()} are not numbers of {len(vertices)} vertices"
+        )
+    return vertices.astype(np.float64), faces.astype(np.int64)
+
+
+def _volume(triangles: Array) -> float:
+    """Volume in m^3 that closed triangles (F, 3, 3) enclose, negative where they face inward."""
+    a, b, c = np.moveaxis(triangles - triangles[0, 0], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
 
 
 def curvature(mesh: Any) -> Array:

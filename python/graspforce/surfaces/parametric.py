@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from graspforce._checks import finite_vector
+from graspforce._checks import chosen, finite_vector, real_number
+from graspforce._vectors import unit
 from graspforce.errors import InvalidInputError
 
 from .differences import surface_normals
@@ -69,15 +70,13 @@ class ParametricSurface:
     num_params: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
-        if self.object_side not in ("along", "against"):
-            raise InvalidInputError(f"object_side: {self.object_side!r} is neither 'along' nor 'against'")
+        chosen("object_side", self.object_side, ("along", "against"))
 
     def normals(self, params: Array) -> Array:
         """Return unit normals (B, 3) into the object; not finite where a given normal has no direction."""
         normals = surface_normals(self.point, params) if self.normal is None else self.normal(params)
-        with np.errstate(invalid="ignore"):
-            unit: Array = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
-        return (unit if self.object_side == "along" else -unit) + 0.0
+        inward: Array = unit(normals) if self.object_side == "along" else -unit(normals)
+        return inward + 0.0
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals (B, 3) at parameters (B, 2)."""
@@ -133,7 +132,9 @@ def ellipsoid(
     >>> points.round(12).tolist(), (normals.round(12) + 0.0).tolist()
     ([[0.0, 0.0, 0.05]], [[0.0, 0.0, -1.0]])
     """
-    axes = finite_vector("semi_x, semi_y, semi_z", [semi_x, semi_y, semi_z], positive=True)
+    chosen("pressed_from", pressed_from, ("outside", "inside"))
+    lengths = {"semi_x": semi_x, "semi_y": semi_y, "semi_z": semi_z}
+    axes = np.array([real_number(name, value, positive=True) for name, value in lengths.items()])
     return ParametricSurface(
         point=partial(_ellipsoid_points, axes),
         normal=partial(_ellipsoid_points, 1 / axes),
@@ -154,7 +155,8 @@ def cylinder(radius: float, *, pressed_from: Literal["outside", "inside"] = "out
     >>> points.tolist(), normals.tolist()
     ([[0.04, 0.0, 0.02]], [[-1.0, 0.0, 0.0]])
     """
-    (size,) = finite_vector("radius", [radius], positive=True)
+    chosen("pressed_from", pressed_from, ("outside", "inside"))
+    size = real_number("radius", radius, positive=True)
     return ParametricSurface(
         point=partial(_cylinder_points, size),
         normal=_cylinder_normals,

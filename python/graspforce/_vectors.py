@@ -1,0 +1,23 @@
+"""Directions of vectors whose lengths may be anything a double holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["unit"]
+
+
+def unit(vectors: ArrayLike) -> NDArray[np.float64]:
+    """Vectors of length 1 along the last axis; NaN where there is no direction."""
+    given = np.asarray(vectors, dtype=np.float64)
+    # Squares of 1e200 overflow and those of 1e-200 vanish; a power of two scales without rounding.
+    _, exponent = np.frexp(np.abs(given).max(axis=-1, keepdims=True))
+    with np.errstate(invalid="ignore"):
+        scaled = np.ldexp(given, -exponent)
+        directions: NDArray[np.float64] = scaled / np.linalg.norm(scaled, axis=-1, keepdims=True)
+    return directions

@@ -1,0 +1,94 @@
+"""What every search of the planner starts from: the surface, the question, and the score of its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
+
+import numpy as np
+
+from graspforce._checks import chosen, known_options
+from graspforce.errors import InvalidInputError
+
+from .placement import Placement
+from .scoring import CandidateSource, EpsilonScore, Score
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Grasp, Quality
+
+__all__ = ["Criterion", "Feasible", "GraspOptions", "SearchProblem", "Stopped", "Surface", "read_only"]
+
+Criterion: TypeAlias = Literal["max", "sum"]
+
+Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
+"""Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""
+
+Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "ArrayLike"]
+"""Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
+
+Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted", "error"]
+
+
+class GraspOptions(TypedDict, total=False):
+    """What `plan` passes on to every grasp it builds; see `graspforce.Grasp`."""
+
+    friction: ArrayLike
+    max_normal_force: ArrayLike
+    edges: ArrayLike | None
+    torsion: ArrayLike | None
+    tangents: ArrayLike | None
+    origin: ArrayLike | None
+    length_scale: float
+    friction_margin: float
+    extreme_forces: Sequence[ArrayLike] | None
+
+
+@dataclass(frozen=True, slots=True)
+class SearchProblem:
+    """Candidates from parameters, and what they are asked."""
+
+    source: CandidateSource
+    question: dict[str, Any]
+    """Arguments of `Grasp.quality`."""
+    score: Score
+
+    @classmethod
+    def of(
+        cls,
+        surface: Surface,
+        grasp_options: Mapping[str, Any],
+        feasible: Feasible | None,
+        min_distance: float,
+        *,
+        placement: Placement | None = None,
+        prune: bool = True,
+        **question: Any,
+    ) -> SearchProblem:
+        """Check what the caller of a search gave before the surface is asked for anything."""
+        chosen("criterion", question["criterion"], ("max", "sum"))
+        # A surface may know the friction and limits of its contacts; what the caller says comes first.
+        options = {**getattr(surface, "grasp_options", {}), **grasp_options}
+        known_options(options, GraspOptions.__annotations__)
+        source = CandidateSource(surface, options, feasible, min_distance)
+        if placement is None:
+            return cls(source, question, EpsilonScore(prune=prune, **question))
+        if not isinstance(placement, Placement):
+            raise InvalidInputError(f"placement: {placement!r} is not a graspforce.Placement")
+        return cls(source, question, placement.score(question))
+
+    def answer(self, params: NDArray[np.float64]) -> tuple[Grasp, Quality]:
+        """Return the grasp at (p,) parameters and its quality."""
+        grasp = self.source.grasp(params)
+        return grasp, grasp.quality(**self.question)
+
+
+def read_only(values: ArrayLike) -> NDArray[np.float64]:
+    """Copy what a result keeps, so that nothing else keeps it alive or changes it."""
+    own = np.array(values, dtype=np.float64)
+    own.flags.writeable = False
+    return own
