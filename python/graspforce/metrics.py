@@ -64,7 +64,8 @@ def metrics_of(grasp: Grasp) -> Metrics:
     spectrum = np.zeros(d)
     spectrum[: values.size] = values
     with np.errstate(over="ignore", under="ignore"):
-        volume = float(np.prod(spectrum))
+        # The largest with the smallest first, so that no partial product overflows.
+        volume = float(np.prod(np.sqrt(spectrum) * np.sqrt(spectrum[::-1]))) if spectrum[-1] > 0 else 0.0
     return Metrics(
         smallest_singular_value=float(spectrum[-1]),
         ellipsoid_volume=volume,
