@@ -65,3 +65,21 @@ fn meshes_that_are_none_are_refused() {
     assert!(TriangleTree::new(&corners, &[[0, 1, 3]]).is_err());
     assert!(TriangleTree::new(&[Vector3::repeat(f64::NAN); 3], &[[0, 1, 2]]).is_err());
 }
+
+#[test]
+fn triangles_flat_up_to_rounding_are_their_longest_edge() {
+    let mut stream = Stream(11);
+    for _ in 0..5_000 {
+        let (along, base) = (stream.vector(), stream.vector() * 0.1);
+        let places = [0.0, 3.0 * stream.next().abs(), 3.0 * stream.next().abs()];
+        let corners = places.map(|t| base + along * t);
+        let tree = TriangleTree::new(&corners, &[[0, 1, 2]]).expect("valid");
+        let off = 10_f64.powf(8.5 * stream.next() - 8.5);
+        let query = base + along * (places[1].max(places[2]) * stream.next().abs()) + stream.vector() * off;
+        let far = along * places[1].max(places[2]);
+        let t = ((query - base).dot(&far) / far.norm_squared()).clamp(0.0, 1.0);
+        let least = (base + far * t - query).norm();
+        let found = (tree.closest(&query).point - query).norm();
+        assert!((found - least).abs() <= 1e-14, "{found} instead of {least}: {corners:?} {query:?}");
+    }
+}

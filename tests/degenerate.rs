@@ -1,6 +1,8 @@
 //! Degenerate grasps are the normal case: each is classified and bracketed.
 
-use graspforce::{Closure, Contact, Criterion, Grasp};
+use graspforce::{
+    Closure, Contact, Criterion, Error, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench,
+};
 use nalgebra::Vector3;
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
@@ -196,4 +198,105 @@ fn coplanar_contacts_and_a_far_origin() {
         c
     });
     check::<6>("torques about a point 100 m away", &away, Closure::Force);
+}
+
+/// Three fingers under a plate, pressing upward.
+fn plate() -> Grasp<6> {
+    let fingers: Vec<_> = (0..3)
+        .map(|i| {
+            let (s, c) = (2.1 * f64::from(i)).sin_cos();
+            Contact::new(Vector3::new(c, s, 0.0), Vector3::z()).friction(0.5).max_normal_force(10.0).edges(12)
+        })
+        .collect();
+    Grasp::new(&fingers).unwrap()
+}
+
+fn about<const D: usize>(grasp: &Grasp<D>, criterion: Criterion, center: Wrench<D>) -> Quality<D> {
+    let options = QualityOptions { center: Some(center), ..QualityOptions::new(criterion) };
+    grasp.quality_with(&options, &mut QualityWorkspace::default()).unwrap()
+}
+
+#[test]
+fn cones_of_enormous_friction_are_no_less_closed_than_others() {
+    // A soft pair of unequal strength: its wrenches are all friction, and its normal forces rounding beside them.
+    let x = Vector3::new(0.466_281_615_201_695_9, -0.111_052_659_400_205_39, 0.877_638_172_691_365_8);
+    for friction in [0.5, 1e3, 1e4, 1e5, 1e6] {
+        for limits in [[1.0, 1.0], [380.211_680_91, 1.886_797_94]] {
+            let pair =
+                [-1.0, 1.0].map(|side| Contact::new(x * side, -x * side).friction(friction).torsion(0.1));
+            let soft = |i: usize| pair[i].clone().max_normal_force(limits[i]);
+            let cones = Grasp::<6>::new(&[soft(0).cone(), soft(1).cone()]).unwrap();
+            assert_eq!(cones.closure(), Ok(Closure::Force), "friction {friction}, limits {limits:?}");
+            for criterion in BOTH {
+                let found = cones.quality(criterion).unwrap();
+                assert!(
+                    found.closure == Closure::Force && found.lower < 0.0,
+                    "{friction} {limits:?} {found:?}"
+                );
+                assert!(
+                    found.lower <= found.rho && found.rho <= found.upper && found.upper <= 0.0,
+                    "{found:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn where_quality_converges_its_bracket_is_narrow() {
+    for strong in [1.0, 1e3, 1e6, 1e9, 1e12] {
+        let fingers =
+            [([0.0, 0.0], [0.0, 1.0], 1.0), ([1.0, 0.0], [0.3, 1.0], strong)].map(|(r, n, limit)| {
+                Contact::new(Vector3::new(r[0], r[1], 0.0), Vector3::new(n[0], n[1], 0.0))
+                    .friction(0.3)
+                    .max_normal_force(limit)
+            });
+        let grasp = Grasp::<3>::new(&fingers).unwrap();
+        for criterion in BOTH {
+            let found = grasp.quality(criterion).unwrap();
+            assert_eq!(found.closure, Closure::None);
+            let noise = 1e-14 * strong;
+            assert!(found.converged, "{strong:e} {found:?}");
+            assert!(found.upper - found.lower <= 1e-9 * found.rho + noise, "{strong:e} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn on_the_boundary_about_a_center_the_direction_is_a_witness() {
+    let plate = plate();
+    for (criterion, load) in [(Criterion::Sum, -10.0), (Criterion::Max, -30.0), (Criterion::Sum, 0.0)] {
+        let center = Wrench::from_row_slice(&[0.0, 0.0, load, 0.0, 0.0, 0.0]);
+        let found = about(&plate, criterion, center);
+        assert!(found.rho == 0.0 && found.converged, "{criterion:?} {load} {found:?}");
+        let wrenches = plate.primitive_wrenches().unwrap();
+        let most = |w: &[Wrench<6>]| w.iter().map(|w| w.dot(&found.direction)).fold(0.0, f64::max);
+        let reach = match criterion {
+            Criterion::Sum => most(wrenches),
+            Criterion::Max => wrenches.chunks(12).map(most).sum(),
+        };
+        let value = reach + center.dot(&found.direction);
+        assert!(value <= 1e-8, "{criterion:?} {load}: {value:e}");
+    }
+}
+
+#[test]
+fn what_cannot_be_computed_with_is_named() {
+    let grasp = Grasp::<6>::new(&tetrahedron()).unwrap();
+    let ask = |options| grasp.quality_with(&options, &mut QualityWorkspace::default()).unwrap_err();
+    let plain = QualityOptions::new(Criterion::Max);
+    let tiny = nalgebra::SMatrix::<f64, 6, 6>::identity() * 1e-300;
+    if let Ok(metric) = Metric::from_matrix(&tiny) {
+        let error = ask(QualityOptions { metric: Some(metric), ..plain });
+        assert!(matches!(error, Error::InvalidInput { argument: "metric", .. }), "{error}");
+    }
+    let error = ask(QualityOptions { center: Some(Wrench::repeat(1e200)), ..plain });
+    assert!(matches!(error, Error::InvalidInput { argument: "center", .. }), "{error}");
+}
+
+#[test]
+fn more_forces_than_memory_holds_are_refused() {
+    let soft = tetrahedron().into_iter().map(|contact| contact.torsion(0.1).edges(65_536));
+    let error = Grasp::<6>::new(&soft.collect::<Vec<_>>()).unwrap_err();
+    assert!(matches!(error, Error::InvalidGrasp { argument: "edges", contact: Some(0), .. }), "{error}");
 }

@@ -69,9 +69,13 @@ fn check<const D: usize>(
 ) {
     let mut random = Random::new(11);
     let mut errors = Vec::new();
+    let mut asked = 0;
     while errors.len() < 40 {
         let (contacts, options) = problem(&mut random);
         errors.extend(agrees(&contacts, &options));
+        asked += 1;
+        // Random grasps are differentiable: a flag that is never raised would leave nothing to compare.
+        assert!(asked <= 60, "of {asked} gradients only {} claim to be unique", errors.len());
     }
     errors.sort_by(f64::total_cmp);
     println!("largest relative errors {:?}", &errors[35..]);
@@ -145,4 +149,69 @@ fn symmetric_grasps_are_flagged() {
     let gradient =
         Grasp::<6>::new(&contacts).unwrap().gradient(&options, &mut QualityWorkspace::default()).unwrap();
     assert!(!gradient.unique);
+}
+
+#[test]
+fn gradients_by_the_sum_about_a_center_are_central_differences() {
+    // Three fingers under a plate, and its weight: the worst direction may be one along which they exert nothing.
+    let problem = |random: &mut Random| {
+        let finger = |i: u32| {
+            let (s, c) = (2.1 * f64::from(i)).sin_cos();
+            let offset = Vector3::from_fn(|_, _| random.within(-0.1, 0.1));
+            let tilt = Vector3::from_fn(|_, _| random.within(-0.1, 0.1));
+            Contact::new(Vector3::new(c, s, 0.0) + offset, Vector3::z() + tilt)
+                .friction(0.5)
+                .max_normal_force(9.0 + f64::from(i))
+                .edges(11)
+        };
+        let contacts: Vec<_> = (0..3).map(finger).collect();
+        let weight = random.within(3.0, 8.0);
+        let torque: [f64; 3] = std::array::from_fn(|_| random.within(-0.3, 0.3));
+        let center = [0.1, 0.2, -weight, torque[0], torque[1], torque[2]];
+        let options = QualityOptions {
+            center: Some(SMatrix::from_row_slice(&center)),
+            ..QualityOptions::new(Criterion::Sum)
+        };
+        (contacts, options)
+    };
+    check::<6>(problem, 1e-6);
+}
+
+#[test]
+fn outside_closure_the_gradient_is_that_of_the_distance() {
+    let problem = |random: &mut Random| loop {
+        let contacts = common::ellipsoid_contacts(random, 3);
+        let open = Grasp::<6>::new(&contacts).unwrap().quality(Criterion::Max).unwrap().rho > 0.02;
+        if open {
+            return (contacts, QualityOptions::new(Criterion::Max));
+        }
+    };
+    check::<6>(problem, 1e-5);
+}
+
+#[test]
+fn a_center_of_zero_changes_nothing_on_a_closed_grasp() {
+    let corners = [(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)];
+    let mut grasps = common::closed_grasps(3, 10, 5, 8);
+    for friction in [0.3, 0.5, 0.8] {
+        let contacts = corners.map(|(x, y, z)| {
+            let corner = Vector3::new(x, y, z).normalize();
+            Contact::new(corner, -corner).friction(friction)
+        });
+        grasps.push(Grasp::new(&contacts).unwrap());
+    }
+    for grasp in &grasps {
+        for criterion in [Criterion::Max, Criterion::Sum] {
+            let plain = QualityOptions::new(criterion);
+            let zero = QualityOptions { center: Some(SMatrix::zeros()), ..plain };
+            let ask = |options| grasp.gradient(options, &mut QualityWorkspace::default()).unwrap();
+            let (plain, zero) = (ask(&plain), ask(&zero));
+            assert_eq!(plain.unique, zero.unique, "{criterion:?}");
+            if plain.unique {
+                for (a, b) in plain.positions.iter().zip(&zero.positions) {
+                    assert!((a - b).norm() < 1e-9, "{criterion:?}: {a} {b}");
+                }
+            }
+        }
+    }
 }

@@ -79,6 +79,10 @@ fn ten_thousand_grasps_are_bracketed_and_follow_the_laws() {
                 assert!((scaled.rho - factor * found.rho).abs() <= factor * near, "{seed}");
                 *rho = found.rho;
             }
+            if rhos[0] > 0.0 || rhos[1] > 0.0 {
+                let near = 3e-9 * rhos[0].abs() + 1e-12 * size(&contacts, scale);
+                assert!((rhos[1] - rhos[0]).abs() <= near, "outside, both criteria agree: {seed} {rhos:?}");
+            }
             assert!(rhos[1] <= rhos[0] + 1e-12 * size(&contacts, scale), "{seed}: {rhos:?}");
             open
         })
@@ -191,4 +195,41 @@ fn a_plate_on_three_fingers_resists_what_its_weight_allows() {
     assert!(ask(Some(-weight)).rho > 0.0);
     // Without any weight the origin is a corner of the set.
     assert_eq!(ask(Some(Wrench::zeros())).rho, 0.0);
+}
+
+/// Every point of the union, or of the Minkowski sum with its `prod(l_i + 1)` points, one after another.
+fn slow_support(grasp: &Grasp<6>, criterion: Criterion, z: &Wrench<6>) -> f64 {
+    match criterion {
+        Criterion::Sum => {
+            let wrenches = grasp.primitive_wrenches().unwrap();
+            wrenches.iter().map(|w| w.dot(z)).fold(f64::NEG_INFINITY, f64::max)
+        }
+        Criterion::Max => {
+            let sum = graspforce::MinkowskiSum::new(grasp).unwrap();
+            sum.wrenches().iter().map(|w| w.dot(z)).fold(f64::NEG_INFINITY, f64::max)
+        }
+    }
+}
+
+#[test]
+fn no_direction_among_the_enumerated_points_is_thinner_than_the_bracket_says() {
+    (0..100_u64).into_par_iter().for_each(|seed| {
+        let mut random = Random::new(seed + 4_242);
+        let contacts = common::ellipsoid_contacts(&mut random, 4);
+        let contacts: Vec<_> = contacts.into_iter().map(|contact| contact.edges(5)).collect();
+        let grasp = Grasp::<6>::new(&contacts).unwrap();
+        for criterion in BOTH {
+            let found = grasp.quality(criterion).unwrap();
+            let reach = slow_support(&grasp, criterion, &found.direction);
+            // The upper bound on epsilon is what the enumerated points reach along the worst direction ...
+            assert!((reach + found.rho).abs() <= 1e-9, "{seed} {criterion:?}: {reach} {found:?}");
+            // ... and along no other direction, near it or far, do they reach less than the lower bound.
+            for k in 0..60 {
+                let away = Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0));
+                let z = (found.direction + away * 10_f64.powi(-(k % 6))).normalize();
+                let reach = slow_support(&grasp, criterion, &z);
+                assert!(reach >= -found.upper - 1e-9, "{seed} {criterion:?}: {reach} {found:?}");
+            }
+        }
+    });
 }

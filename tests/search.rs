@@ -3,7 +3,7 @@
 #[path = "../benches/common/mod.rs"]
 mod common;
 
-use graspforce::{CandidateSearch, Contact, Criterion, Grasp, QualityOptions};
+use graspforce::{BoxBound, CandidateSearch, Contact, Criterion, Grasp, QualityOptions, Stencil};
 use nalgebra::Vector3;
 
 /// Contacts on a sphere at angles that make many candidates equal: a pattern about a symmetric centre.
@@ -76,7 +76,8 @@ fn a_candidate_that_is_no_grasp_is_named() {
         Grasp::<3>::new(&[Contact::new(Vector3::zeros(), normal)])
     };
     assert_eq!(search.best(4, 0, None, grasp).expect_err("no normal").0, 2);
-    assert_eq!(search.best(4, 9, None, grasp).expect_err("no centre").0, 9);
+    let (row, error) = search.best(4, 9, None, grasp).expect_err("no centre");
+    assert!(row == 9 && error.to_string().starts_with("center_index: 9"), "{error}");
 }
 
 #[test]
@@ -90,4 +91,50 @@ fn random_grasps_give_the_same_winner_with_and_without_pruning() {
         };
         assert_eq!(choose(true), choose(false));
     }
+}
+
+#[test]
+fn an_open_candidate_has_its_distance_as_quality() {
+    // Thin for its size: an upper bound near zero is met before all artificial vertices are gone.
+    let positions = [
+        [0.926_225_675_160_788_6, 0.025_706_029_105_770_307, 0.488_276_779_025_802_47],
+        [0.541_309_099_148_933_4, -0.629_744_935_581_684_5, 0.384_172_030_297_226_46],
+        [0.217_726_079_492_738_4, 0.220_713_370_392_503_63, 1.217_066_024_400_473],
+        [0.190_542_302_588_251_4, 0.408_625_295_013_827_77, -1.089_827_898_965_239_7],
+        [0.204_331_880_552_986_48, 0.575_960_067_273_003, -0.862_244_400_805_991_7],
+    ];
+    let axes = Vector3::new(1.0, 0.8, 1.3);
+    let contacts = positions.map(|p| {
+        let p = Vector3::from(p);
+        let outward = p.component_div(&axes).component_div(&axes);
+        Contact::new(p, -outward)
+    });
+    for criterion in [Criterion::Sum, Criterion::Max] {
+        let mut search = CandidateSearch::<6>::new(QualityOptions::new(criterion), true).expect("options");
+        let found = search.best(1, 0, None, |_| Grasp::new(&contacts)).expect("valid");
+        assert!((found.rho - 0.004_875_705_593_900_9).abs() < 1e-12, "{criterion:?} {found:?}");
+    }
+}
+
+#[test]
+fn a_box_of_no_grasps_or_of_too_many_is_refused_and_spoils_nothing() {
+    let grasp = |vertex: usize| {
+        let angles = [0.0, [2.8, 3.0][vertex]];
+        Grasp::<3>::new(&angles.map(|angle: f64| {
+            let outward = Vector3::new(angle.cos(), angle.sin(), 0.0);
+            Contact::new(outward, -outward)
+        }))
+    };
+    let mut bound = BoxBound::new(QualityOptions::new(Criterion::Max)).expect("options");
+    assert!(bound.over(&[0.01], None, 0.0, |_| 0..0, grasp).is_err());
+    for axes in [1, 2, 63, 64, usize::MAX] {
+        assert!(
+            bound.over(&[0.01], Some(Stencil { axes, safety: 1.5 }), 0.0, |_| 0..2, grasp).is_err(),
+            "{axes}"
+        );
+    }
+    let mut fresh = BoxBound::new(QualityOptions::new(Criterion::Max)).expect("options");
+    let after = bound.over(&[0.01], None, 1e-3, |_| 0..2, grasp).expect("two vertices");
+    assert_eq!(after, fresh.over(&[0.01], None, 1e-3, |_| 0..2, grasp).expect("two vertices"));
+    assert!(after[0] >= -grasp(1).unwrap().quality(Criterion::Max).unwrap().rho);
 }

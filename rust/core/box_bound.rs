@@ -24,8 +24,9 @@ use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::nearest_point::nearest_point;
-use crate::polytope::{Expansion, Limits, Polytope};
-use crate::quality::{QualityOptions, Question};
+use crate::polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
+use crate::quality::QualityOptions;
+use crate::question::Question;
 use crate::wrench_set::{Criterion, Support};
 
 /// Bounds need not be sharp: the slack is wider.
@@ -45,6 +46,18 @@ pub struct Stencil {
     pub axes: usize,
     /// Factor on the largest second difference.
     pub safety: f64,
+}
+
+impl Stencil {
+    /// `2^axes`, where that can be counted.
+    fn num_vertices(&self) -> Option<usize> {
+        1_usize.checked_shl(u32::try_from(self.axes).ok()?)
+    }
+
+    /// Vertices, centre and the places on the axes.
+    fn num_grasps(&self) -> Option<usize> {
+        self.num_vertices()?.checked_add(self.axes.checked_mul(4)?)?.checked_add(1)
+    }
 }
 
 /// Upper bounds of `epsilon` over boxes of parameters, and a memory of where grasps are weak.
@@ -82,7 +95,8 @@ impl<const D: usize> BoxBound<D> {
     /// One bound for each slack, in order, in parallel: of the box whose vertices (and stencil) are the grasps
     /// `rows(i)`. A stencil can only lower a slack.
     ///
-    /// A bound is refined only until it falls below `enough`. A row that is no grasp is an error, with its number.
+    /// A bound is refined only until it falls below `enough`. A row that is no grasp is an error, with its number, and
+    /// so is a box without vertices or with other than its stencil's number of grasps.
     pub fn over(
         &mut self,
         slacks: &[f64],
@@ -97,9 +111,17 @@ impl<const D: usize> BoxBound<D> {
             .enumerate()
             .map_init(Polytope::new, |polytope, (index, slack)| {
                 let numbered = |vertex| grasp(vertex).map_err(|error| (vertex, error));
-                let grasps = rows(index).map(numbered).collect::<std::result::Result<Vec<_>, _>>()?;
-                let num_vertices = stencil.map_or(grasps.len(), |stencil| 1 << stencil.axes);
-                let vertices = &grasps[..num_vertices.min(grasps.len())];
+                let rows = rows(index);
+                let num_vertices = stencil.map_or(Some(rows.len()), |stencil| stencil.num_vertices());
+                let wanted = stencil.map_or(num_vertices, |stencil| stencil.num_grasps());
+                let num_vertices = num_vertices.filter(|_| wanted == Some(rows.len()) && !rows.is_empty());
+                let Some(num_vertices) = num_vertices else {
+                    let axes = stencil.map_or_else(String::new, |s| format!(" over {} axes", s.axes));
+                    let reason = format!("{} grasps do not make a box{axes}", rows.len());
+                    return Err((rows.start, Error::input("positions", reason)));
+                };
+                let grasps = rows.map(numbered).collect::<std::result::Result<Vec<_>, _>>()?;
+                let vertices = &grasps[..num_vertices];
                 let questions = vertices.iter().map(|grasp| Question::new(grasp, options));
                 let questions = questions.collect::<Result<Vec<_>>>().map_err(|error| (index, error))?;
                 let estimate = stencil.and_then(|stencil| {
@@ -228,12 +250,13 @@ fn bound_of<const D: usize>(
     };
     let limits = Limits { stop_below: enough - slack, ..Limits::new(RTOL) };
     let (mut upper, mut direction) = match polytope.expand(1e-3 * scale, &limits, support) {
-        Expansion::Radius(radius) => (radius.upper, radius.direction),
-        Expansion::Pierced { upper, direction } => (upper, direction),
+        Expansion::Radius(Radius { upper, direction, .. })
+        | Expansion::Pierced(Thinnest { upper, direction, .. })
+        | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
     };
     if upper < 1e-3 * scale {
         // No ball fits; the direction that separates the origin from all vertices' wrenches, if one does.
-        let nearest = nearest_point(RTOL, 1e-12 * scale, support);
+        let nearest = nearest_point(RTOL, 1e-12 * scale, usize::MAX, support);
         if nearest.lower > 0.0 {
             direction = nearest.point / -nearest.upper;
             upper = value(&direction);

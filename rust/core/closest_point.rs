@@ -158,17 +158,19 @@ impl Node {
 
 /// Weights of the corners at the triangle's point nearest to `p`: of a corner, an edge, or inside.
 ///
-/// A flat triangle has no inside; one of its edges then holds the nearest point.
+/// A flat triangle has no inside; one of its edges then holds the nearest point. Of one that is flat up to rounding the
+/// weights inside are noise, so they must do better than the edges.
 fn closest_weights([a, b, c]: &[Vector3<f64>; 3], p: &Vector3<f64>) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let normal = ab.cross(&ac);
     let area = normal.norm_squared();
+    let mut inside = (f64::INFINITY, [1.0, 0.0, 0.0]);
     if area > 0.0 {
         let v = ap.cross(&ac).dot(&normal) / area;
         let w = ab.cross(&ap).dot(&normal) / area;
         let u = 1.0 - v - w;
         if u >= 0.0 && v >= 0.0 && w >= 0.0 {
-            return [u, v, w];
+            inside = ((ab * v + ac * w - ap).norm_squared(), [u, v, w]);
         }
     }
     let on_edge = |from: &Vector3<f64>, to: &Vector3<f64>| {
@@ -178,7 +180,9 @@ fn closest_weights([a, b, c]: &[Vector3<f64>; 3], p: &Vector3<f64>) -> [f64; 3] 
         ((from + along * t - p).norm_squared(), t)
     };
     let [(d0, t0), (d1, t1), (d2, t2)] = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
-    if d0 <= d1 && d0 <= d2 {
+    if inside.0 <= d0.min(d1).min(d2) {
+        inside.1
+    } else if d0 <= d1 && d0 <= d2 {
         [1.0 - t0, t0, 0.0]
     } else if d1 <= d2 {
         [0.0, 1.0 - t1, t1]

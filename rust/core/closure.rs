@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map};
 use crate::nearest_point::nearest_point;
-use crate::polytope::{Expansion, Limits, Polytope};
+use crate::polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// Radius of the ball that the twin's wrenches must surround to count as force closure, and the distance from
@@ -43,15 +43,23 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         Expansion::Radius(radius) if radius.lower > CLOSURE_TOLERANCE => {
             return Verdict { closure: Closure::Force, direction: Wrench::zeros() };
         }
-        Expansion::Radius(radius) => (radius.upper, radius.direction),
-        Expansion::Pierced { upper, direction } => (upper, direction),
+        Expansion::Radius(Radius { upper, direction, .. })
+        | Expansion::Pierced(Thinnest { upper, direction, .. })
+        | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
     };
-    let nearest = nearest_point(1e-6, CLOSURE_TOLERANCE, |z| twin.set.support(z));
-    if nearest.upper <= CLOSURE_TOLERANCE {
-        return Verdict { closure: Closure::Partial, direction: twin.physical(&direction) };
-    }
-    let direction = if nearest.lower > -upper { -nearest.point } else { direction };
-    Verdict { closure: Closure::None, direction: twin.physical(&direction) }
+    let nearest = nearest_point(1e-6, CLOSURE_TOLERANCE, usize::MAX, |z| twin.set.support(z));
+    // Wolfe's point alone proves nothing where rounding stalls it: only a plane beyond the origin does.
+    let (beyond, direction) =
+        if nearest.lower > -upper { (nearest.lower, -nearest.point) } else { (-upper, direction) };
+    let closure = if beyond > CLOSURE_TOLERANCE { Closure::None } else { Closure::Partial };
+    Verdict { closure, direction: twin.physical(&direction) }
+}
+
+/// Whether a functional on physical wrenches proves that a grasp has no closure at all: every wrench of the twin lies
+/// beyond the tolerance on its far side.
+pub(crate) fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
+    let twin = Twin::of(grasp);
+    twin.set.value(&twin.unit_of_functional(functional)) < -CLOSURE_TOLERANCE
 }
 
 /// The same grasp in its own units.
@@ -88,6 +96,27 @@ impl<const D: usize> Twin<D> {
             shift: centroid - grasp.options().origin,
             size: if size.is_finite() { size } else { 1.0 },
         }
+    }
+
+    /// The unit direction that measures the twin's wrenches as `functional` measures physical ones: the inverse of
+    /// [`Self::physical`].
+    fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
+        let mut z = *functional;
+        let c = &self.shift;
+        if D == 3 {
+            z[0] -= z[2] * c.y;
+            z[1] += z[2] * c.x;
+            z[2] *= self.size;
+        } else {
+            let b = Vector3::new(z[3], z[4], z[5]);
+            let a = b.cross(c);
+            for row in 0..3 {
+                z[row] += a[row];
+                z[row + 3] *= self.size;
+            }
+        }
+        // Scaled before its length is taken: the square of a component may not be representable.
+        (z / z.amax()).normalize()
     }
 
     /// The direction that measures physical wrenches as `z` measures the twin's.

@@ -17,8 +17,12 @@ use crate::error::Result;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::nearest_point::nearest_point;
-use crate::quality::{Quality, QualityOptions, QualityWorkspace, Question};
-use crate::wrench_set::{ContactSupport, Criterion, Support};
+use crate::quality::{Quality, QualityOptions, QualityWorkspace};
+use crate::question::Question;
+use crate::wrench_set::{ContactSupport, Criterion, Support, WrenchSet};
+
+/// How far from the nearest boundary wrench the forces that exert it may end, relative to the longest wrench.
+const EXERTED: f64 = 1e-9;
 
 /// How `epsilon` changes as contacts move.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +63,7 @@ impl<const D: usize> Grasp<D> {
         let rtol = if self.is_finite() { 1e-12 } else { 1e-10 };
         let options = QualityOptions { rtol: Some(rtol), ..*options };
         let question = Question::new(self, &options)?;
-        let quality = question.answer(&mut workspace.polytope);
+        let quality = question.answer(workspace);
         let rival = quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality);
         let active = ActiveForces::at(&question, &quality);
         let (a, b) = split(&active.functional);
@@ -90,6 +94,18 @@ struct ActiveForces<const D: usize> {
     unique: bool,
 }
 
+/// What of the wrench set lies on the supporting hyperplane.
+struct Faces<'a, const D: usize> {
+    question: &'a Question<'a, D>,
+    /// In physical coordinates.
+    set: &'a WrenchSet<D>,
+    contacts: Vec<Face<D>>,
+    /// All contacts share one convex combination, instead of each having its own.
+    union: bool,
+    /// To exert nothing at all is one of the union's points (that a center adds).
+    origin: bool,
+}
+
 /// What of a contact lies on the supporting hyperplane.
 struct Face<const D: usize> {
     /// Extreme forces and their wrenches.
@@ -105,19 +121,21 @@ impl<const D: usize> ActiveForces<D> {
         let functional = question.metric.functional(&question.metric.to_euclidean(&quality.direction));
         // Outside, the union decides for both criteria.
         let outside = quality.rho >= 0.0 && question.center.is_none();
-        let sum = question.set.criterion() == Criterion::Sum || outside;
-        let target = quality.wrench - question.center.unwrap_or_else(Wrench::zeros);
+        let union = question.set.criterion() == Criterion::Sum || outside;
+        let set = WrenchSet::new(question.grasp, question.set.criterion());
+        let target = quality.wrench - question.center.map_or_else(Wrench::zeros, |(center, _)| center);
         let mut best: Option<(f64, Self)> = None;
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
         for tolerance in [1e-9, 1e-7, 1e-5, 1e-3] {
-            let faces = faces(question, &functional, tolerance, sum);
-            let (residual, forces) = combine(question, &faces, &target, sum);
+            let faces = Faces::on(question, &set, &functional, tolerance, union);
+            let (residual, forces) = faces.combine(&target);
             let better = best.as_ref().is_none_or(|(least, _)| residual < *least);
             if better {
-                let unique = independent(question, &faces, sum);
+                // Forces that do not exert the wrench are no gradient, let alone the only one.
+                let unique = residual <= EXERTED * question.scale && faces.are_independent();
                 best = Some((residual, Self { functional, forces, unique }));
             }
-            if residual <= 1e-9 * question.scale {
+            if residual <= EXERTED * question.scale {
                 break;
             }
         }
@@ -132,122 +150,132 @@ impl<const D: usize> ActiveForces<D> {
     }
 }
 
-fn faces<const D: usize>(
-    question: &Question<'_, D>,
-    z: &Wrench<D>,
-    tolerance: f64,
-    sum: bool,
-) -> Vec<Face<D>> {
-    let grasp = question.grasp;
-    let tolerance = tolerance * question.scale;
-    let supports: Vec<_> = (0..grasp.num_contacts()).map(|i| question.set.contact_support(i, z)).collect();
-    let furthest = supports.iter().map(|support| support.value).fold(f64::NEG_INFINITY, f64::max);
-    let face = |(i, support): (usize, &ContactSupport<D>)| {
-        let (least, optional) = if sum {
-            (furthest - tolerance, false)
-        } else {
-            (f64::max(support.value, 0.0) - tolerance, support.value <= tolerance)
-        };
-        let Some(range) = grasp.edges(i) else {
-            let along_normal = grasp.contacts()[i].max_normal_force * grasp.maps()[i].column(0).dot(z);
-            let active = support.value >= least;
-            let whole = active && support.value - along_normal <= tolerance;
-            let points = if active { vec![(support.wrench, support.force)] } else { Vec::new() };
-            return Face { points, whole, optional };
-        };
-        let all = grasp.finite_wrenches()[range.clone()].iter().zip(&grasp.finite_forces()[range]);
-        let active = all.filter(|(wrench, _)| wrench.dot(z) >= least);
-        Face { points: active.map(|(wrench, force)| (*wrench, *force)).collect(), whole: false, optional }
-    };
-    supports.iter().enumerate().map(face).collect()
-}
-
-/// The convex combination of the faces nearest to `target`, and how far it stays away: Wolfe's algorithm on the
-/// sum (or the union) of the faces, whose vertices are never listed.
-fn combine<const D: usize>(
-    question: &Question<'_, D>,
-    faces: &[Face<D>],
-    target: &Wrench<D>,
-    sum: bool,
-) -> (f64, Vec<ContactForce>) {
-    let metric = &question.metric;
-    let target = metric.to_euclidean(target);
-    let mut calls: Vec<Vec<ContactForce>> = Vec::new();
-    let nearest = nearest_point(1e-9, 1e-14 * question.scale, |q| {
-        let functional = metric.functional(q);
-        let mut picks: Vec<_> =
-            (0..faces.len()).map(|i| furthest_of_face(question, faces, i, &functional)).collect();
-        let best = picks.iter().flatten().map(|(value, ..)| *value).fold(f64::NEG_INFINITY, f64::max);
-        let mut taken = false;
-        for pick in &mut picks {
-            *pick = pick.filter(|(value, ..)| !sum || (!taken && *value == best));
-            taken |= pick.is_some();
-        }
-        let wrench = picks.iter().flatten().map(|(_, wrench, _)| *wrench).sum();
-        calls.push(
-            picks.iter().map(|pick| pick.map_or_else(ContactForce::zeros, |(.., force)| force)).collect(),
-        );
-        let wrench = metric.to_euclidean(&wrench) - target;
-        Support { value: wrench.dot(q), wrench }
-    });
-    let mut forces = vec![ContactForce::zeros(); faces.len()];
-    for (call, weight) in nearest.combination {
-        for (force, exerted) in forces.iter_mut().zip(&calls[call]) {
-            *force += exerted * weight;
-        }
-    }
-    (nearest.upper, forces)
-}
-
-/// The point of contact `i`'s face furthest along `functional`; `None` where that is to exert nothing.
-fn furthest_of_face<const D: usize>(
-    question: &Question<'_, D>,
-    faces: &[Face<D>],
-    i: usize,
-    functional: &Wrench<D>,
-) -> Option<(f64, Wrench<D>, ContactForce)> {
-    let face = &faces[i];
-    let best = if face.whole {
-        let support = question.set.contact_support(i, functional);
-        Some((support.value, support.wrench, support.force))
-    } else {
-        let points = face.points.iter().map(|(wrench, force)| (wrench.dot(functional), *wrench, *force));
-        points.max_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    best.filter(|(value, ..)| !face.optional || *value > 0.0)
-}
-
-/// Whether the faces' forces are determined by their sum: the edges that span the faces are linearly independent.
-///
-/// A face may have more points than its dimension asks for (all edges of a cone, say); how they share a force is
-/// of no concern, so each face counts by an independent part of its edges.
-fn independent<const D: usize>(question: &Question<'_, D>, faces: &[Face<D>], sum: bool) -> bool {
-    let mut all = Span::default();
-    let mut shared = None;
-    for (face, map) in faces.iter().zip(question.grasp.maps()) {
-        let mut edges: Vec<Wrench<D>> = Vec::new();
-        let mut own = Span::default();
-        let first = face.points.first().map(|(wrench, _)| *wrench);
-        if let Some(first) = first {
-            if face.whole {
-                let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
-                edges.extend(tangential.map(Matrix::into_owned));
+impl<'a, const D: usize> Faces<'a, D> {
+    /// What lies within `tolerance` (relative to the longest wrench) of the hyperplane of the functional `z`.
+    fn on(
+        question: &'a Question<'a, D>,
+        set: &'a WrenchSet<D>,
+        z: &Wrench<D>,
+        tolerance: f64,
+        union: bool,
+    ) -> Self {
+        let grasp = question.grasp;
+        let tolerance = tolerance * question.scale;
+        let supports: Vec<_> = (0..grasp.num_contacts()).map(|i| set.contact_support(i, z)).collect();
+        let furthest = supports.iter().map(|support| support.value).fold(f64::NEG_INFINITY, f64::max);
+        // About a center, the origin belongs to the set.
+        let with_origin = question.center.is_some();
+        let furthest = if with_origin { furthest.max(0.0) } else { furthest };
+        let face = |(i, support): (usize, &ContactSupport<D>)| {
+            let (least, optional) = if union {
+                (furthest - tolerance, false)
             } else {
-                let within = face.points.iter().skip(1).map(|(wrench, _)| wrench - first);
-                edges.extend(within.filter(|edge| own.admit(&question.metric.to_euclidean(edge))));
-            }
-            match (sum, face.optional, shared) {
-                (true, _, Some(shared)) => edges.push(first - shared),
-                (true, _, None) => shared = Some(first),
-                (false, true, _) => edges.push(first),
-                (false, false, _) => {}
-            }
-        }
-        if !edges.iter().all(|edge| all.admit(&question.metric.to_euclidean(edge))) {
-            return false;
-        }
+                (f64::max(support.value, 0.0) - tolerance, support.value <= tolerance)
+            };
+            let Some(range) = grasp.edges(i) else {
+                let along_normal = grasp.contacts()[i].max_normal_force * grasp.maps()[i].column(0).dot(z);
+                let active = support.value >= least;
+                let whole = active && support.value - along_normal <= tolerance;
+                let points = if active { vec![(support.wrench, support.force)] } else { Vec::new() };
+                return Face { points, whole, optional };
+            };
+            let all = grasp.finite_wrenches()[range.clone()].iter().zip(&grasp.finite_forces()[range]);
+            let active = all.filter(|(wrench, _)| wrench.dot(z) >= least);
+            Face { points: active.map(|(wrench, force)| (*wrench, *force)).collect(), whole: false, optional }
+        };
+        let contacts = supports.iter().enumerate().map(face).collect();
+        Self { question, set, contacts, union, origin: union && with_origin && furthest <= tolerance }
     }
-    true
+
+    /// The convex combination of the faces nearest to `target`, and how far it stays away: Wolfe's algorithm on the
+    /// sum (or the union) of the faces, whose vertices are never listed.
+    fn combine(&self, target: &Wrench<D>) -> (f64, Vec<ContactForce>) {
+        let metric = &self.question.metric;
+        let target = metric.to_euclidean(target);
+        let mut calls: Vec<Vec<ContactForce>> = Vec::new();
+        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, |q| {
+            let functional = metric.functional(q);
+            let mut picks: Vec<_> = self
+                .contacts
+                .iter()
+                .enumerate()
+                .map(|(i, face)| self.furthest(i, face, &functional))
+                .collect();
+            if self.union {
+                let none = if self.origin { 0.0 } else { f64::NEG_INFINITY };
+                let best = picks.iter().flatten().map(|(value, ..)| *value).fold(none, f64::max);
+                let mut taken = false;
+                for pick in &mut picks {
+                    *pick = pick.filter(|(value, ..)| !taken && *value == best);
+                    taken |= pick.is_some();
+                }
+            }
+            let wrench = picks.iter().flatten().map(|(_, wrench, _)| *wrench).sum();
+            calls.push(
+                picks.iter().map(|pick| pick.map_or_else(ContactForce::zeros, |(.., force)| force)).collect(),
+            );
+            let wrench = metric.to_euclidean(&wrench) - target;
+            Support { value: wrench.dot(q), wrench }
+        });
+        let mut forces = vec![ContactForce::zeros(); self.contacts.len()];
+        for (call, weight) in nearest.combination {
+            for (force, exerted) in forces.iter_mut().zip(&calls[call]) {
+                *force += exerted * weight;
+            }
+        }
+        (nearest.upper, forces)
+    }
+
+    /// The point of contact `i`'s face furthest along `functional`; `None` where that is to exert nothing.
+    fn furthest(
+        &self,
+        i: usize,
+        face: &Face<D>,
+        functional: &Wrench<D>,
+    ) -> Option<(f64, Wrench<D>, ContactForce)> {
+        let best = if face.whole {
+            let support = self.set.contact_support(i, functional);
+            Some((support.value, support.wrench, support.force))
+        } else {
+            let points = face.points.iter().map(|(wrench, force)| (wrench.dot(functional), *wrench, *force));
+            points.max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        best.filter(|(value, ..)| !face.optional || *value > 0.0)
+    }
+
+    /// Whether the faces' forces are determined by their sum: the edges that span the faces are linearly independent.
+    ///
+    /// A face may have more points than its dimension asks for (all edges of a cone, say); how they share a force is
+    /// of no concern, so each face counts by an independent part of its edges.
+    fn are_independent(&self) -> bool {
+        let Self { question, .. } = self;
+        let mut all = Span::default();
+        let mut shared = self.origin.then(Wrench::zeros);
+        for (face, map) in self.contacts.iter().zip(question.grasp.maps()) {
+            let mut edges: Vec<Wrench<D>> = Vec::new();
+            let mut own = Span::default();
+            let first = face.points.first().map(|(wrench, _)| *wrench);
+            if let Some(first) = first {
+                if face.whole {
+                    let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
+                    edges.extend(tangential.map(Matrix::into_owned));
+                } else {
+                    let within = face.points.iter().skip(1).map(|(wrench, _)| wrench - first);
+                    edges.extend(within.filter(|edge| own.admit(&question.metric.to_euclidean(edge))));
+                }
+                match (self.union, face.optional, shared) {
+                    (true, _, Some(shared)) => edges.push(first - shared),
+                    (true, _, None) => shared = Some(first),
+                    (false, true, _) => edges.push(first),
+                    (false, false, _) => {}
+                }
+            }
+            if !edges.iter().all(|edge| all.admit(&question.metric.to_euclidean(edge))) {
+                return false;
+            }
+        }
+        true
+    }
 }
 
 /// An orthonormal basis of the vectors admitted so far.

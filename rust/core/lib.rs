@@ -9,6 +9,7 @@
 
 mod basis;
 mod batch;
+mod boundary;
 mod box_bound;
 mod closest_point;
 mod closure;
@@ -44,6 +45,7 @@ mod preload;
 mod preload_columns;
 mod preload_face;
 mod quality;
+mod question;
 mod region;
 mod resistance;
 mod ridge_table;

@@ -3,9 +3,9 @@
 //! It answers where the polytope cannot start: the origin lies outside the set, and `rho > 0` is the distance.
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
+use crate::boundary::NOISE;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::polytope::NOISE;
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
@@ -28,12 +28,14 @@ pub(crate) struct NearestPoint<const D: usize> {
     pub(crate) combination: [(usize, f64); CORRAL],
 }
 
-/// Finds the nearest point to a relative tolerance, or stops at norm `negligible`.
+/// Finds the nearest point to a relative tolerance; stops at norm `negligible`, and after `patience` calls of the
+/// oracle where no direction has turned up by then along which the whole set lies beyond the origin.
 ///
 /// `oracle(z)` answers for unit `z`.
 pub(crate) fn nearest_point<const D: usize>(
     rtol: f64,
     negligible: f64,
+    patience: usize,
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
     let first = oracle(&Wrench::repeat((D as f64).sqrt().recip())).wrench;
@@ -53,8 +55,7 @@ pub(crate) fn nearest_point<const D: usize>(
         if norm < best.upper {
             (best.point, best.upper, best.combination) = (point, norm, corral.combination());
         }
-        if norm <= negligible {
-            best.converged = true;
+        if norm <= negligible || (best.lower <= 0.0 && best.supports >= patience) {
             break;
         }
         let support = oracle(&(point / -norm));
@@ -195,7 +196,7 @@ mod tests {
     fn the_nearest_point_of_a_simplex_is_exact() {
         // The plane x + y + z = 1 lies at 1 / sqrt(3).
         let points = [Wrench::<3>::x(), Wrench::<3>::y(), Wrench::<3>::z(), Wrench::<3>::repeat(2.0)];
-        let found = nearest_point(1e-12, 0.0, hull(&points));
+        let found = nearest_point(1e-12, 0.0, usize::MAX, hull(&points));
         assert!((found.upper - 3.0_f64.sqrt().recip()).abs() < 1e-14, "{found:?}");
         assert!(found.upper - found.lower < 1e-12, "{found:?}");
     }
@@ -203,7 +204,7 @@ mod tests {
     #[test]
     fn a_set_around_the_origin_has_no_positive_lower_bound() {
         let points = [Wrench::<3>::x(), -Wrench::<3>::x(), Wrench::<3>::y()];
-        let found = nearest_point(1e-12, 1e-12, hull(&points));
+        let found = nearest_point(1e-12, 1e-12, usize::MAX, hull(&points));
         assert!(found.upper < 1e-12, "{found:?}");
     }
 }

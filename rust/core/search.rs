@@ -23,7 +23,8 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::quality::{Examination, QualityOptions, QualityWorkspace, Question};
+use crate::quality::{QualityOptions, QualityWorkspace};
+use crate::question::{Examination, Question};
 
 /// Candidates within this of the best (relative) are equally good: the paper does not say which of them wins.
 pub const TIE: f64 = 1e-9;
@@ -171,18 +172,19 @@ impl<const D: usize> CandidateSearch<D> {
 
     /// The best of the candidates `grasp(0) .. grasp(count - 1)`, in parallel.
     ///
-    /// Among those within [`TIE`] of the best the candidate `center` wins, else the lowest number. `known` is the
+    /// Among those within [`TIE`] of the best the candidate `center_index` wins, else the lowest number. `known` is the
     /// centre's `rho` where an earlier iteration measured it. A candidate that is no grasp is an error, with its
     /// number.
     pub fn best(
         &mut self,
         count: usize,
-        center: usize,
+        center_index: usize,
         known: Option<f64>,
         grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
     ) -> std::result::Result<Winner, (usize, Error)> {
-        if center >= count {
-            return Err((center, Error::input("center", format!("{center} is none of {count} candidates"))));
+        if center_index >= count {
+            let reason = format!("{center_index} is none of {count} candidates");
+            return Err((center_index, Error::input("center_index", reason)));
         }
         let grasps: Vec<_> =
             (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
@@ -196,7 +198,7 @@ impl<const D: usize> CandidateSearch<D> {
         self.workspaces.resize_with(rayon::current_num_threads().min(count), QualityWorkspace::default);
 
         let mut board = Board {
-            center,
+            center: center_index,
             waiting: BinaryHeap::new(),
             aside: Vec::new(),
             lenient: self.prune,
@@ -206,30 +208,39 @@ impl<const D: usize> CandidateSearch<D> {
             counts: SearchCounts { candidates: count, ..SearchCounts::default() },
         };
         let center_epsilon = match known {
-            Some(rho) => board.note(center, -rho, None),
-            None => board.examine(center, &questions[center], f64::NEG_INFINITY, &mut self.workspaces[0]),
+            Some(rho) => board.note(center_index, -rho, None),
+            None => {
+                let question = &questions[center_index];
+                board.examine(center_index, question, f64::NEG_INFINITY, &mut self.workspaces[0])
+            }
         };
         if self.prune {
             let look = |index| first_look(index, &questions[index], &board.pool);
-            let waiting: Vec<_> =
-                (0..count).into_par_iter().with_min_len(16).filter(|i| *i != center).map(look).collect();
+            let waiting: Vec<_> = (0..count)
+                .into_par_iter()
+                .with_min_len(16)
+                .filter(|i| *i != center_index)
+                .map(look)
+                .collect();
             board.waiting = waiting.into();
         } else {
             let blind = |index| Waiting { bound: f64::INFINITY, index, looked: usize::MAX, by: 0 };
-            board.waiting = (0..count).filter(|i| *i != center).map(blind).collect();
+            board.waiting = (0..count).filter(|i| *i != center_index).map(blind).collect();
         }
         let mut board = self.run(board, &questions);
-        interrupt::check().map_err(|error| (center, error))?;
+        interrupt::check().map_err(|error| (center_index, error))?;
         let (mut index, mut epsilon) = board.winner();
         let mut again = std::mem::take(&mut board.aside);
         again.retain(|other| {
-            index != center && other.index < index && other.bound >= board.threshold(&questions[other.index])
+            index != center_index
+                && other.index < index
+                && other.bound >= board.threshold(&questions[other.index])
         });
         if !again.is_empty() {
             board.lenient = false;
             board.waiting = again.into();
             board = self.run(board, &questions);
-            interrupt::check().map_err(|error| (center, error))?;
+            interrupt::check().map_err(|error| (center_index, error))?;
             (index, epsilon) = board.winner();
         }
         board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
@@ -266,7 +277,7 @@ impl<const D: usize> Board<D> {
         workspace: &mut QualityWorkspace<D>,
     ) -> f64 {
         self.counts.polytopes += 1;
-        let examination = question.examine(stop_below, &mut workspace.polytope);
+        let examination = question.examine(stop_below, workspace);
         self.record(index, question, &examination)
     }
 
@@ -307,7 +318,7 @@ fn first_look<const D: usize>(index: usize, question: &Question<'_, D>, pool: &[
     waiting
 }
 
-/// Turns `z` downhill until `p(z) < enough`: Polyak's step, as if `enough` were the minimum.
+/// Turns `z` downhill until `p(z) < enough`, as if `enough` were the minimum.
 fn turned<const D: usize>(
     question: &Question<'_, D>,
     mut z: Wrench<D>,
@@ -318,18 +329,8 @@ fn turned<const D: usize>(
         if support.value < enough {
             return Some((support.value, z));
         }
-        let slope = support.wrench - z * support.value;
-        let steepness = slope.norm_squared();
-        if steepness <= f64::MIN_POSITIVE {
-            return None;
-        }
         // A little beyond, so that the bound is passed and not only approached.
-        let fall = support.value - enough + 1e-3 * enough.abs();
-        z = (z - slope * (fall / steepness)).try_normalize(0.0)?;
-        // A step that overflows has no direction, and no value along none rejects anything.
-        if !z.iter().all(|x| x.is_finite()) {
-            return None;
-        }
+        z = support.downhill(&z, enough - 1e-3 * enough.abs())?;
     }
     None
 }
@@ -388,7 +389,7 @@ fn work<const D: usize>(
             continue;
         }
         lock().counts.polytopes += 1;
-        let examination = question.examine(enough, &mut workspace.polytope);
+        let examination = question.examine(enough, workspace);
         let mut shared = lock();
         let reached = shared.record(next.index, question, &examination);
         if matches!(examination, Examination::Below { .. }) && reached >= threshold {

@@ -12,6 +12,7 @@
 
 use crate::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::metric::Metric;
 
 /// Which wrench set, and so which measure of the overall contact force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,6 +30,20 @@ pub struct Support<const D: usize> {
     pub value: f64,
     /// A point of the set with `wrench . z = value`.
     pub wrench: Wrench<D>,
+}
+
+impl<const D: usize> Support<D> {
+    /// Polyak's subgradient step on the sphere: from the unit `z` whose support this is, downhill as if the least of
+    /// `p` were `target`. `None` where `p` is flat, or the step overflows.
+    pub(crate) fn downhill(&self, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
+        let slope = self.wrench - z * self.value;
+        let steepness = slope.norm_squared();
+        if steepness <= 1e-20 * self.wrench.norm_squared() {
+            return None;
+        }
+        let next = (z - slope * ((self.value - target) / steepness)).try_normalize(0.0)?;
+        next.iter().all(|x| x.is_finite()).then_some(next)
+    }
 }
 
 /// How many wrenches are multiplied at a time: whole SIMD registers, and no horizontal sums.
@@ -84,7 +99,16 @@ impl<const D: usize> WrenchSet<D> {
         Self::assemble(grasp, criterion, grasp.finite_wrenches().to_vec(), maps)
     }
 
-    /// The set that other maps `G_i` would give, every wrench (of a true cone: its normal one) of unit length.
+    /// The wrench set in the coordinates where the metric is Euclidean.
+    pub(crate) fn in_metric(grasp: &Grasp<D>, criterion: Criterion, metric: &Metric<D>) -> Self {
+        let wrenches = grasp.finite_wrenches().iter().map(|wrench| metric.to_euclidean(wrench));
+        let limits = grasp.contacts().iter().map(|contact| contact.max_normal_force);
+        let maps = grasp.maps().iter().map(|map| metric.to_euclidean(map)).zip(limits);
+        Self::assemble(grasp, criterion, wrenches.collect(), maps)
+    }
+
+    /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
+    /// length.
     pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
         let forces = grasp.finite_forces();
         let mut wrenches = grasp.finite_wrenches().to_vec();
@@ -94,7 +118,11 @@ impl<const D: usize> WrenchSet<D> {
                 wrenches[edge] = (map * forces[edge]).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
             }
         }
-        let maps = maps.iter().map(|map| (*map, map.column(0).norm().recip()));
+        let maps = maps.iter().zip(grasp.contacts()).map(|(map, contact)| {
+            let axes = [1.0, contact.friction, contact.friction, contact.torsion];
+            let lengths = map.column_iter().zip(axes).map(|(column, by)| by * column.norm());
+            (*map, lengths.fold(0.0, f64::max).recip())
+        });
         Self::assemble(grasp, criterion, wrenches, maps)
     }
 
@@ -127,11 +155,14 @@ impl<const D: usize> WrenchSet<D> {
 
     /// The support function `p(z)` and a point that attains it.
     pub fn support(&self, z: &Wrench<D>) -> Support<D> {
+        if self.criterion == Criterion::Sum {
+            return self.union_support(z);
+        }
         let mut best = Support { value: f64::NEG_INFINITY, wrench: Wrench::zeros() };
         let mut sum = Support { value: 0.0, wrench: Wrench::zeros() };
         for contact in &self.contacts {
             let (value, edge) = contact.value(z);
-            if value > 0.0 && self.criterion == Criterion::Max {
+            if value > 0.0 {
                 sum.value += value;
                 sum.wrench += self.wrench(contact, z, edge);
             } else if sum.value == 0.0 && value > best.value {
@@ -139,6 +170,40 @@ impl<const D: usize> WrenchSet<D> {
             }
         }
         if sum.value > 0.0 { sum } else { best }
+    }
+
+    /// The support of the union, whichever set this is.
+    pub(crate) fn union_support(&self, z: &Wrench<D>) -> Support<D> {
+        let (mut value, mut best) = (f64::NEG_INFINITY, None);
+        for contact in &self.contacts {
+            let (reach, edge) = contact.value(z);
+            if reach > value {
+                (value, best) = (reach, Some((contact, edge)));
+            }
+        }
+        let wrench = best.map_or_else(Wrench::zeros, |(contact, edge)| self.wrench(contact, z, edge));
+        Support { value, wrench }
+    }
+
+    /// No wrench of the set is longer than this.
+    pub(crate) fn longest(&self) -> f64 {
+        let longest = |contact: &ContactWrenches<D>| match contact {
+            ContactWrenches::Finite { blocks, .. } => {
+                let squares = blocks.iter().flat_map(|block| {
+                    (0..LANES).map(move |lane| block.iter().map(|row| row[lane] * row[lane]).sum::<f64>())
+                });
+                squares.fold(0.0, f64::max).sqrt()
+            }
+            ContactWrenches::Cone { map, limit, mu, gamma } => {
+                let lengths = ContactForce::from_fn(|column, _| map.column(column).norm());
+                limit * (lengths[0] + cone_slope(&lengths, *mu, *gamma))
+            }
+        };
+        let each = self.contacts.iter().map(longest);
+        match self.criterion {
+            Criterion::Sum => each.fold(0.0, f64::max),
+            Criterion::Max => each.sum(),
+        }
     }
 
     /// The value `p(z)` alone.

@@ -28,12 +28,14 @@ use crate::quality_options::{AnyOptions, Asked, criterion_name, parse_criterion,
 /// lower, upper : float
 ///     ``lower <= rho <= upper``, proven.
 /// converged : bool
-///     Whether the bracket is as narrow as asked for; if not, the bound on the work was reached.
+///     Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was
+///     reached or rounding stalled the search.
 /// closure : {"force", "partial", "none"}
 ///     The class of Propositions 1 and 2; where it is "partial", rho is exactly 0.
 /// direction : numpy.ndarray
 ///     (d,) physical wrench of unit norm: the grasp is weakest along it, a disturbance is worst along its
-///     opposite. Where ``rho >= 0`` no wrench of the grasp has a positive component along it.
+///     opposite. Where ``rho >= 0`` no wrench of the grasp has a positive component along it, to the tolerance
+///     of closure (1e-10, where all wrenches are scaled to unit length).
 /// wrench : numpy.ndarray
 ///     (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
 /// supports : int

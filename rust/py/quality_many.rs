@@ -196,8 +196,8 @@ impl PyQualityBatch {
 /// criterion, rtol, center, metric : optional
 ///     As for `Grasp.quality`.
 /// progress : callable, optional
-///     Called now and then, and at the end, with the number of rows done and the number in all. An exception it
-///     raises ends the call.
+///     Called now and then, and after the last row, with the number of rows done and the number in all; never
+///     where there are no rows. An exception it raises ends the call.
 ///
 /// Returns
 /// -------

@@ -1,0 +1,279 @@
+//! How a question about quality is answered: outside first, then inside, and closure where neither is clear.
+//!
+//! *Outside first.* A good part of all grasps is open, and Wolfe's algorithm finds that out in a fraction of a
+//! polytope's time: some dozen calls of the oracle end with the distance, with the direction in which it lies, and so
+//! with the proof that there is no closure. Outside, the Minkowski sum is no nearer than the union (every point of it is
+//! a sum of wrenches on the far side of the separating plane), so `rho_max = rho_sum` there and the union serves both.
+//! What is not separated within a few calls is left to the polytope, so closed grasps hardly pay for the attempt.
+//!
+//! *Inside*, the expanding polytope brackets the radius. A set that holds no ball worth mentioning gets its class from
+//! the twin, and its radius from ever smaller simplices.
+
+use std::cmp::Ordering;
+
+use crate::boundary::NOISE;
+use crate::closure::{Closure, classify, separates};
+use crate::error::{Error, Result};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
+use crate::metric::Metric;
+use crate::nearest_point::{NearestPoint, nearest_point};
+use crate::polytope::{Expansion, Limits, POLISH, Polytope, Radius, Thinnest};
+use crate::quality::{Quality, QualityOptions, QualityWorkspace};
+use crate::wrench_set::{Criterion, Support, WrenchSet};
+
+/// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
+const PATIENCE: usize = 16;
+
+/// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// What looking at a grasp with an incumbent in mind yields.
+pub(crate) enum Examination<const D: usize> {
+    /// `epsilon <= upper`, too little; along the unit `direction` (in Euclidean coordinates).
+    Below { upper: f64, direction: Wrench<D> },
+    /// The quality, as if there were no incumbent.
+    Answer(Box<Quality<D>>),
+}
+
+/// A wrench set in the coordinates where the metric is Euclidean.
+pub(crate) struct Question<'a, const D: usize> {
+    pub(crate) grasp: &'a Grasp<D>,
+    pub(crate) set: WrenchSet<D>,
+    pub(crate) metric: Metric<D>,
+    /// Both physical and in those coordinates.
+    pub(crate) center: Option<(Wrench<D>, Wrench<D>)>,
+    limits: Limits,
+    /// No wrench is longer: what counts as large.
+    pub(crate) scale: f64,
+}
+
+impl<'a, const D: usize> Question<'a, D> {
+    pub(crate) fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
+        options.check()?;
+        let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
+        let metric =
+            options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
+        let set = WrenchSet::in_metric(grasp, options.criterion, &metric);
+        let center = options.center.map(|center| (center, metric.to_euclidean(&center)));
+        // A facet of the union costs no more than a call of its oracle.
+        let polish = if options.criterion == Criterion::Max { POLISH } else { 0 };
+        let limits = Limits { polish, ..Limits::new(rtol) };
+        let longest = set.longest();
+        let reason = |norm: f64| format!("wrenches of norm {norm:e} are beyond what can be computed with");
+        if !REPRESENTABLE.contains(&longest) {
+            return Err(match options.metric {
+                Some(_) => Error::input("metric", reason(longest)),
+                None => Error::grasp("length_scale", reason(longest)),
+            });
+        }
+        let weight = center.map_or(0.0, |(_, center)| center.norm());
+        if weight >= REPRESENTABLE.end {
+            return Err(Error::input("center", reason(weight)));
+        }
+        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight })
+    }
+
+    pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {
+        let support = self.set.support(z);
+        let Some((_, center)) = &self.center else { return support };
+        let origin = Support { value: 0.0, wrench: Wrench::zeros() };
+        let Support { value, wrench } = if support.value < 0.0 { origin } else { support };
+        Support { value: value + z.dot(center), wrench: wrench + center }
+    }
+
+    /// `p(z)` alone, for unit `z`.
+    pub(crate) fn value(&self, z: &Wrench<D>) -> f64 {
+        let value = self.set.value(z);
+        self.center.map_or(value, |(_, center)| value.max(0.0) + z.dot(&center))
+    }
+
+    /// Relative width of the bracket that counts as converged.
+    pub(crate) fn rtol(&self) -> f64 {
+        self.limits.rtol
+    }
+
+    pub(crate) fn answer(&self, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
+        if let Some(quality) = self.separated() {
+            return quality;
+        }
+        let first = workspace.polytope.expand(self.first_size(), &self.limits, |z| self.support(z));
+        self.conclude(first, workspace)
+    }
+
+    /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
+    pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
+        let limits = Limits { stop_below, ..self.limits };
+        let first = workspace.polytope.expand(self.first_size(), &limits, |z| self.support(z));
+        let (upper, direction) = match first {
+            Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
+            Expansion::Radius(Radius { upper, direction, .. })
+            | Expansion::Pierced(Thinnest { upper, direction, .. })
+            | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
+        };
+        if upper < stop_below {
+            return Examination::Below { upper, direction };
+        }
+        Examination::Answer(Box::new(self.conclude(first, workspace)))
+    }
+
+    /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
+    fn first_size(&self) -> f64 {
+        1e-3 * self.scale
+    }
+
+    /// The quality of a grasp whose wrenches all lie beyond a plane, and beyond the tolerance of closure.
+    fn separated(&self) -> Option<Quality<D>> {
+        if self.center.is_some() {
+            return None;
+        }
+        let nearest = self.nearest(PATIENCE);
+        if nearest.lower <= 0.0 {
+            return None;
+        }
+        let z = nearest.point / -nearest.upper;
+        let open = separates(self.grasp, &self.metric.functional(&z));
+        open.then(|| self.at_distance(&nearest, &z, Closure::None))
+    }
+
+    fn conclude(&self, first: Expansion<D>, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
+        if let (Expansion::Radius(radius), None) = (first, self.center) {
+            return self.inside(&radius, Closure::Force);
+        }
+        let verdict = classify(self.grasp, &mut workspace.twin);
+        let closure = verdict.closure;
+        let polytope = &mut workspace.polytope;
+        match self.center {
+            Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, polytope) {
+                Ok(radius) => self.inside(&radius, closure),
+                Err(unresolved) => self.about_center(&unresolved, closure),
+            },
+            None if closure == Closure::Force => {
+                let radius = self.small_radius(first, 1e-18 * self.scale, polytope);
+                let unknown = |thinnest: Thinnest<D>| Radius {
+                    lower: 0.0,
+                    upper: thinnest.upper.max(0.0),
+                    direction: thinnest.direction,
+                    converged: false,
+                    supports: thinnest.supports,
+                    facets: 0,
+                };
+                self.inside(&radius.unwrap_or_else(unknown), closure)
+            }
+            None => self.outside(closure, &self.metric.unit_of_functional(&verdict.direction)),
+        }
+    }
+
+    /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
+    pub(crate) fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
+        polytope.has_rival(-quality.rho, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
+    }
+
+    /// The radius of a set that is thin for its size: from ever smaller simplices. Where even a `negligible` one
+    /// does not fit, what is known of it.
+    fn small_radius(
+        &self,
+        first: Expansion<D>,
+        negligible: f64,
+        polytope: &mut Polytope<D>,
+    ) -> std::result::Result<Radius<D>, Thinnest<D>> {
+        let (mut expansion, mut size) = (first, self.first_size());
+        loop {
+            let thinnest = match expansion {
+                Expansion::Radius(radius) => return Ok(radius),
+                Expansion::Stopped(thinnest) => return Err(thinnest),
+                Expansion::Pierced(thinnest) => thinnest,
+            };
+            size = 1e-3 * size.min(thinnest.upper);
+            // Not greater, rather than less: a size that is no number ends the search, too.
+            if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
+                return Err(thinnest);
+            }
+            expansion = polytope.expand(size, &self.limits, |z| self.support(z));
+        }
+    }
+
+    fn inside(&self, radius: &Radius<D>, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(&radius.direction);
+        Quality {
+            rho: -radius.upper,
+            lower: -radius.upper,
+            upper: -radius.lower,
+            converged: radius.converged,
+            closure,
+            direction,
+            wrench: direction * radius.upper,
+            supports: radius.supports,
+            facets: radius.facets,
+            metric: self.metric,
+        }
+    }
+
+    /// Without a center, where the origin is not inside; `z` witnesses it.
+    fn outside(&self, closure: Closure, z: &Wrench<D>) -> Quality<D> {
+        if closure == Closure::Partial {
+            return self.on_boundary(z, 0.0, 0, closure);
+        }
+        let nearest = self.nearest(usize::MAX);
+        // A distance that is all rounding has no direction of its own.
+        let z = if nearest.upper > NOISE * self.scale { nearest.point / -nearest.upper } else { *z };
+        self.at_distance(&nearest, &z, closure)
+    }
+
+    /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
+    fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
+        let nearest =
+            nearest_point(self.outer_rtol(), NEGLIGIBLE * self.scale, usize::MAX, |z| self.support(z));
+        if nearest.upper <= NEGLIGIBLE * self.scale {
+            return self.on_boundary(
+                &unresolved.direction,
+                unresolved.upper.max(0.0),
+                nearest.supports,
+                closure,
+            );
+        }
+        self.at_distance(&nearest, &(nearest.point / -nearest.upper), closure)
+    }
+
+    /// Wolfe's algorithm on the union, as patient as this.
+    fn nearest(&self, patience: usize) -> NearestPoint<D> {
+        nearest_point(self.outer_rtol(), 0.0, patience, |z| self.set.union_support(z))
+    }
+
+    /// Outside, rounding sets the only price of precision.
+    fn outer_rtol(&self) -> f64 {
+        self.limits.rtol.min(1e-9)
+    }
+
+    /// `rho = 0`, unless a radius that no simplex could tell from zero is left.
+    fn on_boundary(&self, z: &Wrench<D>, left: f64, supports: usize, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(z);
+        Quality {
+            rho: 0.0,
+            lower: 0.0 - left,
+            upper: 0.0,
+            converged: left <= 1e-9 * self.scale,
+            closure,
+            direction,
+            wrench: direction * -0.0,
+            supports,
+            facets: 0,
+            metric: self.metric,
+        }
+    }
+
+    fn at_distance(&self, nearest: &NearestPoint<D>, z: &Wrench<D>, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(z);
+        Quality {
+            rho: nearest.upper,
+            lower: nearest.lower.max(0.0),
+            upper: nearest.upper,
+            converged: nearest.converged,
+            closure,
+            direction,
+            wrench: direction * -nearest.upper,
+            supports: nearest.supports,
+            facets: 0,
+            metric: self.metric,
+        }
+    }
+}
