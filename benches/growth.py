@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 HEADER = """# How quality grows
 
 Random force-closure grasps on an ellipsoid, relative tolerance 1e-9, one core. Medians over 40 grasps, and
-the number of support points that the expanding polytope needed. `python benches/growth.py` writes this page
+the number of times that the support oracle was asked. `python benches/growth.py` writes this page
 again; times are of the machine it ran on, and their growth is what matters.
 
 ![Median time over contacts and edges](growth.png)

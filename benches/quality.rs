@@ -60,7 +60,7 @@ fn timing(grasps: &[Grasp<6>], criterion: Criterion, rounds: usize) -> Timing {
 
 fn random_grasps() {
     println!("\nRandom force-closure grasps on an ellipsoid, one core:\n");
-    println!("| contacts | cone | criterion | median us | mean us | p99 us | support points | converged |");
+    println!("| contacts | cone | criterion | median us | mean us | p99 us | oracle calls | converged |");
     println!("|---|---|---|---|---|---|---|---|");
     for (contacts, edges) in [(4, 8), (4, 10), (8, 16), (4, 0)] {
         let grasps = common::closed_grasps(7, 200, contacts, edges);
@@ -118,7 +118,7 @@ fn symmetric_cones() {
     println!(
         "\nSymmetric grasps on the unit sphere with true cones (friction 0.5, limits 1 N), rtol 1e-6:\n"
     );
-    println!("| grasp | criterion | epsilon from | to | ms | support points | converged |");
+    println!("| grasp | criterion | epsilon from | to | ms | oracle calls | converged |");
     println!("|---|---|---|---|---|---|---|");
     let tetrahedron = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
     let equator = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
@@ -153,7 +153,7 @@ fn symmetric_cones() {
 }
 
 fn growth() {
-    println!("| contacts | edges | max: median us | support points | sum: median us | support points |");
+    println!("| contacts | edges | max: median us | oracle calls | sum: median us | oracle calls |");
     println!("|---|---|---|---|---|---|");
     for contacts in [3, 4, 5, 6, 8, 10, 12] {
         for edges in [4, 8, 16, 32, 64] {

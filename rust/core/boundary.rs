@@ -244,11 +244,19 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
-    pub(crate) fn certified_radius(&self) -> f64 {
-        let live = self.facets.iter().filter(|facet| facet.round != 0);
-        let distances = live
-            .map(|facet| certified_distance(&facet.plane, &facet.vertices.map(|v| self.points[v as usize])));
-        // A plane that is no number certifies nothing, yet would drop out of the minimum.
-        distances.map(|distance| if distance > 0.0 { distance } else { 0.0 }).fold(f64::INFINITY, f64::min)
+    ///
+    /// Planes that have drifted and certify less than `wanted` are computed afresh: the better of two is as valid.
+    pub(crate) fn certified_radius(&self, wanted: f64) -> f64 {
+        let certified = |facet: &Facet<D>| {
+            let vertices = facet.vertices.map(|v| self.points[v as usize]);
+            // Zero rather than a number that is none, which would drop out of the minimum over all facets.
+            let drifted = certified_distance(&facet.plane, &vertices).max(0.0);
+            if drifted >= wanted {
+                return drifted;
+            }
+            plane_through(&vertices)
+                .map_or(drifted, |plane| certified_distance(&plane, &vertices).max(drifted))
+        };
+        self.facets.iter().filter(|facet| facet.round != 0).map(certified).fold(f64::INFINITY, f64::min)
     }
 }

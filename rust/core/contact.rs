@@ -26,7 +26,8 @@ pub enum ForceModel {
     Edges(usize),
     /// The true second-order cone.
     Cone,
-    /// The convex hull of these forces and zero, in the contact frame, instead of a friction cone.
+    /// The convex hull of these forces and zero, in the contact frame, instead of a friction cone. Forces of zero
+    /// are dropped, and do not count where forces are numbered.
     Extreme(Vec<ContactForce>),
 }
 

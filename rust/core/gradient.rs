@@ -24,6 +24,10 @@ use crate::wrench_set::{ContactSupport, Criterion, Support, WrenchSet};
 /// How far from the nearest boundary wrench the forces that exert it may end, relative to the longest wrench.
 const EXERTED: f64 = 1e-9;
 
+/// The same where contacts have true cones: the minimiser of a smooth function is only as exact as the square root of
+/// its bracket.
+const EXERTED_BY_CONES: f64 = 1e-5;
+
 /// How `epsilon` changes as contacts move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gradient {
@@ -132,7 +136,8 @@ impl<const D: usize> ActiveForces<D> {
             let better = best.as_ref().is_none_or(|(least, _)| residual < *least);
             if better {
                 // Forces that do not exert the wrench are no gradient, let alone the only one.
-                let unique = residual <= EXERTED * question.scale && faces.are_independent();
+                let exerted = if question.grasp.is_finite() { EXERTED } else { EXERTED_BY_CONES };
+                let unique = residual <= exerted * question.scale && faces.are_independent();
                 best = Some((residual, Self { functional, forces, unique }));
             }
             if residual <= EXERTED * question.scale {

@@ -63,12 +63,12 @@ impl<const D: usize> Metric<D> {
     }
 
     /// `C w`: where Euclidean geometry sees the physical wrench `w`, or each of several side by side.
-    pub(crate) fn to_euclidean<const N: usize>(&self, wrenches: &SMatrix<f64, D, N>) -> SMatrix<f64, D, N> {
+    pub(crate) fn to_euclidean<const N: usize>(self, wrenches: &SMatrix<f64, D, N>) -> SMatrix<f64, D, N> {
         self.factor * wrenches
     }
 
     /// `C^-1 w`: the inverse of [`Self::to_euclidean`].
-    pub(crate) fn to_physical(&self, wrench: &Wrench<D>) -> Wrench<D> {
+    pub(crate) fn to_physical(self, wrench: &Wrench<D>) -> Wrench<D> {
         self.inverse * wrench
     }
 

@@ -143,7 +143,11 @@ impl<const D: usize> Polytope<D> {
         // What lies beyond the upper bound was never ranked, so no facet is known to be further out than both bounds.
         let reached = lower.min(upper);
         // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
-        let certified = if reached > size { self.boundary.certified_radius().min(upper) } else { 0.0 };
+        let certified = if reached > size {
+            self.boundary.certified_radius(upper / (1.0 + rtol)).min(upper)
+        } else {
+            0.0
+        };
         if certified > 0.0 {
             return Expansion::Radius(Radius {
                 lower: certified,

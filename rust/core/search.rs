@@ -207,12 +207,11 @@ impl<const D: usize> CandidateSearch<D> {
             incumbent: f64::NEG_INFINITY,
             counts: SearchCounts { candidates: count, ..SearchCounts::default() },
         };
-        let center_epsilon = match known {
-            Some(rho) => board.note(center_index, -rho, None),
-            None => {
-                let question = &questions[center_index];
-                board.examine(center_index, question, f64::NEG_INFINITY, &mut self.workspaces[0])
-            }
+        let center_epsilon = if let Some(rho) = known {
+            board.note(center_index, -rho, None)
+        } else {
+            let question = &questions[center_index];
+            board.examine(center_index, question, f64::NEG_INFINITY, &mut self.workspaces[0])
         };
         if self.prune {
             let look = |index| first_look(index, &questions[index], &board.pool);

@@ -69,7 +69,8 @@ macro_rules! with_grasp {
 /// extreme_forces : sequence of array_like, optional
 ///     For each contact an (l_i, k) array of extreme forces in its frame, ``[n, t]``, ``[n, o, t]`` or
 ///     ``[n, o, t, torsion]``, whose convex hull with zero replaces the friction cone. What is limited is then
-///     the multiple of that hull a force needs.
+///     the multiple of that hull a force needs. Rows of zero are dropped: later rows count from the ones left in
+///     ``primitive_wrenches`` and in the indices of ``MinkowskiSum.edges``.
 ///
 /// Raises
 /// ------

@@ -21,7 +21,8 @@ use crate::arrays::as_array;
 ///     (n,) int32, the paper's A: where in ``contacts`` and ``edges`` the entries of each point start and end,
 ///     0-based, ends exclusive; read-only.
 /// contacts, edges : numpy.ndarray
-///     int32, the paper's B: contact i and extreme force h of each entry, 0-based; read-only.
+///     int32, the paper's B: contact i and extreme force h of each entry, 0-based; read-only. Extreme forces
+///     of zero that were given are not counted.
 #[pyclass(name = "MinkowskiSum", module = "graspforce", frozen)]
 pub struct PyMinkowskiSum {
     /// (n, d) points ``w_j``, in N and N m.
