@@ -14,6 +14,7 @@ use crate::error::Result;
 use crate::grasp::Grasp;
 use crate::interrupt;
 use crate::minkowski::MinkowskiSum;
+use crate::region::UNBALANCED;
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
@@ -104,7 +105,7 @@ impl<const D: usize> Enumeration<D> {
                 k if k < rank => wrench[k] = 1.0,
                 _ => wrench.rows_range_mut(..rank).fill(-1.0),
             }
-            let target = Target { wrench, rank, tolerance: 1e-10 };
+            let target = Target { wrench, rank, tolerance: SVector::repeat(UNBALANCED) };
             for _ in 0..MAX_COMPLETION {
                 let separating = if kept.is_empty() {
                     wrench

@@ -415,6 +415,10 @@ fn solve_into<const D: usize>(
     if forces.shape() != [m, k] {
         return Err(refused(&format!("forces: shape {:?}, expected ({m}, {k})", forces.shape())));
     }
+    // numpy's slices take Fortran order, too, and would fill it transposed.
+    if !forces.is_c_contiguous() {
+        return Err(refused("forces: not C-contiguous"));
+    }
     // A view of the wrench that is also a view of the forces would change while it is read.
     drop(array);
     let Ok(mut forces) = forces.try_readwrite() else {
