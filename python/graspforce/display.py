@@ -87,6 +87,8 @@ def grasp_dict(grasp: Grasp) -> dict[str, Any]:
         "normals": grasp.normals.tolist(),
         "friction": grasp.friction.tolist(),
         "max_normal_force": grasp.max_normal_force.tolist(),
+        "torsion": grasp.torsion.tolist(),
+        "friction_margin": grasp.friction_margin,
         "num_edges": grasp.num_edges.tolist(),
         "origin": grasp.origin.tolist(),
         "length_scale": grasp.length_scale,
@@ -148,6 +150,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "unique": solution.unique,
         "fell_back": solution.fell_back,
         "dual": solution.dual.tolist(),
+        "shares": solution.shares.tolist(),
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
         "contact_wrenches": solution.contact_wrenches.tolist(),
@@ -219,8 +222,7 @@ def grasp_html(grasp: Grasp) -> str:
 def solution_html(solution: ForceSolution) -> str:
     """One row for each contact."""
     names = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}[solution.grasp.force_dim]
-    shares = solution.forces[:, 0] / solution.grasp.max_normal_force
-    columns = zip(solution.forces, shares, solution.slip_margin, strict=True)
+    columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
     rows = (
         (str(i), _vector(force), f"{share:.4f}", f"{margin:.4f}")
         for i, (force, share, margin) in enumerate(columns)

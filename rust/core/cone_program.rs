@@ -99,7 +99,7 @@ impl<const D: usize> ConeProgram<D> {
             units: self.equilibration.units(),
             least: &[],
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, &z),
+            tolerance: loosened(self.tolerance, z.lp_norm(1)),
         };
         found.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
     }

@@ -105,8 +105,9 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(Self { grasp, objective, options, program, workspace })
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little: the last basis is kept where
-    /// contacts and edges are as many as before. On an error nothing changes.
+    /// Goes on with another grasp, in which contacts have rolled or slid a little: over listed extreme forces and
+    /// without lower bounds the last basis is kept where contacts and edges are as many as before. On an error
+    /// nothing changes.
     pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
         let mut updated = Self::with_options(grasp, self.objective, self.options.clone())?;
         let old = self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -182,6 +183,7 @@ impl<const D: usize> ForceDistributor<D> {
                 let (sigma_max, sigma_sum) = found.totals();
                 Distribution {
                     forces: found.forces.clone(),
+                    shares: found.normals.clone(),
                     sigma: answer.sigma,
                     sigma_max,
                     sigma_sum,
@@ -207,9 +209,12 @@ impl<const D: usize> ForceDistributor<D> {
         let components = self.grasp.force_components();
         let mut rows = vec![0.0; m * components.len()];
         region.forces.multiply(b, &mut rows);
+        let mut shares = vec![0.0; m];
+        region.normals.multiply(b, &mut shares);
         let (sigma_max, sigma_sum) = region.totals(b);
         Ok(Distribution {
             forces: rows.chunks(components.len()).map(|row| contact_force(row, components)).collect(),
+            shares,
             sigma: program.objective().value(sigma_max, sigma_sum),
             sigma_max,
             sigma_sum,
@@ -223,7 +228,8 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
     ///
-    /// Nothing is allocated once the wrench's region is known, and on an error `forces` is untouched.
+    /// Over listed extreme forces and without lower bounds nothing is allocated once the wrench's region is known. On
+    /// an error `forces` is untouched.
     pub fn solve_into(&self, external_wrench: &Wrench<D>, forces: &mut [f64]) -> Result<f64> {
         let length = self.grasp.num_contacts() * self.grasp.force_dim();
         if forces.len() != length {
@@ -342,6 +348,7 @@ fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
 fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
     Distribution {
         forces: vec![ContactForce::zeros(); contacts],
+        shares: vec![0.0; contacts],
         sigma: 0.0,
         sigma_max: 0.0,
         sigma_sum: 0.0,

@@ -18,7 +18,7 @@ use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::interior::Interior;
 use crate::law::{self, Extremes};
 use crate::least_squares::least_squares_law;
-use crate::region::{Region, UNBALANCED};
+use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// Regions remembered for wrenches that jump back.
@@ -32,9 +32,6 @@ const INSIDE: f64 = 1e-11;
 
 /// How negative it may be in the region that was just read off for this wrench.
 const FEASIBLE: f64 = 1e-9;
-
-/// Multipliers may be too large for double precision to keep the tolerance; past this gap that is no answer.
-pub(crate) const LOOSEST: f64 = 1e-6;
 
 /// What does not change while solving.
 #[derive(Debug, Clone)]
@@ -279,12 +276,12 @@ impl<const D: usize> LinearProgram<D> {
         let reach = self.columns.value(z, weight);
         // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
         region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
-        region.tolerance = loosened(self.tolerance, z);
+        let objective = region.dual.dot(b);
+        region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
         if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) {
             return Ok(slot);
         }
-        let objective = region.dual.dot(b);
         let gap = region.gap(b).max(mismatch);
         known.forget();
         if objective.is_finite() && !REPRESENTABLE.contains(&objective) {
@@ -354,9 +351,10 @@ impl<const D: usize> LinearProgram<D> {
     }
 }
 
-/// The gap that counts as solved: multipliers that are large cannot be written down any better.
-pub(crate) fn loosened<const R: usize>(tolerance: f64, z: &SVector<f64, R>) -> f64 {
-    tolerance.max((32.0 * f64::EPSILON * z.lp_norm(1)).min(LOOSEST))
+/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
+/// better.
+pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
+    tolerance.max((ROUNDINGS * size).min(LOOSEST))
 }
 
 /// The wrenches that choose the reduced set, as right-hand sides.
@@ -369,7 +367,14 @@ fn sample_targets<const D: usize>(
             let reason = format!("{} components, expected {D}", sample.len());
             return Err(Error::InvalidInput { argument: "samples", row: Some(row), reason });
         }
-        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target)
+        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target).map_err(
+            |error| match error {
+                Error::InvalidInput { reason, .. } => {
+                    Error::InvalidInput { argument: "samples", row: Some(row), reason }
+                }
+                error => error,
+            },
+        )
     };
     samples.iter().enumerate().map(target).collect()
 }

@@ -61,6 +61,10 @@ pub(crate) fn checked_bounds<const D: usize>(
     if bounds.is_empty() {
         return Ok(None);
     }
+    let bounds = match bounds[..] {
+        [all] => vec![all; grasp.num_contacts()],
+        _ => bounds.clone(),
+    };
     if bounds.len() != grasp.num_contacts() {
         return refused(None, format!("{} bounds for {} contacts", bounds.len(), grasp.num_contacts()));
     }
@@ -79,7 +83,7 @@ pub(crate) fn checked_bounds<const D: usize>(
     if options.method != Method::Implicit {
         return refused(None, "lower bounds need the method \"implicit\"".into());
     }
-    Ok(Some(bounds.clone()))
+    Ok(Some(bounds))
 }
 
 impl<const D: usize> PreloadProgram<D> {
@@ -159,7 +163,7 @@ impl<const D: usize> PreloadProgram<D> {
             units: self.equilibration.units(),
             least: &self.least,
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, &simplex.multipliers[0]),
+            tolerance: loosened(self.tolerance, simplex.multipliers[0].lp_norm(1)),
         };
         let proof = self.lower_bound(&simplex.multipliers[0], b);
         found.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)

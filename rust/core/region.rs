@@ -13,6 +13,15 @@ use crate::grasp::REPRESENTABLE;
 /// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
 pub(crate) const UNBALANCED: f64 = 1e-10;
 
+/// Multipliers may be too large for double precision to keep the tolerance; past this gap that is no answer.
+pub(crate) const LOOSEST: f64 = 1e-6;
+
+/// How much larger than their sum terms may be for rounding to leave the loosest gap.
+const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
+
+/// Roundings of the largest term that a sum is off by, with a margin.
+pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
+
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
 
@@ -152,6 +161,7 @@ impl<const R: usize> Region<R> {
         let floor = -inside * objective;
         // What would make forces overflow is outside, too.
         REPRESENTABLE.contains(&objective)
+            && self.cancelled(b) <= MOST_CANCELLED * objective
             && self.conditions.all(b, |x| x >= floor)
             && self.gap(b) <= self.tolerance
             && (self.equations.count == 0 || self.balances(b))
@@ -176,6 +186,12 @@ impl<const R: usize> Region<R> {
     pub(crate) fn gap(&self, b: &SVector<f64, R>) -> f64 {
         let (largest, sum) = self.totals(b);
         (1.0 - self.dual.dot(b) / (self.reach * self.objective.value(largest, sum))).abs()
+    }
+
+    /// The size of the terms that add up to the objective: what they cancel is lost to rounding.
+    #[inline]
+    pub(crate) fn cancelled(&self, b: &SVector<f64, R>) -> f64 {
+        self.dual.component_mul(b).abs().sum()
     }
 
     /// Whether the part of `b` outside the span of the forces is rounding.

@@ -83,7 +83,8 @@ class Viewer:
             quality = {criterion: self.state.quality(criterion) for criterion in ("max", "sum")}
             lines = [f"**epsilon {name}** {found.epsilon:.6g}" for name, found in quality.items()]
             self._numbers.content = "\n\n".join([*lines, f"**closure** {quality['max'].closure}"])
-            scale = 0.3 * self._size / float(grasp.max_normal_force.max())
+            limits = grasp.max_normal_force if self.state.has_cones else grasp.extreme_forces[:, 0]
+            scale = 0.3 * self._size / float(limits.max())
             self._draw_cones(scale)
             self._draw_forces(scale)
             self._draw_worst(quality[self._criterion.value].direction)
@@ -138,7 +139,14 @@ class Viewer:
     def _draw_cones(self, scale: float) -> None:
         grasp = self.state.grasp
         # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
-        cones = Grasp(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, _CONE_EDGES)
+        cones = Grasp(
+            grasp.positions,
+            grasp.normals,
+            grasp.friction,
+            grasp.max_normal_force,
+            _CONE_EDGES,
+            friction_margin=grasp.friction_margin,
+        )
         fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
         for i, (fan, frame, tip) in enumerate(zip(fans, cones.frames, cones.positions, strict=True)):
             rim = tip - scale * fan @ frame
