@@ -45,8 +45,9 @@ proptest! {
 #[test]
 fn vertices_do_not_depend_on_a_limit_that_torques_never_reach() {
     let jacobian = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.02, 0.0, 0.1]].map(Vector3::from);
-    let vertices =
-        |most: f64, size: f64| torque_limited_forces(&jacobian, &[-size; 3], &[size; 3], 0.5, most, 8).unwrap();
+    let vertices = |most: f64, size: f64| {
+        torque_limited_forces(&jacobian, &[-size; 3], &[size; 3], 0.5, most, 8).unwrap()
+    };
     for size in [0.5, 1e-9, 1e6] {
         let expected = vertices(20.0 * size, size);
         for most in [1e3, 1e6, 1e9, 1e10, 1e12] {

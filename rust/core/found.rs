@@ -67,7 +67,7 @@ impl Found {
     ) -> Result<Certificate<D>> {
         let (largest, sum) = self.totals();
         let sigma = demand.objective.value(largest, sum);
-        if sigma.is_finite() && !REPRESENTABLE.contains(&sigma) {
+        if sigma > 0.0 && !REPRESENTABLE.contains(&sigma) {
             let reason =
                 format!("forces of {sigma:e} times their limits are beyond what can be computed with");
             return Err(Error::input("external_wrench", reason));

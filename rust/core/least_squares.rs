@@ -307,7 +307,7 @@ mod tests {
                 - DVector::from_fn(rows, |i, _| if i % 2 == 0 { 0.0 } else { next().abs() });
             let active = least_distance(&gradients, &bounds).unwrap();
             assert!(active.len() <= dim);
-            let mut t = DVector::zeros(dim);
+            let mut t = DVector::<f64>::zeros(dim);
             if !active.is_empty() {
                 let planes = gradients.select_rows(&active).transpose().qr();
                 let inner =

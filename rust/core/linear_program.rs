@@ -284,7 +284,7 @@ impl<const D: usize> LinearProgram<D> {
         }
         let gap = region.gap(b).max(mismatch);
         known.forget();
-        if objective.is_finite() && !REPRESENTABLE.contains(&objective) {
+        if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
             let reason =
                 format!("forces of {objective:e} times their limits are beyond what can be computed with");
             return Err(Error::input("external_wrench", reason));
@@ -369,7 +369,9 @@ fn sample_targets<const D: usize>(
         }
         equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target).map_err(
             |error| match error {
-                Error::InvalidInput { reason, .. } => {
+                Error::InvalidInput { .. } => {
+                    let reason =
+                        format!("{sample:?} has no direction, or is beyond what can be computed with");
                     Error::InvalidInput { argument: "samples", row: Some(row), reason }
                 }
                 error => error,

@@ -59,8 +59,8 @@ pub fn torque_limited_forces<'py>(
     let columns = columns(jacobian).map_err(|message| invalid_input(py, message))?;
     let (lower, upper) =
         limits(torque_limits, columns.len()).map_err(|message| invalid_input(py, message))?;
-    // What no number of edges can be is refused by name with the rest.
-    let edges = usize::try_from(edges).unwrap_or(0);
+    let edges = usize::try_from(edges)
+        .map_err(|_| invalid_input(py, format!("edges: {edges} is not between 3 and 256")))?;
     let forces = detached(py, || {
         graspforce::torque_limited_forces(&columns, &lower, &upper, friction, max_normal_force, edges)
     })?
