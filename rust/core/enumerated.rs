@@ -13,6 +13,7 @@ use crate::equilibration::Equilibration;
 use crate::error::Result;
 use crate::grasp::Grasp;
 use crate::interrupt;
+use crate::linear_program::tied_gain;
 use crate::minkowski::MinkowskiSum;
 use crate::region::UNBALANCED;
 use crate::simplex::{Outcome, Simplex, TIE, Target};
@@ -176,7 +177,7 @@ impl<const D: usize> Enumeration<D> {
     fn add_violated(&self, z: &[SVector<f64, D>; 2], active: &mut Vec<u32>) -> bool {
         let before = active.len();
         let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
-        let second = 1e-9_f64.max(1e-12 * z[1].lp_norm(1));
+        let second = tied_gain(&z[1]);
         active.extend((0_u32..).zip(&self.points).filter_map(|(j, point)| {
             let gain = point.wrench.dot(&z[0]) - point.costs[0];
             let tied = self.objective == Objective::MaxThenSum && gain >= -tolerance;

@@ -247,8 +247,11 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         let b = -external_wrench;
-        let preloaded = matches!(&*self.program, Program::Preload(_));
-        let solved = match (&*self.program, workspace) {
+        if external_wrench.iter().all(|x| *x == 0.0) && !matches!(&*self.program, Program::Preload(_)) {
+            forces.fill(0.0);
+            return Ok(0.0);
+        }
+        match (&*self.program, workspace) {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 program.locate(workspace, &b).map(|(region, _)| {
                     region.forces.multiply(&b, forces);
@@ -264,14 +267,8 @@ impl<const D: usize> ForceDistributor<D> {
                 }
                 answer.sigma
             }),
-        };
-        match solved {
-            Err(_) if !preloaded && external_wrench.iter().all(|x| *x == 0.0) => {
-                forces.fill(0.0);
-                Ok(0.0)
-            }
-            solved => solved.map_err(|error| named(error, external_wrench)),
         }
+        .map_err(|error| named(error, external_wrench))
     }
 }
 

@@ -248,7 +248,7 @@ impl<const D: usize> LinearProgram<D> {
         let column = self.columns.furthest(&z[0], 1.0, &mut simplex.entering);
         let tied = self.columns.tie_break(z, tolerance, &mut simplex.entering);
         column.wrench.dot(&z[0]) - column.costs[0] <= tolerance
-            && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= 100.0 * tolerance)
+            && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= tied_gain(&z[1]))
     }
 
     /// Writes the region of the simplex's answer for `b` over the one that was not used for the longest time.
@@ -349,6 +349,11 @@ impl<const D: usize> LinearProgram<D> {
             mismatch(face, coefficients)
         }
     }
+}
+
+/// Tied columns that gain less than this are no improvement of the tie-break.
+pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
+    1e-9_f64.max(1e-12 * z.lp_norm(1))
 }
 
 /// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
