@@ -117,7 +117,9 @@ def test_what_cannot_be_drawn_is_refused(draw):
 
 @pytest.mark.parametrize("case", ["soft", "unsorted", "cone"])
 def test_fans_are_convex_and_keep_the_friction_margin(case):
-    options = {"soft": {"torsion": 0.2, "edges": 6}, "cone": {"edges": None, "friction_margin": 2.0}}.get(case, {})
+    options = {"soft": {"torsion": 0.2, "edges": 6}, "cone": {"edges": None, "friction_margin": 2.0}}.get(
+        case, {}
+    )
     if case == "unsorted":
         square = [[2, 1, 1], [1, -0.5, -0.5], [2, 1, -1], [2, -1, 1], [1, 0.1, 0]]
         options["extreme_forces"] = [square] * 3
@@ -126,8 +128,11 @@ def test_fans_are_convex_and_keep_the_friction_margin(case):
         forces = fan @ frame.T
         slopes = forces[:, 1:] / forces[:, :1]
         sides = np.roll(slopes, -1, axis=0) - slopes
-        turns = sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1] - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]
-        assert (turns > 0).all() and len(fan) == {"soft": 6, "unsorted": 4, "cone": 16}[case]
+        turns = (
+            sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1] - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]
+        )
+        assert (turns > 0).all()
+        assert len(fan) == {"soft": 6, "unsorted": 4, "cone": 16}[case]
         if case == "cone":
             assert np.hypot(*slopes.T) == pytest.approx(0.3)
     assert plotting.draw_spatial_grasp(solid_axes(), grasp)
