@@ -206,6 +206,16 @@ proptest! {
             let exact = exact.solve(&external).unwrap();
             let linear = distributor(&grasp, criterion, &low, 0.0).solve(&external).unwrap();
             prop_assert!(exact.sigma <= linear.sigma * (1.0 + 2e-6));
+            // Cones around the edges reach as far as the true ones, and the whole balances.
+            let around: Vec<_> = c
+                .iter()
+                .map(|c| c.clone().edges(48).friction(c.friction / (std::f64::consts::PI / 48.0).cos()))
+                .collect();
+            let around = Grasp::<6>::new(&around).unwrap();
+            let outer = distributor(&around, criterion, &low, 0.0).solve(&external).unwrap();
+            prop_assert!(exact.sigma >= outer.sigma * (1.0 - 2e-6), "{} {}", exact.sigma, outer.sigma);
+            let resultant: Wrench<6> = exact.contact_wrenches(&cones).iter().sum();
+            prop_assert!((resultant + external).amax() <= 1e-8 * external.amax().max(exact.sigma_sum));
             for ((contact, f), low) in c.iter().zip(&exact.forces).zip(&low) {
                 prop_assert!(f[0] >= contact.max_normal_force * (low - 1e-9));
             }

@@ -36,6 +36,8 @@ fn a_reduced_set_answers_like_the_whole_and_says_when_it_cannot() {
         }
         fell_back += usize::from(a.fell_back);
     }
+    // The samples are the trajectory's own: few wrenches between them need more.
+    assert!(fell_back < 500, "{fell_back}");
     println!("{kept} of 14640 points kept, {fell_back} of 1000 answers by the whole set");
     for t in 1..=10 {
         assert!(!reduced.clone().solve(&wrench(f64::from(t))).unwrap().fell_back, "sample {t}");

@@ -1,6 +1,6 @@
 //! Extreme forces from joint torque limits.
 
-use graspforce::{ContactForce, torque_limited_forces};
+use graspforce::{ContactForce, Error, torque_limited_forces};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -39,5 +39,52 @@ proptest! {
                 prop_assert!(f.dot(&z) <= reach + 1e-9);
             }
         }
+    }
+}
+
+#[test]
+fn vertices_do_not_depend_on_a_limit_that_torques_never_reach() {
+    let jacobian = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.02, 0.0, 0.1]].map(Vector3::from);
+    let vertices = |most: f64, size: f64| {
+        torque_limited_forces(&jacobian, &[-size; 3], &[size; 3], 0.5, most, 8).unwrap()
+    };
+    for size in [0.5, 1e-9, 1e6] {
+        let expected = vertices(20.0 * size, size);
+        for most in [1e3, 1e6, 1e9, 1e10, 1e12] {
+            let found = vertices(most * size, size);
+            assert_eq!(found.len(), expected.len(), "limit {most:e} times {size:e}");
+            for f in &found {
+                assert!(expected.iter().any(|g| (f - g).amax() <= 1e-9 * size), "{f}");
+                let torques = jacobian.iter().map(|j| j.dot(&f.fixed_rows::<3>(0)).abs());
+                assert!(torques.fold(0.0, f64::max) <= size * (1.0 + 1e-9));
+                assert!(f[1].hypot(f[2]) <= 0.5 * f[0] + 1e-9 * size);
+            }
+        }
+    }
+}
+
+#[test]
+fn many_edges_and_joints_take_no_more_than_a_moment() {
+    let jacobian: Vec<_> =
+        (0..6_u8).map(|i| Vector3::new(1.0, f64::from(i).sin(), f64::from(i).cos()) * 0.1).collect();
+    let started = std::time::Instant::now();
+    let forces = torque_limited_forces(&jacobian, &[-0.5; 6], &[0.5; 6], 0.5, 100.0, 256).unwrap();
+    assert!(forces.len() > 6);
+    // All triples of bounds would take seconds.
+    assert!(started.elapsed().as_secs_f64() < 1.0, "{:?}", started.elapsed());
+}
+
+#[test]
+fn each_option_is_refused_by_its_own_name() {
+    let solve = |mu, most, edges| torque_limited_forces(&[Vector3::x()], &[-1.0], &[1.0], mu, most, edges);
+    for (argument, refused) in [
+        ("friction", solve(0.0, 1.0, 8)),
+        ("max_normal_force", solve(0.5, f64::INFINITY, 8)),
+        ("edges", solve(0.5, 1.0, 2)),
+    ] {
+        assert!(
+            matches!(&refused, Err(Error::InvalidInput { argument: named, .. }) if *named == argument),
+            "{refused:?}"
+        );
     }
 }

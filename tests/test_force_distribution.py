@@ -111,3 +111,81 @@ def test_the_forces_balance_the_wrench_inside_their_cones(seed, objective):
     normal, tangential = solution.forces[:, 0], np.linalg.norm(solution.forces[:, 1:], axis=1)
     assert (normal >= -1e-12).all()
     assert (tangential <= 0.8 * normal + 1e-9).all()
+
+
+def disc():
+    return gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+
+
+@pytest.mark.parametrize("edges", [8, None])
+def test_forces_that_are_not_c_contiguous_and_writable_are_refused_untouched(edges):
+    points = np.array([[1, 0, 0], [-0.5, 0.8, 0.2], [-0.5, -0.8, 0.3], [0.1, 0.2, -1]])
+    distributor = gf.ForceDistributor(gf.Grasp(points, -points, friction=0.7, edges=edges), tol=1e-6)
+    wrench = np.array([0.1, 0, -1, 0, 0, 0.02])
+    frozen = np.full((4, 3), 7.0)
+    frozen.setflags(write=False)
+    for forces in (np.full((4, 3), 7.0, order="F"), np.full((8, 3), 7.0)[::2], frozen):
+        with pytest.raises(gf.InvalidInputError, match="forces"):
+            distributor.solve_into(wrench, forces)
+        assert (forces == 7).all()
+    expected, forces = distributor.solve(wrench).forces, np.empty((4, 3))
+    # The wrench may be a view of what is written.
+    aliased = forces.reshape(-1)[:6]
+    aliased[:] = wrench
+    distributor.solve_into(aliased, forces)
+    assert forces == pytest.approx(expected, abs=1e-5)
+
+
+def test_an_empty_batch_has_no_rows():
+    distributor = gf.ForceDistributor(disc())
+    for parallel in (False, True):
+        assert distributor.solve_many(np.empty((0, 3)), parallel=parallel).forces.shape == (0, 2, 2)
+    assert distributor.solve([0, -1, 0]).sigma_max == pytest.approx(0.25)
+
+
+def test_shares_are_what_the_maximum_and_the_sum_are_of():
+    forces = [[[5, 1], [5, -1]]] * 2
+    grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], extreme_forces=forces)
+    general = gf.ForceDistributor(grasp).solve([0, -1, 0])
+    assert general.shares == pytest.approx([0.5, 0.5])
+    usual = gf.ForceDistributor(disc()).solve([0.3, -1, 0.1])
+    assert usual.shares == pytest.approx(usual.forces[:, 0] / 4)
+    for solution in (general, usual):
+        assert solution.shares.max() == pytest.approx(solution.sigma_max)
+        assert solution.shares.sum() == pytest.approx(solution.sigma_sum)
+        assert solution.to_dict()["shares"] == solution.shares.tolist()
+
+
+def test_one_lower_bound_holds_for_as_many_contacts_as_a_grasp_has():
+    distributor = gf.ForceDistributor(disc(), min_normal=0.25)
+    angles = 2 * np.pi * np.arange(3) / 3
+    three = np.column_stack([np.cos(angles), np.sin(angles)])
+    distributor.update(gf.Grasp(three, -three))
+    assert distributor.min_normal.tolist() == [0.25] * 3
+    assert distributor.solve([0, 0, 0]).shares == pytest.approx([0.25] * 3)
+
+
+def test_a_bad_sample_is_named_by_its_row_and_samples_only_go_with_reduced():
+    for sample in ([0, 0, 0], [0, np.nan, 0]):
+        with pytest.raises(gf.InvalidInputError, match="samples, row 1"):
+            gf.ForceDistributor(disc(), method="reduced", samples=[[0, -1, 0], sample])
+    with pytest.raises(gf.InvalidInputError, match="samples: only"):
+        gf.ForceDistributor(disc(), samples=[[0, -1, 0]])
+
+
+def test_torque_limits_name_the_option_that_is_wrong():
+    for edges in (-1, 2, 257):
+        with pytest.raises(gf.InvalidInputError, match="edges"):
+            gf.torque_limited_forces([[0.1], [0], [0]], [0.5], edges=edges)
+    with pytest.raises(gf.InvalidInputError, match="max_normal_force"):
+        gf.torque_limited_forces([[0.1], [0], [0]], [0.5], max_normal_force=0)
+
+
+def test_a_grasp_tells_its_torsion_margin_and_tangents():
+    points, tangents = np.eye(3), np.roll(np.eye(3), 1, axis=1)
+    grasp = gf.Grasp(points, -points, torsion=0.2, tangents=tangents, friction_margin=1.5)
+    assert grasp.torsion.tolist() == [0.2] * 3
+    assert grasp.friction_margin == 1.5
+    assert grasp.tangents == pytest.approx(tangents)
+    assert disc().tangents is None
+    assert disc().torsion.tolist() == [0, 0]

@@ -113,3 +113,35 @@ def test_a_quality_figure_has_polytopes_only_where_they_exist():
 def test_what_cannot_be_drawn_is_refused(draw):
     with pytest.raises(gf.InvalidInputError):
         draw()
+
+
+@pytest.mark.parametrize("case", ["soft", "unsorted", "cone"])
+def test_fans_are_convex_and_keep_the_friction_margin(case):
+    options = {"soft": {"torsion": 0.2, "edges": 6}, "cone": {"edges": None, "friction_margin": 2.0}}.get(
+        case, {}
+    )
+    if case == "unsorted":
+        square = [[2, 1, 1], [1, -0.5, -0.5], [2, 1, -1], [2, -1, 1], [1, 0.1, 0]]
+        options["extreme_forces"] = [square] * 3
+    grasp = spatial(**options)
+    for fan, frame in zip(plotting.spatial._fans(grasp), grasp.frames, strict=True):
+        forces = fan @ frame.T
+        slopes = forces[:, 1:] / forces[:, :1]
+        sides = np.roll(slopes, -1, axis=0) - slopes
+        turns = (
+            sides[:, 0] * np.roll(sides, -1, axis=0)[:, 1] - sides[:, 1] * np.roll(sides, -1, axis=0)[:, 0]
+        )
+        assert (turns > 0).all()
+        assert len(fan) == {"soft": 6, "unsorted": 4, "cone": 16}[case]
+        if case == "cone":
+            assert np.hypot(*slopes.T) == pytest.approx(0.3)
+    assert plotting.draw_spatial_grasp(solid_axes(), grasp)
+
+
+def test_planar_fans_of_unsorted_forces_do_not_cross():
+    forces = [[[1, 0.1], [1, -0.5], [2, 1], [1, 0]]] * 3
+    grasp = gf.Grasp(RIM, -RIM, extreme_forces=forces)
+    for fan, frame in zip(plotting.planar.cone_fans(grasp), grasp.frames, strict=True):
+        slopes = [t / n for n, t in fan @ frame.T]
+        assert slopes == sorted(slopes)
+    assert plotting.planar.limits_of(grasp).tolist() == [2, 2, 2]

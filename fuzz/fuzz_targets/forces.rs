@@ -32,7 +32,9 @@ fn examine<const D: usize>(input: &Input) {
         options.min_normal.resize(grasp.num_contacts(), 0.0);
     }
     let sample = |numbers: &[Number; 6]| wrench::<D>(numbers).as_slice().to_vec();
-    options.samples = input.samples.iter().take(4).map(sample).collect();
+    if options.method == Method::Reduced {
+        options.samples = input.samples.iter().take(4).map(sample).collect();
+    }
     if !grasp.is_finite() {
         options.tolerance = 1e-6;
     }

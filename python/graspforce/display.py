@@ -159,6 +159,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "unique": solution.unique,
         "fell_back": solution.fell_back,
         "dual": solution.dual.tolist(),
+        "shares": solution.shares.tolist(),
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
         "contact_wrenches": solution.contact_wrenches.tolist(),
@@ -231,8 +232,7 @@ def grasp_html(grasp: Grasp) -> str:
 def solution_html(solution: ForceSolution) -> str:
     """One row for each contact."""
     names = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}[solution.grasp.force_dim]
-    shares = solution.forces[:, 0] / solution.grasp.max_normal_force
-    columns = zip(solution.forces, shares, solution.slip_margin, strict=True)
+    columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
     rows = (
         (str(i), _vector(force), f"{share:.4f}", f"{margin:.4f}")
         for i, (force, share, margin) in enumerate(columns)

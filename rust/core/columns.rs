@@ -75,6 +75,15 @@ impl Objective {
         if let Self::Weighted(weight) = self { weight } else { 0.0 }
     }
 
+    /// The value of the objective from normalised normal forces.
+    pub(crate) fn value(self, largest: f64, sum: f64) -> f64 {
+        match self {
+            Self::Sum => sum,
+            Self::MaxThenSum => largest,
+            Self::Weighted(weight) => largest + weight * sum,
+        }
+    }
+
     pub(crate) fn costs(self, contacts: usize) -> [f64; 2] {
         match self {
             Self::Sum => [1.0, 0.0],

@@ -11,15 +11,12 @@ use crate::columns::{Objective, UNUSED};
 use crate::cone_columns::ConeColumns;
 use crate::contact::ContactForce;
 use crate::equilibration::{Equilibration, Reachable};
-use crate::error::{Error, Result};
-use crate::grasp::{Grasp, Wrench};
-use crate::law::objective_value;
-use crate::preload::Found;
+use crate::error::Result;
+use crate::found::{Certificate, Demand, Found};
+use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::linear_program::loosened;
 use crate::second_order::least_forces;
 use crate::simplex::{Outcome, Simplex, Target};
-
-/// Levels below this share of the largest are not zero but for rounding.
-pub(crate) const SHORT: f64 = -1e-9;
 
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 12;
@@ -29,6 +26,7 @@ const DUAL_PIVOTS: usize = 12;
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ConeColumns<D>,
+    maps: Vec<ContactMap<D>>,
     tolerance: f64,
 }
 
@@ -37,17 +35,6 @@ pub(crate) struct ConeProgram<const D: usize> {
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
     last: Basis<D>,
-}
-
-/// The multipliers and their certificate; the forces are written where the caller wants them.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ConeAnswer<const D: usize> {
-    pub(crate) sigma: f64,
-    pub(crate) dual: Wrench<D>,
-    pub(crate) gap: f64,
-    pub(crate) pivots: usize,
-    /// Whether the interior-point solver had to give the answer.
-    pub(crate) fell_back: bool,
 }
 
 impl<const D: usize> ConeWorkspace<D> {
@@ -60,11 +47,7 @@ impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
-        Self { equilibration, columns, tolerance }
-    }
-
-    pub(crate) fn objective(&self) -> Objective {
-        self.columns.objective
+        Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
@@ -78,51 +61,58 @@ impl<const D: usize> ConeProgram<D> {
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
         found: &mut Found,
-    ) -> Result<ConeAnswer<D>> {
+    ) -> Result<Certificate<D>> {
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
         let ConeWorkspace { simplex, last } = workspace;
-        simplex.restart(last);
-        let mut outcome = simplex.warm(&self.columns, &target, DUAL_PIVOTS).unwrap_or(Outcome::Stalled);
-        if outcome != Outcome::Optimal {
-            let spent = simplex.pivots;
-            outcome = simplex.cold(&self.columns, &target);
-            simplex.pivots += spent;
-        }
+        let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&z));
         }
-        let z = &simplex.multipliers[0];
-        let weight = self.columns.objective.weight();
-        let reach = self.columns.value(z, weight).max(if weight > 0.0 { 1.0 } else { 0.0 });
-        let upper = simplex.basis.costs[0].dot(&simplex.levels);
-        let lower = simplex.target.dot(z) / reach;
-        let gap = ((upper - lower) / upper).abs();
-        let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
-        let stalled = simplex.basis.artificial[..target.rank].contains(&true);
-        // Negative levels are no forces; what they balanced would stay unbalanced.
-        let short = simplex.levels.min() < SHORT * simplex.levels.amax();
-        if stalled || short || gap.is_nan() || gap > tolerance {
-            last.artificial = [true; D];
-            let iterations = simplex.pivots;
-            let better = self.fall_back(simplex, &target, scale, found).filter(|a| a.gap <= tolerance);
-            return better.ok_or(Error::NotConverged { solver: "column generation", iterations, gap });
-        }
-        last.copy_from(&simplex.basis);
         found.clear();
         self.add_up(simplex, scale, found);
-        let dual = self.equilibration.dual(z) / reach;
-        Ok(ConeAnswer { sigma: upper * scale, dual, gap, pivots: simplex.pivots, fell_back: false })
+        let answer = self.certify(&simplex.multipliers[0], b, found, simplex.pivots);
+        if answer.is_ok() {
+            last.copy_from(&simplex.basis);
+            return answer;
+        }
+        last.artificial = [true; D];
+        let Some(z) = self.fall_back(simplex, &target, scale, found) else { return answer };
+        let better = self.certify(&z, b, found, simplex.pivots).or(answer)?;
+        Ok(Certificate { fell_back: true, ..better })
     }
 
-    /// Asks the interior-point solver. What its forces leave unbalanced is balanced by forces of the simplex, so
-    /// that the sum lies in the cones exactly; its multiplier, scaled to reach one, proves the bound.
+    /// What the forces found are worth beside the bound that `z` proves once it is scaled to reach one.
+    fn certify(
+        &self,
+        z: &SVector<f64, D>,
+        b: &Wrench<D>,
+        found: &Found,
+        pivots: usize,
+    ) -> Result<Certificate<D>> {
+        let weight = self.columns.objective.weight();
+        let floor = if weight > 0.0 { 1.0 } else { f64::MIN_POSITIVE };
+        let z = z / self.columns.value(z, weight).max(floor);
+        let dual = self.equilibration.dual(&z);
+        let demand = Demand {
+            b,
+            maps: &self.maps,
+            units: self.equilibration.units(),
+            least: &[],
+            objective: self.columns.objective,
+            tolerance: loosened(self.tolerance, z.lp_norm(1)),
+        };
+        found.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
+    }
+
+    /// Asks the interior-point solver, and returns its multiplier. What its forces leave unbalanced is balanced by
+    /// forces of the simplex, so that the sum lies in the cones exactly.
     fn fall_back(
         &self,
         simplex: &mut Simplex<D>,
         target: &Target<D>,
         scale: f64,
         found: &mut Found,
-    ) -> Option<ConeAnswer<D>> {
+    ) -> Option<SVector<f64, D>> {
         let ConeColumns { objective, contacts, .. } = &self.columns;
         let least = least_forces(contacts, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
@@ -133,33 +123,13 @@ impl<const D: usize> ConeProgram<D> {
             found.forces[i] = force * scale;
             found.normals[i] = normal * scale;
         }
-        let mut upper = {
-            let largest = least.normals.iter().copied().fold(0.0, f64::max);
-            objective_value(*objective, largest, least.normals.iter().sum())
-        };
         if size > 0.0 {
-            let rest = Target { wrench: rest / size, rank: target.rank, tolerance: target.tolerance };
-            let outcome = simplex.cold(&self.columns, &rest);
-            if matches!(outcome, Outcome::Infeasible(_))
-                || simplex.basis.artificial[..rest.rank].contains(&true)
-            {
-                return None;
-            }
+            let rest = Target { wrench: rest / size, ..*target };
+            simplex.cold(&self.columns, &rest);
             self.add_up(simplex, scale * size, found);
-            upper += size * simplex.basis.costs[0].dot(&simplex.levels);
         }
-        let weight = self.columns.objective.weight();
-        let floor = if weight > 0.0 { 1.0 } else { f64::MIN_POSITIVE };
-        let dual = least.dual / self.columns.value(&least.dual, weight).max(floor);
-        let gap = ((upper - dual.dot(&target.wrench)) / upper).abs();
-        let pivots = spent + simplex.pivots;
-        Some(ConeAnswer {
-            sigma: upper * scale,
-            dual: self.equilibration.dual(&dual),
-            gap,
-            pivots,
-            fell_back: true,
-        })
+        simplex.pivots += spent;
+        Some(least.dual)
     }
 
     fn add_up(&self, simplex: &Simplex<D>, scale: f64, found: &mut Found) {
@@ -224,9 +194,9 @@ mod tests {
                 let mut least = Found::new(5);
                 let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
                 let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
-                let found = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();
+                let z = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();
+                let found = program.certify(&z, &b, &least, 0).unwrap();
                 assert!((found.sigma - expected.sigma).abs() <= 1e-7 * expected.sigma);
-                assert!(found.fell_back && found.gap <= 1e-8, "{:e}", found.gap);
                 let balance: Wrench<6> = grasp.maps().iter().zip(&least.forces).map(|(map, f)| map * f).sum();
                 assert!((balance - b).amax() <= 1e-12, "{:e}", (balance - b).amax());
                 for (contact, f) in grasp.contacts().iter().zip(&least.forces) {

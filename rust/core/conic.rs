@@ -1,4 +1,4 @@
-//! Interior-point reference solutions by Clarabel.
+//! `z_b` of Eq. 26 by Clarabel's interior-point method: what the enumerated method asks online.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -24,19 +24,10 @@ pub(crate) fn furthest_dual<'a>(
     let indices = (0..rank).flat_map(|_| 0..rows).collect();
     let matrix = CscMatrix::new(rows, rank, starts, indices, values);
     let cost: Vec<f64> = target.iter().take(rank).map(|b| -b).collect();
-    solve(&CscMatrix::zeros((rank, rank)), &cost, &matrix, &bounds, &[SupportedConeT::NonnegativeConeT(rows)])
-}
-
-/// `min x'Px/2 + q'x` subject to `b - Ax` in the cones.
-fn solve(
-    quadratic: &CscMatrix,
-    cost: &[f64],
-    matrix: &CscMatrix,
-    bounds: &[f64],
-    cones: &[SupportedConeT<f64>],
-) -> Option<Vec<f64>> {
+    let cones = [SupportedConeT::NonnegativeConeT(rows)];
     let settings = DefaultSettings { verbose: false, max_iter: 100, ..DefaultSettings::default() };
-    let mut solver = DefaultSolver::new(quadratic, cost, matrix, bounds, cones, settings).ok()?;
+    let quadratic = CscMatrix::zeros((rank, rank));
+    let mut solver = DefaultSolver::new(&quadratic, &cost, &matrix, &bounds, &cones, settings).ok()?;
     solver.set_termination_callback(|_: &_| interrupt::stopped());
     solver.solve();
     matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)

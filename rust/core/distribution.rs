@@ -33,14 +33,15 @@ pub struct DistributionOptions {
     /// What the sum weighs beside the maximum: the objective is `sigma_max + weight * sigma_sum`. Zero means
     /// the maximum alone and, among its optima, the least sum. Only with [`Criterion::Max`].
     pub weight: f64,
-    /// Largest relative gap that counts as solved.
+    /// Largest relative gap that counts as solved. Multipliers too large for double precision to keep it (limits or
+    /// strengths of directions spread over many orders) loosen it to what rounding leaves, at most to 1e-6.
     pub tolerance: f64,
     /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
     pub max_points: u128,
-    /// External wrenches that choose the points of [`Method::Reduced`].
+    /// External wrenches that choose the points of [`Method::Reduced`]; none with other methods.
     pub samples: Vec<Vec<f64>>,
-    /// Lower bounds `c_i >= 0` of the normalised normal forces `f_n / f_i^U`, one for each contact, so that no
-    /// finger loses contact; empty for none. Only with [`Method::Implicit`], and only zero for contacts with
+    /// Lower bounds `c_i >= 0` of the normalised normal forces `f_n / f_i^U`, one for each contact or one for all, so
+    /// that no finger loses contact; empty for none. Only with [`Method::Implicit`], and only zero for contacts with
     /// [`ForceModel::Extreme`]. The forces are then not proportional to the wrench, even no wrench needs some,
     /// and in an [`Error::InfeasibleWrench`] the direction has
     /// `-w_ext . e > sum_i c_i max_h w_ih . e`.
@@ -65,11 +66,14 @@ impl Default for DistributionOptions {
 pub struct Distribution<const D: usize> {
     /// Contact forces `f_i` as `[f_n, f_o, f_t, torsion]` in the contact frames, in N and N m.
     pub forces: Vec<ContactForce>,
+    /// Normalised normal force of each contact: its share of its limit. With [`ForceModel::Extreme`] it is the
+    /// sum of the coefficients of its extreme forces.
+    pub shares: Vec<f64>,
     /// Value of the objective that was minimised.
     pub sigma: f64,
-    /// Largest normalised normal force (Eq. 7).
+    /// Largest of the shares (Eq. 7).
     pub sigma_max: f64,
-    /// Sum of normalised normal forces (Eq. 6).
+    /// Sum of the shares (Eq. 6).
     pub sigma_sum: f64,
     /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench; without lower bounds it is
     /// `sigma = -w_ext . z_b`.
@@ -81,8 +85,8 @@ pub struct Distribution<const D: usize> {
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
     /// an interior-point solver.
     pub fell_back: bool,
-    /// Whether the objective and its tie-break alone determine the forces. Where they do not, the least
-    /// `sum_i |f_i|^2 / f_i^U^2` does.
+    /// Whether the objective and its tie-break alone are known to determine the forces. Where they may not, the least
+    /// `sum_i |f_i|^2 / f_i^U^2` does; forces that extreme forces can make in several ways count as such.
     pub unique: bool,
 }
 
@@ -147,6 +151,9 @@ pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion)
     if weight > 0.0 && objective == Criterion::Sum {
         let reason = format!("{weight} weighs the sum beside the maximum; it needs the objective \"max\"");
         return Err(Error::input("weight", reason));
+    }
+    if !options.samples.is_empty() && options.method != Method::Reduced {
+        return Err(Error::input("samples", "only the method \"reduced\" chooses points by them"));
     }
     let tolerance = options.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {

@@ -91,7 +91,7 @@ impl<const D: usize> ForceDistributor<D> {
         status: &mut [RowStatus],
     ) -> Result<()> {
         let mut session = self.session()?;
-        let rows = forces.chunks_mut(forces.len() / wrenches.len().max(1));
+        let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
             interrupt::check()?;
             let solved = session.solve(wrench, row);

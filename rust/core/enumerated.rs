@@ -13,7 +13,9 @@ use crate::equilibration::Equilibration;
 use crate::error::Result;
 use crate::grasp::Grasp;
 use crate::interrupt;
+use crate::linear_program::tied_gain;
 use crate::minkowski::MinkowskiSum;
+use crate::region::UNBALANCED;
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
@@ -104,7 +106,7 @@ impl<const D: usize> Enumeration<D> {
                 k if k < rank => wrench[k] = 1.0,
                 _ => wrench.rows_range_mut(..rank).fill(-1.0),
             }
-            let target = Target { wrench, rank, tolerance: 1e-10 };
+            let target = Target { wrench, rank, tolerance: SVector::repeat(UNBALANCED) };
             for _ in 0..MAX_COMPLETION {
                 let separating = if kept.is_empty() {
                     wrench
@@ -175,7 +177,7 @@ impl<const D: usize> Enumeration<D> {
     fn add_violated(&self, z: &[SVector<f64, D>; 2], active: &mut Vec<u32>) -> bool {
         let before = active.len();
         let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
-        let second = 1e-9_f64.max(1e-12 * z[1].lp_norm(1));
+        let second = tied_gain(&z[1]);
         active.extend((0_u32..).zip(&self.points).filter_map(|(j, point)| {
             let gain = point.wrench.dot(&z[0]) - point.costs[0];
             let tied = self.objective == Objective::MaxThenSum && gain >= -tolerance;

@@ -19,6 +19,7 @@ const RANK_TOLERANCE: f64 = 1e-12;
 #[derive(Debug, Clone)]
 pub(crate) struct Equilibration<const D: usize> {
     map: SMatrix<f64, D, D>,
+    /// Strengths of the rows, relative to the strongest contact.
     lengths: SVector<f64, D>,
     units: SVector<f64, D>,
     /// Rows beyond this are zero for every wrench the grasp can exert.
@@ -97,9 +98,9 @@ impl<const D: usize> Equilibration<D> {
             wrench.rows_range_mut(rank..).fill(0.0);
         }
         let size = wrench.amax();
-        // Rounding in the wrench grows where a weak direction was strengthened.
-        let rounding = 4.0 * f64::EPSILON * unscaled / self.weakest();
-        let tolerance = UNBALANCED + rounding / size;
+        // Rounding in the wrench grows where a weak direction was strengthened, and only there.
+        let rounding = 4.0 * f64::EPSILON * unscaled / size;
+        let tolerance = self.lengths.map(|length| UNBALANCED + rounding / length);
         Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
     }
 
@@ -109,11 +110,6 @@ impl<const D: usize> Equilibration<D> {
         // Scaled before its length is taken: the square of a component may not be representable.
         let direction = (direction / direction.amax()).normalize();
         Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
-    }
-
-    /// Strength of the weakest direction in which the grasp can act, relative to the strongest contact.
-    fn weakest(&self) -> f64 {
-        self.lengths.rows_range(..self.rank).min()
     }
 
     /// Reciprocals of the largest force and torque of one contact.

@@ -1,17 +1,17 @@
 //! The distributor: one grasp, one objective, any number of external wrenches.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use crate::columns::Objective;
-use crate::cone_program::{ConeAnswer, ConeProgram, ConeWorkspace};
+use crate::cone_program::{ConeProgram, ConeWorkspace};
 use crate::contact::ContactForce;
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
+use crate::found::{Certificate, Found};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::law::objective_value;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
-use crate::preload::{Found, PreloadProgram, PreloadWorkspace, checked_bounds};
+use crate::preload::{PreloadProgram, PreloadWorkspace, checked_bounds};
 use crate::wrench_set::Criterion;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
@@ -64,12 +64,14 @@ impl<const D: usize> Program<D> {
             Self::Preload(program) => Workspace::Preload(Box::new(program.workspace()), Found::new(contacts)),
         }
     }
+}
 
-    fn objective(&self) -> Objective {
+impl<const D: usize> Workspace<D> {
+    fn forget(&mut self) {
         match self {
-            Self::Linear(program) => program.objective(),
-            Self::Cone(program) => program.objective(),
-            Self::Preload(program) => program.objective(),
+            Self::Linear(workspace) => workspace.forget(),
+            Self::Cone(workspace, _) => workspace.forget(),
+            Self::Preload(workspace, _) => workspace.forget(),
         }
     }
 }
@@ -103,8 +105,9 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(Self { grasp, objective, options, program, workspace })
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little: the last basis is kept where
-    /// contacts and edges are as many as before. On an error nothing changes.
+    /// Goes on with another grasp, in which contacts have rolled or slid a little: over listed extreme forces and
+    /// without lower bounds the last basis is kept where contacts and edges are as many as before. On an error
+    /// nothing changes.
     pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
         let mut updated = Self::with_options(grasp, self.objective, self.options.clone())?;
         let old = self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner);
@@ -118,13 +121,24 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(())
     }
 
-    /// Forgets what earlier wrenches taught, so that the next solve starts cold. The answers do not change.
+    /// Forgets what earlier wrenches taught, so that the next solve starts cold. The answers do not change. While
+    /// another thread solves, nothing is forgotten.
     pub fn forget(&self) {
-        if let Ok(mut workspace) = self.workspace.try_lock() {
-            match &mut *workspace {
-                Workspace::Linear(workspace) => workspace.forget(),
-                Workspace::Cone(workspace, _) => workspace.forget(),
-                Workspace::Preload(workspace, _) => workspace.forget(),
+        if let Ok(mut workspace) = self.workspace() {
+            workspace.forget();
+        }
+    }
+
+    /// The workspace, unless another thread solves in it. What a panic left there is forgotten.
+    fn workspace(&self) -> Result<MutexGuard<'_, Workspace<D>>> {
+        match self.workspace.try_lock() {
+            Ok(workspace) => Ok(workspace),
+            Err(TryLockError::WouldBlock) => Err(Error::Busy),
+            Err(TryLockError::Poisoned(poisoned)) => {
+                let mut workspace = poisoned.into_inner();
+                workspace.forget();
+                self.workspace.clear_poison();
+                Ok(workspace)
             }
         }
     }
@@ -159,7 +173,7 @@ impl<const D: usize> ForceDistributor<D> {
         if !preloaded && external_wrench.iter().all(|x| *x == 0.0) {
             return Ok(nothing_to_balance(self.grasp.num_contacts()));
         }
-        let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
+        let mut workspace = self.workspace()?;
         let b = -external_wrench;
         match (&*self.program, &mut *workspace) {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
@@ -167,14 +181,14 @@ impl<const D: usize> ForceDistributor<D> {
             }
             (program, workspace) => solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let (sigma_max, sigma_sum) = found.totals();
-                let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
                 Distribution {
                     forces: found.forces.clone(),
-                    sigma,
+                    shares: found.normals.clone(),
+                    sigma: answer.sigma,
                     sigma_max,
                     sigma_sum,
                     dual: answer.dual,
-                    gap: answer.gap.max((1.0 - answer.sigma / sigma).abs()),
+                    gap: answer.gap,
                     pivots: answer.pivots,
                     unique: found.unique,
                     fell_back: answer.fell_back,
@@ -194,20 +208,18 @@ impl<const D: usize> ForceDistributor<D> {
         let (region, pivots) = program.locate(workspace, b)?;
         let components = self.grasp.force_components();
         let mut rows = vec![0.0; m * components.len()];
-        let mut normals = vec![0.0; m];
         region.forces.multiply(b, &mut rows);
-        region.normals.multiply(b, &mut normals);
-        let sigma_max = normals.iter().copied().fold(0.0, f64::max);
-        let sigma_sum = normals.iter().sum();
-        let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
-        let lower = region.dual.dot(b) / region.reach;
+        let mut shares = vec![0.0; m];
+        region.normals.multiply(b, &mut shares);
+        let (sigma_max, sigma_sum) = region.totals(b);
         Ok(Distribution {
             forces: rows.chunks(components.len()).map(|row| contact_force(row, components)).collect(),
-            sigma,
+            shares,
+            sigma: program.objective().value(sigma_max, sigma_sum),
             sigma_max,
             sigma_sum,
             dual: region.dual,
-            gap: ((sigma - lower) / sigma).abs(),
+            gap: region.gap(b),
             pivots,
             unique: region.unique,
             fell_back: region.fell_back,
@@ -216,14 +228,15 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
     ///
-    /// Nothing is allocated once the wrench's region is known, and on an error `forces` is untouched.
+    /// Over listed extreme forces and without lower bounds nothing is allocated once the wrench's region is known. On
+    /// an error `forces` is untouched.
     pub fn solve_into(&self, external_wrench: &Wrench<D>, forces: &mut [f64]) -> Result<f64> {
         let length = self.grasp.num_contacts() * self.grasp.force_dim();
         if forces.len() != length {
             let reason = format!("{} numbers, expected {length}", forces.len());
             return Err(Error::input("forces", reason));
         }
-        let mut workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
+        let mut workspace = self.workspace()?;
         self.solve_in(&mut workspace, external_wrench, forces)
     }
 
@@ -234,8 +247,11 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         let b = -external_wrench;
-        let preloaded = matches!(&*self.program, Program::Preload(_));
-        let solved = match (&*self.program, workspace) {
+        if external_wrench.iter().all(|x| *x == 0.0) && !matches!(&*self.program, Program::Preload(_)) {
+            forces.fill(0.0);
+            return Ok(0.0);
+        }
+        match (&*self.program, workspace) {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 program.locate(workspace, &b).map(|(region, _)| {
                     region.forces.multiply(&b, forces);
@@ -251,14 +267,8 @@ impl<const D: usize> ForceDistributor<D> {
                 }
                 answer.sigma
             }),
-        };
-        match solved {
-            Err(_) if !preloaded && external_wrench.iter().all(|x| *x == 0.0) => {
-                forces.fill(0.0);
-                Ok(0.0)
-            }
-            solved => solved.map_err(|error| named(error, external_wrench)),
         }
+        .map_err(|error| named(error, external_wrench))
     }
 }
 
@@ -266,13 +276,12 @@ impl<const D: usize> ForceDistributor<D> {
 pub(crate) struct Session<'a, const D: usize> {
     distributor: &'a ForceDistributor<D>,
     workspace: MutexGuard<'a, Workspace<D>>,
-    normals: Vec<f64>,
 }
 
 impl<const D: usize> ForceDistributor<D> {
     pub(crate) fn session(&self) -> Result<Session<'_, D>> {
-        let workspace = self.workspace.try_lock().map_err(|_| Error::Busy)?;
-        Ok(Session { distributor: self, workspace, normals: vec![0.0; self.grasp.num_contacts()] })
+        let workspace = self.workspace()?;
+        Ok(Session { distributor: self, workspace })
     }
 }
 
@@ -283,14 +292,10 @@ impl<const D: usize> Session<'_, D> {
         if sigma == 0.0 {
             return Ok((0.0, 0.0));
         }
-        match &*self.workspace {
-            Workspace::Linear(workspace) => {
-                workspace.latest().normals.multiply(&-external_wrench, &mut self.normals);
-            }
-            Workspace::Cone(_, found) | Workspace::Preload(_, found) => return Ok(found.totals()),
-        }
-        let levels = self.normals.iter();
-        Ok(levels.fold((0.0, 0.0), |(largest, sum), level| (f64::max(largest, *level), sum + level)))
+        Ok(match &*self.workspace {
+            Workspace::Linear(workspace) => workspace.latest().totals(&-external_wrench),
+            Workspace::Cone(_, found) | Workspace::Preload(_, found) => found.totals(),
+        })
     }
 }
 
@@ -312,7 +317,7 @@ fn solve_cones<'a, const D: usize>(
     program: &Program<D>,
     workspace: &'a mut Workspace<D>,
     b: &Wrench<D>,
-) -> Result<(ConeAnswer<D>, &'a Found)> {
+) -> Result<(Certificate<D>, &'a Found)> {
     match (program, workspace) {
         (Program::Cone(program), Workspace::Cone(workspace, found)) => {
             Ok((program.solve(workspace, b, found)?, found))
@@ -340,6 +345,7 @@ fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
 fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
     Distribution {
         forces: vec![ContactForce::zeros(); contacts],
+        shares: vec![0.0; contacts],
         sigma: 0.0,
         sigma_max: 0.0,
         sigma_sum: 0.0,
@@ -348,5 +354,32 @@ fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
         pivots: 0,
         unique: true,
         fell_back: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::contact::Contact;
+
+    #[test]
+    fn a_panic_while_solving_is_forgotten_and_the_next_solve_answers() {
+        let fingers = [(-1.0, 1.0), (1.0, -1.0)]
+            .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
+        let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers).unwrap(), Criterion::Max).unwrap();
+        let weight = Wrench::<3>::new(0.0, -1.0, 0.0);
+        let expected = distributor.solve(&weight).unwrap();
+        let held = catch_unwind(AssertUnwindSafe(|| {
+            let _workspace = distributor.workspace().unwrap();
+            std::panic::resume_unwind(Box::new("while the workspace is held"));
+        }));
+        assert!(held.is_err());
+        assert_eq!(distributor.solve(&weight).unwrap(), expected);
+        let _held = distributor.workspace().unwrap();
+        assert_eq!(distributor.solve(&weight), Err(Error::Busy));
     }
 }

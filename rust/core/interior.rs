@@ -32,12 +32,14 @@ impl Interior {
         if D != 6 || !ordered || count <= 3 {
             return None;
         }
-        let force = |h: usize| -> Vector3<f64> { forces[range.start + h % count].fixed_rows::<3>(0).into() };
+        // At a limit of one: the facets do not depend on it, but its cube may not be representable.
+        let force = |h: usize| -> Vector3<f64> {
+            forces[range.start + h % count].fixed_rows::<3>(0) / described.max_normal_force
+        };
         let chosen = [0, count / 3, 2 * count / 3];
-        let axis = Vector3::x() * described.max_normal_force;
         let facet = |h: usize| {
             let normal = force(h).cross(&force(h + 1));
-            chosen.map(|j| normal.dot(&force(j)) / normal.dot(&axis))
+            chosen.map(|j| normal.dot(&force(j)) / normal.x)
         };
         let edges = chosen.map(|h| (range.start + h) as u32);
         Some(Self { edges, facets: (0..count).map(facet).collect() })

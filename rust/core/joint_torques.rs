@@ -42,24 +42,31 @@ pub fn torque_limited_forces(
     edges: usize,
 ) -> Result<Vec<ContactForce>> {
     check(jacobian, lower, upper)?;
-    let positive = |x: f64| x > 0.0 && x.is_finite();
-    if !positive(friction) || !positive(max_normal_force) || !(3..=256).contains(&edges) {
-        let reason = format!(
-            "friction {friction} and max_normal_force {max_normal_force} must be positive, edges {edges} 3 to 256"
-        );
-        return Err(Error::input("friction", reason));
+    for (argument, value) in [("friction", friction), ("max_normal_force", max_normal_force)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Error::input(argument, format!("{value} must be finite and positive")));
+        }
     }
-    let half_spaces = half_spaces(jacobian, lower, upper, friction, max_normal_force, edges);
+    if !(3..=256).contains(&edges) {
+        return Err(Error::input("edges", format!("{edges} is not between 3 and 256")));
+    }
+    let limits = limits(jacobian, lower, upper, max_normal_force);
+    let half_spaces: Vec<HalfSpace> = limits.iter().copied().chain(facets(friction, edges)).collect();
     let mut vertices: Vec<Vector3<f64>> = Vec::new();
-    let scale = max_normal_force * friction.hypot(1.0);
-    for (i, a) in half_spaces.iter().enumerate() {
+    for (i, a) in half_spaces[..limits.len()].iter().enumerate() {
         for (j, b) in half_spaces.iter().enumerate().skip(i + 1) {
             interrupt::check()?;
-            for c in &half_spaces[j + 1..] {
+            for (k, c) in half_spaces.iter().enumerate().skip(j + 1) {
+                // Only facets side by side meet on the cone elsewhere than in its tip.
+                if j >= limits.len() && k - j != 1 && k - j != edges - 1 {
+                    continue;
+                }
                 let Some(vertex) = meet([a, b, c]) else { continue };
-                let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= INSIDE * scale);
-                let near = |other: &Vector3<f64>| (other - vertex).amax() <= INSIDE * scale;
-                if inside && vertex.amax() > INSIDE * scale && !vertices.iter().any(near) {
+                // Relative to this vertex: the normal force may be limited to far more than torques allow.
+                let rounding = INSIDE * vertex.amax();
+                let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= rounding);
+                let near = |other: &Vector3<f64>| (other - vertex).amax() <= rounding;
+                if inside && vertex.amax() > 0.0 && !vertices.iter().any(near) {
                     vertices.push(vertex);
                 }
             }
@@ -86,29 +93,26 @@ fn check(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64]) -> Result<()> 
     Ok(())
 }
 
-/// All bounds, each with a unit normal.
-fn half_spaces(
-    jacobian: &[Vector3<f64>],
-    lower: &[f64],
-    upper: &[f64],
-    friction: f64,
-    max_normal_force: f64,
-    edges: usize,
-) -> Vec<HalfSpace> {
-    let mut half_spaces = vec![(Vector3::x(), max_normal_force)];
-    let edge = |h: usize| {
-        let (s, c) = (std::f64::consts::TAU * h as f64 / edges as f64).sin_cos();
-        Vector3::new(1.0, friction * c, friction * s)
-    };
-    half_spaces.extend((1..=edges).map(|h| (edge(h + 1).cross(&edge(h)).normalize(), 0.0)));
+/// Bounds of the normal force and the torques, each with a unit normal.
+fn limits(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64], max_normal_force: f64) -> Vec<HalfSpace> {
+    let mut limits = vec![(Vector3::x(), max_normal_force)];
     for (column, (low, high)) in jacobian.iter().zip(lower.iter().zip(upper)) {
         let length = column.norm();
         if length > 0.0 {
-            half_spaces.push((column / length, high / length));
-            half_spaces.push((-column / length, -low / length));
+            limits.push((column / length, high / length));
+            limits.push((-column / length, -low / length));
         }
     }
-    half_spaces
+    limits
+}
+
+/// The sides of the friction cone in order, each with a unit normal.
+fn facets(friction: f64, edges: usize) -> impl Iterator<Item = HalfSpace> {
+    let edge = move |h: usize| {
+        let (s, c) = (std::f64::consts::TAU * h as f64 / edges as f64).sin_cos();
+        Vector3::new(1.0, friction * c, friction * s)
+    };
+    (1..=edges).map(move |h| (edge(h + 1).cross(&edge(h)).normalize(), 0.0))
 }
 
 /// The point where three planes meet, if they meet in one point.

@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::basis::invert;
-use crate::columns::{ImplicitColumns, Objective};
+use crate::columns::ImplicitColumns;
 use crate::contact::ContactForce;
 use crate::face::{Face, Role};
 use crate::interior::Interior;
@@ -122,7 +122,7 @@ pub(crate) fn duality_gap<const R: usize>(
         largest = largest.max(normal);
         sum += normal;
     }
-    let sigma = objective_value(columns.objective, largest, sum);
+    let sigma = columns.objective.value(largest, sum);
     (1.0 - simplex.multipliers[0].dot(&simplex.target) / sigma).abs()
 }
 
@@ -209,14 +209,5 @@ pub(crate) fn write_region<const R: usize>(
             region.forces.push(&force[component]);
         }
         region.normals.push(&normal);
-    }
-}
-
-/// The value of the objective from normalised normal forces.
-pub(crate) fn objective_value(objective: Objective, largest: f64, sum: f64) -> f64 {
-    match objective {
-        Objective::Sum => sum,
-        Objective::MaxThenSum => largest,
-        Objective::Weighted(weight) => largest + weight * sum,
     }
 }

@@ -3,8 +3,9 @@
 //! On a symmetric grasp the maximum and the sum leave a polytope of forces. Its point of least norm is unique,
 //! so the forces depend on the wrench alone, and it moves continuously with the wrench. The program
 //! `min |A x|^2` subject to `E x = [b; 0]`, `C x >= 0` is reduced to a least-distance problem by orthogonal
-//! bases and solved by nonnegative least squares (Lawson and Hanson, "Solving Least Squares Problems",
-//! chapter 23); with the active constraints known, the solution is again a linear law of the wrench.
+//! bases (Lawson and Hanson, "Solving Least Squares Problems", chapter 23) and solved by a dual method (Goldfarb and
+//! Idnani, Mathematical Programming 27, 1983); with the active constraints known, the solution is again a linear law
+//! of the wrench.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -21,6 +22,9 @@ const DEPENDENT: f64 = 1e-11;
 
 /// Relative size below which a gradient is rounding of the wrenches.
 const UNMOVED: f64 = 1e-9;
+
+/// Constraints may be violated by this, relative to the bounds and the solution.
+const VIOLATED: f64 = 1e-12;
 
 /// Laws steeper than this, relative to the steepest that balance needs, are rounding.
 const STEEPEST: f64 = 1e6;
@@ -216,74 +220,107 @@ fn extend(basis: &mut Vec<DVector<f64>>, mut candidates: Vec<DVector<f64>>, tole
     }
 }
 
-/// Which constraints hold the shortest `t` with `G t >= h`. The problem must be feasible.
+/// Which constraints hold the shortest `t` with `G t >= h`, by Goldfarb and Idnani's dual method: the most violated
+/// constraint joins, and those whose multiplier would turn negative on the way to it leave. The problem must be
+/// feasible; `None` where rounding makes it look otherwise.
 pub(crate) fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) -> Option<Vec<usize>> {
-    let dim = gradients.ncols();
     let lengths: Vec<f64> = gradients.row_iter().map(|row| row.norm()).collect();
     // A constraint that the choice does not move has a gradient of rounding, however far others move.
     let smallest = UNMOVED * gradients.amax().max(1.0);
     let rows: Vec<usize> = (0..gradients.nrows()).filter(|&i| lengths[i] > smallest).collect();
-    // The nearest violated plane is a lower bound on the distance, and so a scale that keeps it near one.
-    let scale = rows.iter().map(|&i| bounds[i] / lengths[i]).fold(0.0, f64::max);
-    if scale <= 1e-12 * bounds.amax() {
-        return Some(Vec::new());
-    }
-    let matrix = DMatrix::from_fn(dim + 1, rows.len(), |k, j| {
-        let i = rows[j];
-        (if k < dim { gradients[(i, k)] } else { bounds[i] / scale }) / lengths[i]
-    });
-    let mut target = DVector::zeros(dim + 1);
-    target[dim] = 1.0;
-    let chosen = nonnegative_least_squares(&matrix, &target)?;
-    Some(chosen.into_iter().map(|j| rows[j]).collect())
-}
-
-/// The columns with positive coefficients in `min |E u - f|`, `u >= 0` (Lawson and Hanson's algorithm NNLS).
-fn nonnegative_least_squares(matrix: &DMatrix<f64>, target: &DVector<f64>) -> Option<Vec<usize>> {
-    let columns = matrix.ncols();
-    let mut solution = DVector::<f64>::zeros(columns);
-    let mut passive: Vec<usize> = Vec::new();
-    for _ in 0..3 * columns + 10 {
-        let residual = target - matrix * &solution;
-        let gains = matrix.tr_mul(&residual);
-        let entering = (0..columns)
-            .filter(|j| !passive.contains(j) && gains[*j] > 1e-12)
-            .max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
-        let Some(entering) = entering else { return Some(passive) };
-        if passive.len() == matrix.nrows() {
-            return None;
-        }
-        passive.push(entering);
+    let normal = |i: usize| gradients.row(i).transpose() / lengths[i];
+    let largest = bounds.amax();
+    let mut t = DVector::<f64>::zeros(gradients.ncols());
+    let (mut active, mut multipliers) = (Vec::<usize>::new(), Vec::<f64>::new());
+    for _ in 0..3 * rows.len() + 10 {
+        let violation = |i: usize, t: &DVector<f64>| (bounds[i] - gradients.row(i).tr_dot(t)) / lengths[i];
+        let rounding = |i: usize| VIOLATED * (largest / lengths[i] + t.norm());
+        let violated =
+            rows.iter().copied().filter(|i| !active.contains(i) && violation(*i, &t) > rounding(*i));
+        let worst = violated.max_by(|&i, &j| violation(i, &t).total_cmp(&violation(j, &t)));
+        let Some(worst) = worst else { return Some(active) };
+        let mut gain = 0.0;
         loop {
-            let trial = least_squares(&matrix.select_columns(&passive), target)?;
-            let blocking = passive.iter().zip(trial.iter()).filter(|(_, u)| **u <= 0.0);
-            let step = blocking
-                .map(|(&j, u)| solution[j] / (solution[j] - u))
-                .fold(1.0_f64, |least, share| if share < least { share } else { least });
-            for (&j, u) in passive.iter().zip(trial.iter()) {
-                solution[j] += step * (u - solution[j]);
+            let (along, shares) =
+                beyond(&active.iter().map(|&i| normal(i)).collect::<Vec<_>>(), normal(worst))?;
+            let free = along.norm_squared();
+            let full = if free > UNMOVED * UNMOVED { violation(worst, &t) / free } else { f64::INFINITY };
+            let until = |k: usize| if shares[k] > 0.0 { multipliers[k] / shares[k] } else { f64::INFINITY };
+            let first = (0..active.len()).min_by(|&j, &k| until(j).total_cmp(&until(k)));
+            let step = first.map_or(full, |k| full.min(until(k)));
+            if !step.is_finite() {
+                return None;
             }
-            if step >= 1.0 {
-                break;
+            if full.is_finite() {
+                t += along * step;
             }
-            let largest = solution.amax();
-            passive.retain(|&j| {
-                let stays = solution[j] > 1e-14 * largest;
-                if !stays {
-                    solution[j] = 0.0;
+            multipliers.iter_mut().zip(shares.iter()).for_each(|(u, share)| *u -= step * share);
+            gain += step;
+            match first.filter(|_| step < full) {
+                Some(k) => {
+                    active.remove(k);
+                    multipliers.remove(k);
                 }
-                stays
-            });
-            if passive.is_empty() {
-                break;
+                None => break,
             }
         }
+        active.push(worst);
+        multipliers.push(gain);
     }
     None
 }
 
-fn least_squares(matrix: &DMatrix<f64>, target: &DVector<f64>) -> Option<DVector<f64>> {
-    let qr = matrix.clone().qr();
-    let right = qr.q().tr_mul(target);
-    qr.r().solve_upper_triangular(&right)
+/// What of a vector lies beyond the span of others, and the coefficients of what lies within.
+fn beyond(others: &[DVector<f64>], vector: DVector<f64>) -> Option<(DVector<f64>, DVector<f64>)> {
+    if others.is_empty() {
+        return Some((vector, DVector::zeros(0)));
+    }
+    let qr = DMatrix::from_columns(others).qr();
+    let q = qr.q();
+    let within = q.tr_mul(&vector);
+    let coefficients = qr.r().solve_upper_triangular(&within)?;
+    Some((vector - q * within, coefficients))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cheap sequence of numbers between -1 and 1.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    #[test]
+    fn the_shortest_vector_keeps_every_constraint_however_far_away_it_is() {
+        let mut next = numbers();
+        for case in 0..2000 {
+            let (dim, rows) = (1 + case % 6, 1 + case % 11);
+            // As steep as the coefficients that hardly count make them.
+            let gradients = DMatrix::from_fn(rows, dim, |_, j| next() * if j % 2 == 0 { 1.0 } else { 1e5 });
+            let inside = DVector::from_fn(dim, |_, _| next() * 1e5);
+            let bounds = &gradients * &inside
+                - DVector::from_fn(rows, |i, _| if i % 2 == 0 { 0.0 } else { next().abs() });
+            let active = least_distance(&gradients, &bounds).unwrap();
+            assert!(active.len() <= dim);
+            let mut t = DVector::<f64>::zeros(dim);
+            if !active.is_empty() {
+                let planes = gradients.select_rows(&active).transpose().qr();
+                let inner =
+                    planes.r().transpose().solve_lower_triangular(&bounds.select_rows(&active)).unwrap();
+                let multipliers = planes.r().solve_upper_triangular(&inner).unwrap();
+                let scaled = multipliers.iter().zip(&active).map(|(u, &i)| u * gradients.row(i).norm());
+                assert!(scaled.fold(0.0, f64::min) >= -1e-9 * t.norm().max(1.0), "{case}: {multipliers}");
+                t = planes.q() * inner;
+            }
+            let violated = (&bounds - &gradients * &t).max();
+            let size = gradients.amax() * t.norm().max(inside.norm());
+            assert!(violated <= 1e-10 * size, "{case}: {violated:e} of {size:e}");
+            assert!(t.norm() <= inside.norm() * (1.0 + 1e-10), "{case}");
+        }
+    }
 }

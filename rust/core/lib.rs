@@ -27,6 +27,7 @@ mod error;
 mod face;
 mod facet;
 mod force_distributor;
+mod found;
 mod gradient;
 mod grasp;
 mod interior;

@@ -14,11 +14,11 @@ use crate::enumerated::Enumeration;
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::face::Face;
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::interior::Interior;
 use crate::law::{self, Extremes};
 use crate::least_squares::least_squares_law;
-use crate::region::{Region, UNBALANCED};
+use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// Regions remembered for wrenches that jump back.
@@ -29,6 +29,9 @@ const DUAL_PIVOTS: usize = 2;
 
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
+
+/// How negative it may be in the region that was just read off for this wrench.
+const FEASIBLE: f64 = 1e-9;
 
 /// What does not change while solving.
 #[derive(Debug, Clone)]
@@ -67,7 +70,7 @@ struct Remembered<const D: usize> {
 }
 
 impl<const D: usize> Remembered<D> {
-    /// A region with this multiplier contains nothing, and a basis of artificial columns starts nothing.
+    /// A region with this multiplier answers nothing, and a basis of artificial columns starts nothing.
     fn forget(&mut self) {
         self.region.dual = SVector::zeros();
         self.basis.artificial = [true; D];
@@ -131,7 +134,7 @@ impl<const D: usize> LinearProgram<D> {
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
         let unknown = Remembered {
-            region: Region::with_capacity(contacts, edges, self.components.len()),
+            region: Region::with_capacity(self.objective(), contacts, edges, self.components.len()),
             basis: Basis::new(contacts),
             used: 0,
         };
@@ -177,7 +180,7 @@ impl<const D: usize> LinearProgram<D> {
         b: &Wrench<D>,
     ) -> Result<(&'a Region<D>, usize)> {
         let latest = workspace.latest;
-        if workspace.remembered[latest].region.contains(b, INSIDE) {
+        if workspace.remembered[latest].region.answers(b, INSIDE) {
             return Ok((&workspace.remembered[latest].region, 0));
         }
         self.locate_elsewhere(workspace, b)
@@ -191,13 +194,22 @@ impl<const D: usize> LinearProgram<D> {
         workspace.clock += 1;
         let clock = workspace.clock;
         workspace.remembered[workspace.latest].used = clock - 1;
-        let found = workspace.remembered.iter().position(|known| known.region.contains(b, INSIDE));
+        let found = workspace.remembered.iter().position(|known| known.region.answers(b, INSIDE));
         let (slot, pivots) = if let Some(slot) = found {
             (slot, 0)
         } else {
             let target = self.equilibration.reachable(b)?.target;
-            self.solve(workspace, &target)?;
-            (self.remember(workspace)?, workspace.simplex.pivots)
+            let solved = self.solve(workspace, &target).and_then(|()| self.remember(workspace, b));
+            let slot = match solved {
+                // Whatever led there, a start from nothing may end on better numbers.
+                Err(Error::NotConverged { .. }) => {
+                    let outcome = workspace.simplex.cold(&self.columns, &target);
+                    self.optimal(outcome, &workspace.simplex)?;
+                    self.remember(workspace, b)?
+                }
+                solved => solved?,
+            };
+            (slot, workspace.simplex.pivots)
         };
         workspace.latest = slot;
         workspace.remembered[slot].used = clock;
@@ -214,15 +226,12 @@ impl<const D: usize> LinearProgram<D> {
         } else if let Some(enumeration) = &self.enumeration {
             enumeration.solve(simplex, target, active)
         } else {
-            simplex.restart(&remembered[*latest].basis);
-            let mut outcome = simplex.warm(&self.columns, target, DUAL_PIVOTS).unwrap_or(Outcome::Stalled);
-            if outcome != Outcome::Optimal {
-                let spent = simplex.pivots;
-                outcome = simplex.cold(&self.columns, target);
-                simplex.pivots += spent;
-            }
-            outcome
+            simplex.solve_from(&remembered[*latest].basis, &self.columns, target, DUAL_PIVOTS)
         };
+        self.optimal(outcome, simplex)
+    }
+
+    fn optimal(&self, outcome: Outcome<D>, simplex: &Simplex<D>) -> Result<()> {
         match outcome {
             Outcome::Optimal => Ok(()),
             Outcome::Infeasible(z) => Err(self.equilibration.infeasible(&z)),
@@ -239,11 +248,11 @@ impl<const D: usize> LinearProgram<D> {
         let column = self.columns.furthest(&z[0], 1.0, &mut simplex.entering);
         let tied = self.columns.tie_break(z, tolerance, &mut simplex.entering);
         column.wrench.dot(&z[0]) - column.costs[0] <= tolerance
-            && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= 100.0 * tolerance)
+            && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= tied_gain(&z[1]))
     }
 
-    /// Writes the region of the simplex's answer over the one that was not used for the longest time.
-    fn remember(&self, workspace: &mut LinearWorkspace<D>) -> Result<usize> {
+    /// Writes the region of the simplex's answer for `b` over the one that was not used for the longest time.
+    fn remember(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
         let LinearWorkspace { simplex, face, coefficients, remembered, confirmed, .. } = workspace;
         let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
@@ -267,23 +276,27 @@ impl<const D: usize> LinearProgram<D> {
         let reach = self.columns.value(z, weight);
         // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
         region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
-        // Forces that do not balance, or whose objective is not the multipliers', are no answer.
-        let mismatch = if mismatch <= self.trusted(simplex) { 0.0 } else { mismatch };
-        let gap = (1.0 - 1.0 / region.reach).abs().max(mismatch);
-        // Multipliers that large cannot be written down in double precision any better.
-        let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
-        if gap.is_nan() || gap > tolerance || mismatch.is_nan() || mismatch > 0.0 {
-            known.forget();
-            return Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap });
+        let objective = region.dual.dot(b);
+        region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
+        // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
+        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) {
+            return Ok(slot);
         }
-        Ok(slot)
+        let gap = region.gap(b).max(mismatch);
+        known.forget();
+        if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
+            let reason =
+                format!("forces of {objective:e} times their limits are beyond what can be computed with");
+            return Err(Error::input("external_wrench", reason));
+        }
+        Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap })
     }
 
     /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
     fn trusted(&self, simplex: &Simplex<D>) -> f64 {
         let z = simplex.multipliers[0].lp_norm(1);
-        let rounding = 1e-14 * simplex.levels.lp_norm(1);
-        self.tolerance.min(1e-9).max(64.0 * f64::EPSILON * z).max(rounding)
+        let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));
+        self.tolerance.min(1e-9).max(rounding.min(LOOSEST))
     }
 
     /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
@@ -338,6 +351,17 @@ impl<const D: usize> LinearProgram<D> {
     }
 }
 
+/// Tied columns that gain less than this are no improvement of the tie-break.
+pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
+    1e-9_f64.max(1e-12 * z.lp_norm(1))
+}
+
+/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
+/// better.
+pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
+    tolerance.max((ROUNDINGS * size).min(LOOSEST))
+}
+
 /// The wrenches that choose the reduced set, as right-hand sides.
 fn sample_targets<const D: usize>(
     equilibration: &Equilibration<D>,
@@ -348,7 +372,16 @@ fn sample_targets<const D: usize>(
             let reason = format!("{} components, expected {D}", sample.len());
             return Err(Error::InvalidInput { argument: "samples", row: Some(row), reason });
         }
-        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target)
+        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target).map_err(
+            |error| match error {
+                Error::InvalidInput { .. } => {
+                    let reason =
+                        format!("{sample:?} has no direction, or is beyond what can be computed with");
+                    Error::InvalidInput { argument: "samples", row: Some(row), reason }
+                }
+                error => error,
+            },
+        )
     };
     samples.iter().enumerate().map(target).collect()
 }

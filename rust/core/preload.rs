@@ -9,12 +9,14 @@ use nalgebra::SVector;
 use crate::basis::Basis;
 use crate::columns::Objective;
 use crate::cone_columns::ConeContact;
-use crate::cone_program::{ConeAnswer, SHORT, spanning_wrenches};
-use crate::contact::{ContactForce, ForceModel};
+use crate::cone_program::spanning_wrenches;
+use crate::contact::ForceModel;
 use crate::distribution::{DistributionOptions, Method, check_wrench};
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, Wrench};
+use crate::found::{Certificate, Demand, Found};
+use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::linear_program::loosened;
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::preload_face::{Bounds, Used};
 use crate::region::UNBALANCED;
@@ -28,8 +30,10 @@ const DUAL_PIVOTS: usize = 8;
 pub(crate) struct PreloadProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: PreloadColumns<D>,
-    /// The largest lower bound; positive.
+    /// The lower bounds, and the largest of them; it is positive.
+    least: Vec<f64>,
     largest: f64,
+    maps: Vec<ContactMap<D>>,
     tolerance: f64,
 }
 
@@ -47,30 +51,6 @@ impl PreloadWorkspace {
     }
 }
 
-/// Forces and normalised normal forces of an answer, written in place.
-#[derive(Debug, Clone)]
-pub(crate) struct Found {
-    pub(crate) forces: Vec<ContactForce>,
-    pub(crate) normals: Vec<f64>,
-    /// Whether the forces were the only optimal ones.
-    pub(crate) unique: bool,
-}
-
-impl Found {
-    pub(crate) fn new(contacts: usize) -> Self {
-        Self { forces: vec![ContactForce::zeros(); contacts], normals: vec![0.0; contacts], unique: false }
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.forces.fill(ContactForce::zeros());
-        self.normals.fill(0.0);
-    }
-
-    pub(crate) fn totals(&self) -> (f64, f64) {
-        self.normals.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
-    }
-}
-
 /// The lower bounds of `options`, checked; `None` where none is positive.
 pub(crate) fn checked_bounds<const D: usize>(
     grasp: &Grasp<D>,
@@ -81,6 +61,10 @@ pub(crate) fn checked_bounds<const D: usize>(
     if bounds.is_empty() {
         return Ok(None);
     }
+    let bounds = match bounds[..] {
+        [all] => vec![all; grasp.num_contacts()],
+        _ => bounds.clone(),
+    };
     if bounds.len() != grasp.num_contacts() {
         return refused(None, format!("{} bounds for {} contacts", bounds.len(), grasp.num_contacts()));
     }
@@ -99,7 +83,7 @@ pub(crate) fn checked_bounds<const D: usize>(
     if options.method != Method::Implicit {
         return refused(None, "lower bounds need the method \"implicit\"".into());
     }
-    Ok(Some(bounds.clone()))
+    Ok(Some(bounds))
 }
 
 impl<const D: usize> PreloadProgram<D> {
@@ -116,11 +100,8 @@ impl<const D: usize> PreloadProgram<D> {
             rank: equilibration.rank,
             threshold: if grasp.is_finite() { 1e-12 } else { 0.5 * tolerance },
         };
-        Self { equilibration, columns, largest, tolerance }
-    }
-
-    pub(crate) fn objective(&self) -> Objective {
-        self.columns.objective
+        let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
+        Self { equilibration, columns, least, largest, maps, tolerance }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
@@ -134,37 +115,41 @@ impl<const D: usize> PreloadProgram<D> {
         workspace: &mut PreloadWorkspace,
         b: &Wrench<D>,
         found: &mut Found,
-    ) -> Result<ConeAnswer<D>> {
+    ) -> Result<Certificate<D>> {
         check_wrench(b)?;
         let (target, scale) = self.target(b)?;
         let PreloadWorkspace { simplex, last, used } = workspace;
-        simplex.restart(last);
-        let mut outcome = simplex.warm(&self.columns, &target, DUAL_PIVOTS).unwrap_or(Outcome::Stalled);
-        if outcome != Outcome::Optimal {
-            let spent = simplex.pivots;
-            outcome = simplex.cold(&self.columns, &target);
-            simplex.pivots += spent;
+        let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
+        let mut answer = self.finish(outcome, simplex, used, b, scale, found);
+        if matches!(answer, Err(Error::NotConverged { .. })) {
+            // Whatever led there, a start from nothing may end on better numbers.
+            let outcome = simplex.cold(&self.columns, &target);
+            answer = self.finish(outcome, simplex, used, b, scale, found);
         }
+        match answer {
+            Ok(_) => last.copy_from(&simplex.basis),
+            Err(_) => last.artificial = [true; ROWS],
+        }
+        answer
+    }
+
+    /// Chooses among optimal forces, writes them, and certifies what it wrote.
+    fn finish(
+        &self,
+        outcome: Outcome<ROWS>,
+        simplex: &Simplex<ROWS>,
+        used: &mut Vec<Used>,
+        b: &Wrench<D>,
+        scale: f64,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&self.columns.wrench_part(&z)));
         }
-        let (dual, bound) = self.lower_bound(simplex, scale);
         self.basic_solution(simplex, used);
-        let sigma = self.write(simplex, used, scale, found);
-        let gap = ((sigma - bound) / sigma).abs();
-        let z = &simplex.multipliers[0];
-        let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
-        let stalled = simplex.basis.artificial[..target.rank].contains(&true)
-            && simplex.levels.iter().zip(simplex.basis.artificial).any(|(x, a)| a && *x != 0.0);
-        let short = simplex.levels.min() < SHORT * simplex.levels.amax();
-        if stalled || short || gap.is_nan() || gap > tolerance {
-            last.artificial = [true; ROWS];
-            let iterations = simplex.pivots;
-            return Err(Error::NotConverged { solver: "simplex with lower bounds", iterations, gap });
-        }
-        last.copy_from(&simplex.basis);
+        self.write(simplex, used, scale, found);
         found.unique = false;
-        if self.columns.is_finite() {
+        if outcome == Outcome::Optimal && self.columns.is_finite() {
             let (most, _) = found.totals();
             let bounds = Bounds { least: self.largest / scale, most: most / scale };
             if let Some(unique) = self.columns.settle(simplex, bounds, used) {
@@ -172,40 +157,48 @@ impl<const D: usize> PreloadProgram<D> {
                 found.unique = unique;
             }
         }
-        let sigma = self.value(found);
-        Ok(ConeAnswer { sigma, dual, gap, pivots: simplex.pivots, fell_back: false })
+        let demand = Demand {
+            b,
+            maps: &self.maps,
+            units: self.equilibration.units(),
+            least: &self.least,
+            objective: self.columns.objective,
+            tolerance: loosened(self.tolerance, simplex.multipliers[0].lp_norm(1)),
+        };
+        let proof = self.lower_bound(&simplex.multipliers[0], b);
+        found.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
     }
 
     /// The right-hand side: the wrench, and the convexity of holding columns, scaled to a largest of one.
     fn target(&self, b: &Wrench<D>) -> Result<(Target<ROWS>, f64)> {
         let rank = self.equilibration.rank;
         let mut wrench = SVector::<f64, ROWS>::zeros();
-        let (mut scale, mut tolerance) = (self.largest, UNBALANCED);
+        let (mut scale, mut tolerance) = (self.largest, SVector::repeat(UNBALANCED));
         if b.amax() > 0.0 {
             let reachable = self.equilibration.reachable(b)?;
             scale = scale.max(reachable.scale);
             let share = reachable.scale / scale;
             for k in 0..rank {
                 wrench[k] = reachable.target.wrench[k] * share;
+                tolerance[k] = tolerance[k].max(reachable.target.tolerance[k] * share);
             }
-            tolerance = tolerance.max(reachable.target.tolerance * share);
         }
         wrench[rank] = self.largest / scale;
         Ok((Target { wrench, rank: rank + 1, tolerance }, scale))
     }
 
     /// The multiplier in physical coordinates, and what it proves.
-    fn lower_bound(&self, simplex: &Simplex<ROWS>, scale: f64) -> (Wrench<D>, f64) {
-        let z = self.columns.wrench_part(&simplex.multipliers[0]);
+    fn lower_bound(&self, multiplier: &SVector<f64, ROWS>, b: &Wrench<D>) -> (Wrench<D>, f64) {
+        let z = self.columns.wrench_part(multiplier);
         let z = z / self.columns.values(&z).0.max(1.0);
         let (_, holding) = self.columns.values(&z);
-        let along = self.columns.wrench_part(&simplex.target).dot(&z) * scale;
+        let dual = self.equilibration.dual(&z);
         // For the sum, `values` takes no cost off, and what the contacts hold with costs itself.
         let free = match self.columns.objective {
             Objective::Sum => self.columns.least.iter().sum(),
             _ => 1.0,
         };
-        (self.equilibration.dual(&z), along + self.largest * (free - holding))
+        (dual, dual.dot(b) + self.largest * (free - holding))
     }
 
     /// The levels of the basis, added up edge by edge; true cones are left to `write`.
@@ -227,8 +220,7 @@ impl<const D: usize> PreloadProgram<D> {
         }
     }
 
-    /// Writes the forces; returns the objective.
-    fn write(&self, simplex: &Simplex<ROWS>, used: &[Used], scale: f64, found: &mut Found) -> f64 {
+    fn write(&self, simplex: &Simplex<ROWS>, used: &[Used], scale: f64, found: &mut Found) {
         found.clear();
         if self.columns.is_finite() {
             for u in used {
@@ -237,7 +229,7 @@ impl<const D: usize> PreloadProgram<D> {
                     found.normals[u.contact] += u.level * scale;
                 }
             }
-            return self.value(found);
+            return;
         }
         for row in (0..ROWS).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z = self.columns.wrench_part(&simplex.basis.directions.column(row).into());
@@ -247,11 +239,5 @@ impl<const D: usize> PreloadProgram<D> {
                 found.normals[share.contact] += level;
             }
         }
-        self.value(found)
-    }
-
-    fn value(&self, found: &Found) -> f64 {
-        let (largest, sum) = found.totals();
-        crate::law::objective_value(self.objective(), largest, sum)
     }
 }

@@ -7,10 +7,20 @@
 
 use nalgebra::SVector;
 
+use crate::columns::Objective;
 use crate::grasp::REPRESENTABLE;
 
 /// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
 pub(crate) const UNBALANCED: f64 = 1e-10;
+
+/// Multipliers may be too large for double precision to keep the tolerance; past this gap that is no answer.
+pub(crate) const LOOSEST: f64 = 1e-6;
+
+/// How much larger than their sum terms may be for rounding to leave the loosest gap.
+const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
+
+/// Roundings of the largest term that a sum is off by, with a margin.
+pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
@@ -79,22 +89,11 @@ impl<const R: usize> Rows<R> {
         }
     }
 
-    /// Smallest and largest component of the product; zero takes part in both. Stops at the first block
-    /// with a component below `floor`.
+    /// Whether every component of the product passes; NaN passes no comparison.
     #[inline]
-    fn range(&self, vector: &SVector<f64, R>, floor: f64) -> (f64, f64) {
-        let (mut low, mut high) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-        for block in &self.blocks {
-            let product = block.times(vector);
-            for lane in 0..LANES {
-                low[lane] = if product[lane] < low[lane] { product[lane] } else { low[lane] };
-                high[lane] = if product[lane] > high[lane] { product[lane] } else { high[lane] };
-            }
-            if low.iter().any(|x| *x < floor) {
-                break;
-            }
-        }
-        (low.iter().copied().fold(0.0, f64::min), high.iter().copied().fold(0.0, f64::max))
+    fn all(&self, vector: &SVector<f64, R>, passes: impl Fn(f64) -> bool) -> bool {
+        let whole = |block: &Block<R>| block.times(vector).iter().fold(true, |all, x| all & passes(*x));
+        self.blocks.iter().all(whole)
     }
 }
 
@@ -109,10 +108,14 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) forces: Rows<R>,
     /// The normalised normal force of each contact.
     pub(crate) normals: Rows<R>,
+    /// What the forces minimise.
+    pub(crate) objective: Objective,
     /// `z_b`: the objective is `z_b . b`.
     pub(crate) dual: SVector<f64, R>,
     /// `p(z_b)`, one up to rounding; the objective's lower bound is `z_b . b / p(z_b)`.
     pub(crate) reach: f64,
+    /// The relative gap up to which the law counts as an answer.
+    pub(crate) tolerance: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
     /// Whether the reduced set could not give the answer.
@@ -122,14 +125,21 @@ pub(crate) struct Region<const R: usize> {
 }
 
 impl<const R: usize> Region<R> {
-    pub(crate) fn with_capacity(contacts: usize, edges: usize, force_dim: usize) -> Self {
+    pub(crate) fn with_capacity(
+        objective: Objective,
+        contacts: usize,
+        edges: usize,
+        force_dim: usize,
+    ) -> Self {
         Self {
             conditions: Rows::with_capacity(2 * R + contacts + edges),
             equations: Rows::with_capacity(R),
             forces: Rows::with_capacity(force_dim * contacts),
             normals: Rows::with_capacity(contacts),
+            objective,
             dual: SVector::zeros(),
             reach: 1.0,
+            tolerance: 0.0,
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),
@@ -143,19 +153,50 @@ impl<const R: usize> Region<R> {
         self.normals.clear();
     }
 
-    /// Whether the law holds at `b`, up to `tolerance` relative to the largest normalised force.
+    /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective,
+    /// and the objective within the tolerance of its lower bound.
     #[inline]
-    pub(crate) fn contains(&self, b: &SVector<f64, R>, tolerance: f64) -> bool {
+    pub(crate) fn answers(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let objective = self.dual.dot(b);
-        let floor = -tolerance * objective;
-        // Written so that NaN is outside, and so is what would make forces overflow.
-        let inside = REPRESENTABLE.contains(&objective) && self.conditions.range(b, floor).0 >= floor;
-        inside && (self.equations.count == 0 || self.balances(b))
+        let floor = -inside * objective;
+        // What would make forces overflow is outside, too.
+        REPRESENTABLE.contains(&objective)
+            && self.cancelled(b) <= MOST_CANCELLED * objective
+            && self.conditions.all(b, |x| x >= floor)
+            && self.gap(b) <= self.tolerance
+            && (self.equations.count == 0 || self.balances(b))
+    }
+
+    /// Largest normalised normal force at `b`, and their sum.
+    #[inline]
+    pub(crate) fn totals(&self, b: &SVector<f64, R>) -> (f64, f64) {
+        let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0; LANES]);
+        for block in &self.normals.blocks {
+            let product = block.times(b);
+            for lane in 0..LANES {
+                largest[lane] = if product[lane] > largest[lane] { product[lane] } else { largest[lane] };
+                sum[lane] += product[lane];
+            }
+        }
+        (largest.iter().copied().fold(0.0, f64::max), sum.iter().sum())
+    }
+
+    /// Relative distance at `b` between the objective of the forces and what the multiplier proves.
+    #[inline]
+    pub(crate) fn gap(&self, b: &SVector<f64, R>) -> f64 {
+        let (largest, sum) = self.totals(b);
+        (1.0 - self.dual.dot(b) / (self.reach * self.objective.value(largest, sum))).abs()
+    }
+
+    /// The size of the terms that add up to the objective: what they cancel is lost to rounding.
+    #[inline]
+    pub(crate) fn cancelled(&self, b: &SVector<f64, R>) -> f64 {
+        self.dual.component_mul(b).abs().sum()
     }
 
     /// Whether the part of `b` outside the span of the forces is rounding.
     fn balances(&self, b: &SVector<f64, R>) -> bool {
-        let (low, high) = self.equations.range(b, f64::NEG_INFINITY);
-        high.max(-low) <= UNBALANCED * b.component_mul(&self.units).norm()
+        let largest = UNBALANCED * b.component_mul(&self.units).norm();
+        self.equations.all(b, |x| x.abs() <= largest)
     }
 }

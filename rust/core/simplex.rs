@@ -31,8 +31,8 @@ const ROUNDING: f64 = 1e-14;
 /// Pivots after which ties in the ratio test are decided so that no cycle is possible.
 const PATIENCE: usize = 100;
 
-/// Pivots that the tie-break may take.
-const MAX_TIES: usize = 40;
+/// How often the objective may undo what the tie-break did, before it has the last word.
+const MAX_UNDONE: usize = 20;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,8 +52,8 @@ pub(crate) struct Target<const R: usize> {
     pub(crate) wrench: SVector<f64, R>,
     /// Rows beyond this are zero in every column.
     pub(crate) rank: usize,
-    /// How far from balance still counts as balanced: rounding of whoever computed the wrench.
-    pub(crate) tolerance: f64,
+    /// How far from balance each row alone still counts as balanced: rounding of whoever computed the wrench.
+    pub(crate) tolerance: SVector<f64, R>,
 }
 
 /// A basis with its levels (`alpha` of Eq. 24) and multipliers (`z_b` of Eq. 26, and the tie-break's).
@@ -96,8 +96,27 @@ impl<const R: usize> Simplex<R> {
         self.optimise(pricing, rank)
     }
 
+    /// Solves from a basis that was optimal for another right-hand side where that is at most `cap` dual pivots
+    /// away, and from artificial columns where it is not.
+    pub(crate) fn solve_from(
+        &mut self,
+        basis: &Basis<R>,
+        pricing: &impl Pricing<R>,
+        target: &Target<R>,
+        cap: usize,
+    ) -> Outcome<R> {
+        self.restart(basis);
+        if self.warm(pricing, target, cap) == Some(Outcome::Optimal) {
+            return Outcome::Optimal;
+        }
+        let spent = self.pivots;
+        let outcome = self.cold(pricing, target);
+        self.pivots += spent;
+        outcome
+    }
+
     /// Takes up a basis that was optimal for another right-hand side.
-    pub(crate) fn restart(&mut self, basis: &Basis<R>) {
+    fn restart(&mut self, basis: &Basis<R>) {
         self.basis.copy_from(basis);
         self.refresh_multipliers();
     }
@@ -118,7 +137,8 @@ impl<const R: usize> Simplex<R> {
             let direction = self.basis.inverse * column.wrench;
             let row = self.leaving_row(&direction, 0);
             if gain <= 1e-13 * z.lp_norm(1) || row.is_none() {
-                if distance <= target.tolerance {
+                // What the multiplier separates is rounding where a target that close is not separated.
+                if distance <= z.abs().component_mul(&target.tolerance).max() {
                     return Ok(());
                 }
                 if fresh {
@@ -175,7 +195,7 @@ impl<const R: usize> Simplex<R> {
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
         let mut threshold = pricing.optimality();
         let mut polished = true;
-        let (mut doubtful, mut ties) = (0, 0);
+        let (mut doubtful, mut tied, mut undone) = (0, false, 0);
         let first = self.pivots;
         while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
@@ -195,16 +215,18 @@ impl<const R: usize> Simplex<R> {
                     self.polish();
                     continue;
                 }
-                let tolerance = TIE.max(2e-15 * noise);
-                if ties > MAX_TIES {
+                // Where rounding lets the two costs undo each other, the objective has the last word.
+                if undone > MAX_UNDONE {
                     return Outcome::Optimal;
                 }
-                let Some(tied) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
-                ties += 1;
-                // Where rounding lets the two costs undo each other, the objective has the last word.
-                threshold =
-                    if ties > MAX_TIES { pricing.optimality() } else { threshold.max(2.0 * tolerance) };
-                column = tied;
+                let tolerance = TIE.max(2e-15 * noise);
+                let Some(better) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
+                (tied, column) = (true, better);
+                threshold = threshold.max(2.0 * tolerance);
+            } else if tied {
+                tied = false;
+                undone += 1;
+                threshold = if undone > MAX_UNDONE { pricing.optimality() } else { threshold };
             }
             let direction = self.basis.inverse * column.wrench;
             let Some(row) = self.leaving_row(&direction, rank) else { return Outcome::Stalled };

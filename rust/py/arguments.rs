@@ -153,6 +153,11 @@ impl Arguments {
         PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.friction.at(0, contact)))
     }
 
+    /// (m,) torsional friction coefficients of the first grasp.
+    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.torsion.at(0, contact)))
+    }
+
     /// (m,) force limits of the first grasp.
     pub fn limit_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.max_normal_force.at(0, contact)))

@@ -70,25 +70,30 @@ struct State {
 ///     loses contact. The forces are then not proportional to the wrench, and no wrench at all needs some, too.
 ///     Only with "implicit"; zero for contacts with ``extreme_forces``.
 /// samples : array_like, optional
-///     (S, d) external wrenches that choose the points of "reduced".
+///     (S, d) external wrenches that choose the points of "reduced"; only with it.
 /// tol : float, optional
 ///     Largest relative gap between the objective and its proven lower bound. True cones (``edges=None``) take
-///     the longer the smaller it is; 1e-6 is enough for control.
+///     the longer the smaller it is; 1e-6 is enough for control. Where limits, or the strengths of directions, are
+///     spread over so many orders that double precision cannot keep it, it is what rounding leaves, at most 1e-6.
 ///
 /// Raises
 /// ------
 /// InvalidInputError
 ///     An option is unknown or out of range.
 /// InvalidGraspError
-///     "enumerated", and a contact has its true cone, which has no finite set.
+///     "enumerated" or "reduced", and a contact has its true cone, which has no finite set.
 /// TooLargeError
-///     "enumerated" would list too many points.
+///     "enumerated" or "reduced" would list too many points.
 ///
 /// Notes
 /// -----
-/// The forces are always a basic solution of the linear program, so no component of it is negative. The
-/// pseudoinverse of Eqs. 27 to 29 does not have this property where more than d points lie on one supporting
-/// hyperplane, the normal case in space, and is not used.
+/// The forces are nonnegative combinations of extreme forces up to rounding: no coefficient is below -1e-9 of the
+/// objective. The pseudoinverse of Eqs. 27 to 29 does not have this property where more than d points lie on one
+/// supporting hyperplane, the normal case in space, and is not used. Every answer is checked at its own wrench (signs,
+/// balance, gap); what fails raises `NotConvergedError`.
+///
+/// With ``extreme_forces`` "normalised normal force" means the sum of a contact's coefficients, whatever their normal
+/// forces are.
 ///
 /// Over linearised cones the forces depend on the wrench alone: where objective and tie-break leave a choice, the
 /// least ``sum |f_i|^2 / f_i^U^2`` decides. They are continuous along a continuous path of wrenches. For true
@@ -192,8 +197,15 @@ impl PyForceDistributor {
 
     /// (m,) lower bounds on the normalised normal forces; ``None`` without.
     #[getter]
-    fn min_normal<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        (!self.min_normal.is_empty()).then(|| PyArray1::from_slice(py, &self.min_normal))
+    fn min_normal<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        Ok(match self.min_normal[..] {
+            [] => None,
+            [all] => {
+                let contacts = self.state(py)?.grasp.get().num_contacts();
+                Some(PyArray1::from_vec(py, vec![all; contacts]))
+            }
+            ref each => Some(PyArray1::from_slice(py, each)),
+        })
     }
 
     /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
@@ -223,6 +235,8 @@ impl PyForceDistributor {
     ///     the witness.
     /// InvalidInputError
     ///     The wrench has the wrong shape or is not finite.
+    /// NotConvergedError
+    ///     Rounding leaves no answer that balances the wrench and meets the tolerance.
     /// BusyError
     ///     Another thread is using this distributor.
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
@@ -246,7 +260,7 @@ impl PyForceDistributor {
     ///
     /// Raises
     /// ------
-    /// InfeasibleWrenchError, InvalidInputError, BusyError
+    /// InfeasibleWrenchError, InvalidInputError, NotConvergedError, BusyError
     ///     As `solve` does.
     ///
     /// Examples
@@ -327,8 +341,8 @@ impl PyForceDistributor {
 
     /// Goes on with another grasp, in which contacts have rolled or slid a little.
     ///
-    /// The answers are those of a new distributor; the last basis is kept where contacts and edges are as many
-    /// as before, which makes the next solve cheaper.
+    /// The answers are those of a new distributor; over linearised cones without ``min_normal`` the last basis is kept
+    /// where contacts and edges are as many as before, which makes the next solve cheaper.
     ///
     /// Parameters
     /// ----------
@@ -361,7 +375,11 @@ impl PyForceDistributor {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
         let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
-        let min_normal = (!self.min_normal.is_empty()).then(|| self.min_normal.clone());
+        let min_normal = match self.min_normal[..] {
+            [] => None,
+            [all] => Some(all.into_pyobject(py)?.into_any()),
+            ref each => Some(each.into_pyobject(py)?.into_any()),
+        };
         let arguments =
             (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.tol);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
@@ -415,6 +433,10 @@ fn solve_into<const D: usize>(
     if forces.shape() != [m, k] {
         return Err(refused(&format!("forces: shape {:?}, expected ({m}, {k})", forces.shape())));
     }
+    // numpy's slices take Fortran order, too, and would fill it transposed.
+    if !forces.is_c_contiguous() {
+        return Err(refused("forces: not C-contiguous"));
+    }
     // A view of the wrench that is also a view of the forces would change while it is read.
     drop(array);
     let Ok(mut forces) = forces.try_readwrite() else {
@@ -449,7 +471,7 @@ fn solve_many<const D: usize>(
 fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
     let array = float_array("min_normal", value)?;
     match (array.shape(), contents(&array)) {
-        ([], &[bound]) => Ok(vec![bound; contacts]),
+        ([], &[bound]) => Ok(vec![bound]),
         ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
         (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
     }

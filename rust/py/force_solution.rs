@@ -21,8 +21,11 @@ use crate::grasp::{AnyGrasp, PyGrasp};
 ///     (m, dim) the same in world axes, without torsion.
 /// contact_wrenches : numpy.ndarray
 ///     (m, d) wrench of each contact; they sum to ``-external_wrench``.
+/// shares : numpy.ndarray
+///     (m,) normalised normal force of each contact, ``f_n / f^U``: its share of its limit. With ``extreme_forces``
+///     it is the sum of the coefficients of its extreme forces.
 /// sigma_max, sigma_sum : float
-///     Largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
 /// dual : numpy.ndarray
 ///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
 /// gap : float
@@ -32,9 +35,10 @@ use crate::grasp::{AnyGrasp, PyGrasp};
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
-///     The objective and its tie-break alone determine the forces.
+///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
+///     make in several ways (soft fingers) do not count as such.
 /// within_limits : bool
-///     ``sigma_max <= 1``: no normal force exceeds its upper bound.
+///     ``sigma_max <= 1``: no contact's share exceeds one.
 /// slip_margin : numpy.ndarray
 ///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
 ///     on the edge of slip; NaN for general extreme forces.
@@ -47,6 +51,7 @@ pub struct PyForceSolution {
     contact_wrenches: Vec<f64>,
     slip_margin: Vec<f64>,
     dual: Vec<f64>,
+    shares: Vec<f64>,
     /// Largest normalised normal force (Eq. 7).
     #[pyo3(get)]
     sigma_max: f64,
@@ -105,6 +110,12 @@ impl PyForceSolution {
         PyArray1::from_slice(py, &self.dual)
     }
 
+    /// (m,) normalised normal force of each contact: its share of its limit.
+    #[getter]
+    fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.shares)
+    }
+
     /// (m,) unused share of each contact's friction.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -136,18 +147,17 @@ impl PyForceSolution {
         py: Python<'_>,
         grasp: Py<PyGrasp>,
         forces: Vec<[f64; 4]>,
-        vectors: [Vec<f64>; 4],
+        vectors: [Vec<f64>; 5],
         numbers: (f64, f64, f64, usize),
         answers: (bool, bool, bool),
     ) -> PyResult<Self> {
-        let [world_forces, contact_wrenches, slip_margin, dual] = vectors;
+        let [world_forces, contact_wrenches, slip_margin, dual, shares] = vectors;
         let (components, d, m) = match &grasp.get().inner {
             AnyGrasp::Planar(grasp) => (grasp.force_components(), 3, grasp.num_contacts()),
             AnyGrasp::Spatial(grasp) => (grasp.force_components(), 6, grasp.num_contacts()),
         };
-        let lengths =
-            [forces.len(), world_forces.len(), contact_wrenches.len(), slip_margin.len(), dual.len()];
-        if lengths != [m, m * if d == 3 { 2 } else { 3 }, m * d, m, d] {
+        let lengths = [&world_forces, &contact_wrenches, &slip_margin, &dual, &shares].map(Vec::len);
+        if forces.len() != m || lengths != [m * if d == 3 { 2 } else { 3 }, m * d, m, d, m] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
         Ok(Self {
@@ -158,6 +168,7 @@ impl PyForceSolution {
             contact_wrenches,
             slip_margin,
             dual,
+            shares,
             sigma_max: numbers.0,
             sigma_sum: numbers.1,
             gap: numbers.2,
@@ -171,7 +182,8 @@ impl PyForceSolution {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         let forces: Vec<[f64; 4]> = this.forces.iter().map(|&force| force.into()).collect();
-        let vectors = [&this.world_forces, &this.contact_wrenches, &this.slip_margin, &this.dual];
+        let vectors =
+            [&this.world_forces, &this.contact_wrenches, &this.slip_margin, &this.dual, &this.shares];
         let numbers = (this.sigma_max, this.sigma_sum, this.gap, this.pivots);
         let answers = (this.fell_back, this.unique, this.within_limits);
         let state = (&this.grasp, forces, vectors.map(Clone::clone), numbers, answers);
@@ -203,13 +215,14 @@ impl PyForceSolution {
             contact_wrenches: wrenches.iter().flat_map(|wrench| wrench.iter().copied()).collect(),
             slip_margin: distribution.slip_margin(grasp),
             dual: distribution.dual.as_slice().to_vec(),
+            shares: distribution.shares,
             sigma_max: distribution.sigma_max,
             sigma_sum: distribution.sigma_sum,
             gap: distribution.gap,
             pivots: distribution.pivots,
             unique: distribution.unique,
             fell_back: distribution.fell_back,
-            within_limits: distribution.within_limits(),
+            within_limits: distribution.sigma_max <= 1.0,
             forces: distribution.forces,
         }
     }

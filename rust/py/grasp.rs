@@ -241,6 +241,27 @@ impl PyGrasp {
         self.arguments.limit_of_each(py)
     }
 
+    /// (m,) torsional friction coefficients in m, as given: before ``friction_margin``; zero for hard contacts.
+    #[getter]
+    fn torsion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.arguments.torsion_of_each(py)
+    }
+
+    /// What divides the friction coefficients, at least 1.
+    #[getter]
+    fn friction_margin(&self) -> f64 {
+        self.arguments.options.friction_margin
+    }
+
+    /// (m, 3) first tangents ``o`` of the contact frames; ``None`` in the plane.
+    #[getter]
+    fn tangents<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let AnyGrasp::Spatial(grasp) = &self.inner else { return Ok(None) };
+        let rows =
+            grasp.frames().iter().flat_map(|frame| frame.column(1).iter().copied().collect::<Vec<_>>());
+        matrix(py, grasp.num_contacts(), 3, rows).map(Some)
+    }
+
     /// (m,) number of extreme forces of each contact; 0 for a true cone.
     #[getter]
     fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {

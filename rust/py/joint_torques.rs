@@ -54,11 +54,13 @@ pub fn torque_limited_forces<'py>(
     torque_limits: &Bound<'py, PyAny>,
     friction: f64,
     max_normal_force: f64,
-    edges: usize,
+    edges: i64,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let columns = columns(jacobian).map_err(|message| invalid_input(py, message))?;
     let (lower, upper) =
         limits(torque_limits, columns.len()).map_err(|message| invalid_input(py, message))?;
+    let edges = usize::try_from(edges)
+        .map_err(|_| invalid_input(py, format!("edges: {edges} is not between 3 and 256")))?;
     let forces = detached(py, || {
         graspforce::torque_limited_forces(&columns, &lower, &upper, friction, max_normal_force, edges)
     })?

@@ -74,8 +74,7 @@ def _one(
     if as_json:
         print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
     else:
-        shares = solution.forces[:, 0] / file.grasp.max_normal_force
-        columns = zip(solution.forces, shares, solution.slip_margin, strict=True)
+        columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
         title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
         scale = float(np.abs(solution.forces).max())
         rows = [
@@ -118,7 +117,8 @@ def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, 
         print_table(f"{file.name}: least {objective}", ("", ""), rows)
     if plot is not None:
         from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+        from graspforce.plotting.planar import limits_of  # noqa: PLC0415 - the same
 
-        limits, title = file.grasp.max_normal_force, f"{file.name}: least {objective}"
+        limits, title = limits_of(file.grasp), f"{file.name}: least {objective}"
         figure = trajectory_figure(found.forces[:, :, 0], limits, times=found.times, title=title)
         save(figure, plot)

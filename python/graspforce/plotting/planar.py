@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp"]
+__all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp", "limits_of"]
 
 LONGEST = 1.5
 """How many limits a force past its limit is drawn at most."""
@@ -77,7 +77,7 @@ def draw_planar_grasp(
     """
     if grasp.wrench_dim != 3:
         raise InvalidInputError("grasp: spatial; draw_spatial_grasp draws it")
-    where, limits = grasp.positions, grasp.max_normal_force
+    where, limits = grasp.positions, limits_of(grasp)
     if metres_per_newton is None:
         metres_per_newton = _CONE_SHARE * size_of(where) / float(limits.max())
     artists: list[Artist] = []
@@ -104,11 +104,44 @@ def draw_planar_grasp(
 
 
 def cone_fans(grasp: Grasp) -> list[NDArray[np.float64]]:
-    """Extreme forces (l_i, dim) of each contact in world axes, in N, without torsion."""
+    """Edges (l, dim) of the cone of each contact, side by side, in world axes, in N, without torsion."""
     dim = grasp.positions.shape[1]
     starts = np.cumsum(grasp.num_edges)[:-1]
     extremes = np.split(grasp.extreme_forces[:, :dim], starts)
-    return [forces @ frame for forces, frame in zip(extremes, grasp.frames, strict=True)]
+    return [_side_by_side(forces) @ frame for forces, frame in zip(extremes, grasp.frames, strict=True)]
+
+
+def _side_by_side(forces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the forces that bound the cone in order: the convex hull of their slopes."""
+    pressing = forces[forces[:, 0] > 0]
+    slopes = pressing[:, 1:] / pressing[:, :1]
+    _, first = np.unique(slopes.round(12), axis=0, return_index=True)
+    if slopes.shape[1] == 1 or len(first) < 3:
+        return pressing[first]
+    # In lexicographic order, along the lower side and back along the upper one.
+    hull: list[int] = []
+    for order in (first, first[::-1]):
+        side: list[int] = []
+        for k in order.tolist():
+            while len(side) > 1 and _turn(*slopes[[*side[-2:], k]]) <= 1e-12:
+                side.pop()
+            side.append(k)
+        hull += side[:-1]
+    return pressing[hull]
+
+
+def _turn(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> float:
+    """Twice the area of a triangle, positive counterclockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def limits_of(grasp: Grasp) -> NDArray[np.float64]:
+    """Largest normal force (m,) of each contact in N; of general extreme forces, the largest among them."""
+    if (grasp.num_edges == 0).any():
+        return grasp.max_normal_force
+    starts = np.cumsum(grasp.num_edges) - grasp.num_edges
+    largest = np.maximum.reduceat(grasp.extreme_forces[:, 0], starts)
+    return np.where(largest > 0, largest, grasp.max_normal_force)
 
 
 def size_of(points: NDArray[np.float64]) -> float:

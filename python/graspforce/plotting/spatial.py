@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from graspforce._core import Grasp
 from graspforce.errors import InvalidInputError
 
-from .planar import LONGEST, checked_forces, cone_fans, size_of
+from .planar import LONGEST, checked_forces, cone_fans, limits_of, size_of
 from .scene import draw_mesh, equal_box
 from .style import CONE, FORCE, INK, OVERLOAD
 
@@ -79,7 +79,7 @@ def draw_spatial_grasp(
     """
     if grasp.wrench_dim != 6:
         raise InvalidInputError("grasp: planar; draw_planar_grasp draws it")
-    where, limits = grasp.positions, grasp.max_normal_force
+    where, limits = grasp.positions, limits_of(grasp)
     corners = where if mesh is None else np.vstack([where, np.asarray(mesh[0], dtype=float)])
     if metres_per_newton is None:
         metres_per_newton = _CONE_SHARE * size_of(corners) / float(limits.max())
@@ -115,5 +115,12 @@ def draw_spatial_grasp(
 def _fans(grasp: Grasp) -> list[NDArray[np.float64]]:
     if (grasp.num_edges > 0).all():
         return cone_fans(grasp)
-    drawn = Grasp(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, edges=_CONE_EDGES)
+    drawn = Grasp(
+        grasp.positions,
+        grasp.normals,
+        grasp.friction,
+        grasp.max_normal_force,
+        edges=_CONE_EDGES,
+        friction_margin=grasp.friction_margin,
+    )
     return cone_fans(drawn)

@@ -93,7 +93,8 @@ class Viewer:
             elif len(self.state.wrenches):
                 lines.append("**forces** none balance this wrench")
             self._numbers.content = "\n\n".join(lines)
-            self._draw_cones(_LONGEST * self._size / float(grasp.max_normal_force.max()))
+            limits = grasp.max_normal_force if self.state.has_cones else grasp.extreme_forces[:, 0]
+            self._draw_cones(_LONGEST * self._size / float(limits.max()))
             self._draw_forces(None if solution is None else solution.world_forces)
             self._draw_worst(quality[self._criterion.value].direction)
 
@@ -152,7 +153,14 @@ class Viewer:
     def _draw_cones(self, scale: float) -> None:
         grasp = self.state.grasp
         # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
-        cones = Grasp(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, _CONE_EDGES)
+        cones = Grasp(
+            grasp.positions,
+            grasp.normals,
+            grasp.friction,
+            grasp.max_normal_force,
+            _CONE_EDGES,
+            friction_margin=grasp.friction_margin,
+        )
         fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
         for i, (fan, frame, tip) in enumerate(zip(fans, cones.frames, cones.positions, strict=True)):
             rim = tip - scale * fan @ frame
