@@ -156,8 +156,7 @@ impl PyForceSolution {
             AnyGrasp::Planar(grasp) => (grasp.force_components(), 3, grasp.num_contacts()),
             AnyGrasp::Spatial(grasp) => (grasp.force_components(), 6, grasp.num_contacts()),
         };
-        let lengths =
-            [&world_forces, &contact_wrenches, &slip_margin, &dual, &shares].map(|values| values.len());
+        let lengths = [&world_forces, &contact_wrenches, &slip_margin, &dual, &shares].map(Vec::len);
         if forces.len() != m || lengths != [m * if d == 3 { 2 } else { 3 }, m * d, m, d, m] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
