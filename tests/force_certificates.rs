@@ -330,7 +330,7 @@ fn preloaded_forces_do_not_depend_on_history_on_soft_and_symmetric_grasps() {
                 let Ok(answer) = warm.solve(&external) else { continue };
                 let fresh = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
                 let fresh = fresh.solve(&external).unwrap();
-                let largest = fresh.forces.iter().map(|f| f.amax()).fold(0.0, f64::max);
+                let largest = fresh.forces.iter().map(ContactForce::amax).fold(0.0, f64::max);
                 for (f, g) in answer.forces.iter().zip(&fresh.forces) {
                     assert!((f - g).amax() <= 1e-6 * largest, "{case} {criterion:?}: {f} {g}");
                 }

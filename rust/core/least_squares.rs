@@ -227,20 +227,21 @@ pub(crate) fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) ->
     let lengths: Vec<f64> = gradients.row_iter().map(|row| row.norm()).collect();
     // A constraint that the choice does not move has a gradient of rounding, however far others move.
     let smallest = UNMOVED * gradients.amax().max(1.0);
-    let rows: Vec<usize> = (0..gradients.nrows()).filter(|&i| lengths[i] > smallest).collect();
+    let mut rows: Vec<usize> = (0..gradients.nrows()).filter(|&i| lengths[i] > smallest).collect();
     let normal = |i: usize| gradients.row(i).transpose() / lengths[i];
     let largest = bounds.amax();
     let mut t = DVector::<f64>::zeros(gradients.ncols());
     let (mut active, mut multipliers) = (Vec::<usize>::new(), Vec::<f64>::new());
-    for _ in 0..3 * rows.len() + 10 {
+    for _ in 0..3 * gradients.nrows() + 10 {
         let violation = |i: usize, t: &DVector<f64>| (bounds[i] - gradients.row(i).tr_dot(t)) / lengths[i];
         let rounding = |i: usize| VIOLATED * (largest / lengths[i] + t.norm());
         let violated =
             rows.iter().copied().filter(|i| !active.contains(i) && violation(*i, &t) > rounding(*i));
         let worst = violated.max_by(|&i, &j| violation(i, &t).total_cmp(&violation(j, &t)));
         let Some(worst) = worst else { return Some(active) };
+        let before = (active.clone(), multipliers.clone());
         let mut gain = 0.0;
-        loop {
+        let joins = loop {
             let (along, shares) =
                 beyond(&active.iter().map(|&i| normal(i)).collect::<Vec<_>>(), normal(worst))?;
             let free = along.norm_squared();
@@ -249,7 +250,7 @@ pub(crate) fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) ->
             let first = (0..active.len()).min_by(|&j, &k| until(j).total_cmp(&until(k)));
             let step = first.map_or(full, |k| full.min(until(k)));
             if !step.is_finite() {
-                return None;
+                break false;
             }
             if full.is_finite() {
                 t += along * step;
@@ -261,11 +262,19 @@ pub(crate) fn least_distance(gradients: &DMatrix<f64>, bounds: &DVector<f64>) ->
                     active.remove(k);
                     multipliers.remove(k);
                 }
-                None => break,
+                None => break true,
             }
+        };
+        if joins {
+            active.push(worst);
+            multipliers.push(gain);
+        } else if violation(worst, &t) <= UNMOVED * (largest / lengths[worst] + t.norm()) {
+            // The active constraints imply it but for rounding; nothing has moved.
+            (active, multipliers) = before;
+            rows.retain(|&i| i != worst);
+        } else {
+            return None;
         }
-        active.push(worst);
-        multipliers.push(gain);
     }
     None
 }
@@ -314,13 +323,13 @@ mod tests {
                     planes.r().transpose().solve_lower_triangular(&bounds.select_rows(&active)).unwrap();
                 let multipliers = planes.r().solve_upper_triangular(&inner).unwrap();
                 let scaled = multipliers.iter().zip(&active).map(|(u, &i)| u * gradients.row(i).norm());
-                assert!(scaled.fold(0.0, f64::min) >= -1e-9 * t.norm().max(1.0), "{case}: {multipliers}");
+                assert!(scaled.fold(0.0, f64::min) >= -1e-8 * t.norm().max(1.0), "{case}: {multipliers}");
                 t = planes.q() * inner;
             }
             let violated = (&bounds - &gradients * &t).max();
             let size = gradients.amax() * t.norm().max(inside.norm());
-            assert!(violated <= 1e-10 * size, "{case}: {violated:e} of {size:e}");
-            assert!(t.norm() <= inside.norm() * (1.0 + 1e-10), "{case}");
+            assert!(violated <= UNMOVED * size, "{case}: {violated:e} of {size:e}");
+            assert!(t.norm() <= inside.norm() * (1.0 + 1e-9), "{case}");
         }
     }
 }
