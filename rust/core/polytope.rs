@@ -20,7 +20,7 @@ use crate::wrench_set::Support;
 /// Work limit: a second at most. Only sets with a continuum of nearest boundary points come near it.
 pub(crate) const MAX_FACETS: usize = 400_000;
 
-/// Steps of polishing: half as many gain less, and twice as many cost more than they gain.
+/// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;
 
 /// What part of the plain cut a polished vertex must cut.

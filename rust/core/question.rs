@@ -55,7 +55,7 @@ impl<'a, const D: usize> Question<'a, D> {
             options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
         let set = WrenchSet::in_metric(grasp, options.criterion, &metric);
         let center = options.center.map(|center| (center, metric.to_euclidean(&center)));
-        // A facet of the union costs no more than a call of its oracle.
+        // Of the union, whose polytopes are small, polishing gains nothing.
         let polish = if options.criterion == Criterion::Max { POLISH } else { 0 };
         let limits = Limits { polish, ..Limits::new(rtol) };
         let longest = set.longest();
