@@ -9,6 +9,9 @@ import threading
 import time
 
 import numpy as np
+import scipy.optimize  # imported before: Ctrl-C during an import is not what is measured
+import scipy.spatial
+import scipy.stats  # noqa: F401
 
 import graspforce as gf
 from graspforce._core import TriangleTree

@@ -25,6 +25,9 @@ const ACTIVE: f64 = 1e-5;
 /// does altogether, and cannot be interrupted.
 const MAX_INTERIOR: usize = 20_000;
 
+/// Points priced before asking whether to stop: some ten microseconds.
+const POINTS_BETWEEN_LOOKS: usize = 1 << 12;
+
 /// Rounds of adding the points that the multipliers violate; after the last, all points take part.
 const MAX_ROUNDS: usize = 20;
 
@@ -211,10 +214,15 @@ struct Restricted<'a, const D: usize> {
 impl<const D: usize> Restricted<'_, D> {
     fn best(&self, value: impl Fn(&Column<D>) -> f64, edges: &mut [u32]) -> Column<D> {
         let mut winner = (f64::NEG_INFINITY, self.active.first().copied().unwrap_or(0));
-        for &j in self.active {
-            let value = value(&self.all.points[j as usize]);
-            if value > winner.0 {
-                winner = (value, j);
+        for chunk in self.active.chunks(POINTS_BETWEEN_LOOKS) {
+            for &j in chunk {
+                let value = value(&self.all.points[j as usize]);
+                if value > winner.0 {
+                    winner = (value, j);
+                }
+            }
+            if interrupt::stopped() {
+                break;
             }
         }
         self.all.write_edges(winner.1 as usize, edges);

@@ -165,20 +165,22 @@ def grasp_at(problem: PlanningProblem, params: NDArray[np.float64] | tuple[float
 
 def _run_plan(problem: PlanningProblem, criterion: Criterion, repeats: int) -> PlanRun:
     found, seconds = _timed(
-        lambda: plan(
-            problem.surface,
-            problem.initial,
-            problem.step,
-            problem.tolerance,
-            problem.bounds,
-            criterion,
-            friction=problem.friction,
-            max_normal_force=problem.max_normal_force,
+        lambda: completed(
+            plan(
+                problem.surface,
+                problem.initial,
+                problem.step,
+                problem.tolerance,
+                problem.bounds,
+                criterion,
+                friction=problem.friction,
+                max_normal_force=problem.max_normal_force,
+            )
         ),
         repeats,
     )
     published_end = grasp_at(problem, problem.published[criterion].params)
-    return PlanRun(problem, completed(found), seconds, published_end.quality(criterion).rho)
+    return PlanRun(problem, found, seconds, published_end.quality(criterion).rho)
 
 
 def _fill_row(letter: str, published: PublishedForces, repeats: int) -> TableRow:
