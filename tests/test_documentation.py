@@ -21,6 +21,7 @@ PAGES = [
 ]
 
 INSTALLS, WAITS, LONG, CI = "installs", "serves until it is ended", "takes minutes", "is what CI runs itself"
+CLUSTER = "needs a cluster"
 NOT_RUN = {
     "pip install .": INSTALLS,
     "pip install '.[all]'": INSTALLS,
@@ -32,6 +33,14 @@ NOT_RUN = {
     "make lint": CI,
     "make docs": CI,
     "make bench": LONG,
+    "make compare": LONG,
+    "make fuzz": CI,
+    "make fuzz FUZZ_SECONDS=600": LONG,
+    "pip install 'graspforce[datasets]'": INSTALLS,
+    "dask scheduler": WAITS,
+    "RAYON_NUM_THREADS=8 dask worker HEAD:8786 --nworkers 2 --nthreads 1": CLUSTER,
+    "graspforce grade /shared/grasps --out /shared/graded --scheduler tcp://HEAD:8786": CLUSTER,
+    "python benches/grade.py": LONG,
     "python benches/growth.py": LONG,
     "python benches/force_sweep.py": LONG,
     "python benches/global_search.py": LONG,
@@ -85,7 +94,13 @@ def test_a_command_of_the_documentation_runs_as_printed(page, command, examples)
         pytest.fail(f"{page}: {words[0]} is neither run nor listed with a reason")
     target = words.index(">") if ">" in words else len(words)
     done = subprocess.run(
-        words[:target], cwd=examples, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False
+        words[:target],
+        cwd=examples,
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        check=False,
+        timeout=300,
     )
     assert done.returncode == 0, done.stderr
 
