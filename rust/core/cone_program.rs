@@ -18,9 +18,6 @@ use crate::preload::Found;
 use crate::second_order::least_forces;
 use crate::simplex::{Outcome, Simplex, Target};
 
-/// Levels below this share of the largest are not zero but for rounding.
-pub(crate) const SHORT: f64 = -1e-9;
-
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 12;
 
@@ -99,9 +96,7 @@ impl<const D: usize> ConeProgram<D> {
         let gap = ((upper - lower) / upper).abs();
         let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
         let stalled = simplex.basis.artificial[..target.rank].contains(&true);
-        // Negative levels are no forces; what they balanced would stay unbalanced.
-        let short = simplex.levels.min() < SHORT * simplex.levels.amax();
-        if stalled || short || gap.is_nan() || gap > tolerance {
+        if stalled || simplex.falls_short() || gap.is_nan() || gap > tolerance {
             last.artificial = [true; D];
             let iterations = simplex.pivots;
             let better = self.fall_back(simplex, &target, scale, found).filter(|a| a.gap <= tolerance);

@@ -12,7 +12,11 @@ use crate::interrupt;
 use crate::law::objective_value;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{Found, PreloadProgram, PreloadWorkspace, checked_bounds};
+use crate::region::UNBALANCED;
 use crate::wrench_set::Criterion;
+
+/// What forces may leave unbalanced, as a share of what is at work.
+const BALANCED: f64 = 1e-7;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
 ///
@@ -165,7 +169,7 @@ impl<const D: usize> ForceDistributor<D> {
             (Program::Linear(program), Workspace::Linear(workspace)) => {
                 self.solve_linear(program, workspace, &b)
             }
-            (program, workspace) => Self::solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let (sigma_max, sigma_sum) = found.totals();
                 let sigma = objective_value(program.objective(), sigma_max, sigma_sum);
                 Distribution {
@@ -186,19 +190,25 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Leaves the forces over true cones, or with lower bounds, in the workspace.
     fn solve_cones<'a>(
+        &self,
         program: &Program<D>,
         workspace: &'a mut Workspace<D>,
         b: &Wrench<D>,
     ) -> Result<(ConeAnswer<D>, &'a Found)> {
-        match (program, workspace) {
+        let (answer, found) = match (program, workspace) {
             (Program::Cone(program), Workspace::Cone(workspace, found)) => {
-                Ok((program.solve(workspace, b, found)?, found))
+                (program.solve(workspace, b, found)?, found)
             }
             (Program::Preload(program), Workspace::Preload(workspace, found)) => {
-                Ok((program.solve(workspace, b, found)?, found))
+                (program.solve(workspace, b, found)?, found)
             }
-            _ => Err(Error::Busy),
+            _ => return Err(Error::Busy),
+        };
+        let gap = unbalanced_share(&self.grasp, b, &found.forces);
+        if gap <= BALANCED {
+            return Ok((answer, found));
         }
+        Err(Error::NotConverged { solver: "balance of forces", iterations: answer.pivots, gap })
     }
 
     fn solve_linear(
@@ -259,7 +269,7 @@ impl<const D: usize> ForceDistributor<D> {
                     region.dual.dot(&b)
                 })
             }
-            (program, workspace) => Self::solve_cones(program, workspace, &b).map(|(answer, found)| {
+            (program, workspace) => self.solve_cones(program, workspace, &b).map(|(answer, found)| {
                 let components = self.grasp.force_components();
                 for (row, force) in forces.chunks_mut(components.len()).zip(&found.forces) {
                     for (x, &component) in row.iter_mut().zip(components) {
@@ -322,6 +332,26 @@ impl<const D: usize> Clone for ForceDistributor<D> {
             workspace: Mutex::new(self.program.workspace(self.grasp.num_contacts())),
         }
     }
+}
+
+/// What forces leave unbalanced, as a share of what they and the wrench exert: of forces and torques the larger. The
+/// simplex measures rounding by the strongest contact, which may be far stronger than what is at work.
+fn unbalanced_share<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactForce]) -> f64 {
+    let (mut rest, mut effort) = (-b, b.abs());
+    for (map, force) in grasp.maps().iter().zip(forces) {
+        rest += map * force;
+        effort += map.abs() * force.abs();
+    }
+    let split = if D == 3 { 2 } else { 3 };
+    let levers = grasp.maps().iter().map(|map| map.rows_range(split..).amax());
+    let lever = Some(levers.fold(0.0, f64::max)).filter(|lever| *lever > 0.0).unwrap_or(1.0);
+    let sizes = |w: &Wrench<D>| (w.rows_range(..split).amax(), w.rows_range(split..).amax());
+    let ((force, torque), (pressed, turned)) = (sizes(&rest), sizes(&effort));
+    // What no contact can act on is rounding of the whole wrench, in units of the longest lever.
+    let allowance = UNBALANCED / BALANCED;
+    let share =
+        |rest: f64, own: f64, other: f64| if rest > 0.0 { rest / (own + allowance * other) } else { 0.0 };
+    share(force, pressed, turned / lever).max(share(torque, turned, pressed * lever))
 }
 
 /// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see.

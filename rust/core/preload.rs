@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use crate::basis::Basis;
 use crate::columns::Objective;
 use crate::cone_columns::ConeContact;
-use crate::cone_program::{ConeAnswer, SHORT, spanning_wrenches};
+use crate::cone_program::{ConeAnswer, spanning_wrenches};
 use crate::contact::{ContactForce, ForceModel};
 use crate::distribution::{DistributionOptions, Method, check_wrench};
 use crate::equilibration::Equilibration;
@@ -156,8 +156,7 @@ impl<const D: usize> PreloadProgram<D> {
         let tolerance = self.tolerance.max(32.0 * f64::EPSILON * z.lp_norm(1));
         let stalled = simplex.basis.artificial[..target.rank].contains(&true)
             && simplex.levels.iter().zip(simplex.basis.artificial).any(|(x, a)| a && *x != 0.0);
-        let short = simplex.levels.min() < SHORT * simplex.levels.amax();
-        if stalled || short || gap.is_nan() || gap > tolerance {
+        if stalled || simplex.falls_short() || gap.is_nan() || gap > tolerance {
             last.artificial = [true; ROWS];
             let iterations = simplex.pivots;
             return Err(Error::NotConverged { solver: "simplex with lower bounds", iterations, gap });

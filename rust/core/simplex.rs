@@ -13,6 +13,9 @@ use crate::basis::Basis;
 use crate::columns::{Column, Pricing};
 use crate::interrupt;
 
+/// What may be missing, as a share of the largest.
+const SHORT: f64 = 1e-9;
+
 /// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
 pub(crate) const MAX_PIVOTS: usize = 1000;
 
@@ -80,6 +83,15 @@ impl<const R: usize> Simplex<R> {
             entering: vec![0; contacts],
             candidate: vec![0; contacts],
         }
+    }
+
+    /// Whether forces made of the levels would not balance the target: negative levels are no forces, and a small one
+    /// may belong to a column of large effect.
+    pub(crate) fn falls_short(&self) -> bool {
+        let rest = self.target - self.basis.columns * self.levels.map(|level| level.max(0.0));
+        let rounding = 1e-14 * self.levels.lp_norm(1);
+        let unbalanced = rest.amax() > f64::max(SHORT * self.target.amax(), rounding);
+        unbalanced || self.levels.min() < -SHORT * self.levels.amax()
     }
 
     /// Solves from artificial columns.
