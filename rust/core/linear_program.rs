@@ -30,6 +30,9 @@ const DUAL_PIVOTS: usize = 2;
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
 
+/// The same of a law that was just made, where rounding of its coefficients counts, too.
+const PUSHES: f64 = 1e-6;
+
 /// What does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearProgram<const D: usize> {
@@ -197,7 +200,17 @@ impl<const D: usize> LinearProgram<D> {
         } else {
             let target = self.equilibration.reachable(b)?.target;
             self.solve(workspace, &target)?;
-            (self.remember(workspace)?, workspace.simplex.pivots)
+            let (slot, pivots) = (self.remember(workspace)?, workspace.simplex.pivots);
+            let known = &mut workspace.remembered[slot];
+            if !known.region.pushes(b, PUSHES) {
+                known.forget();
+                return Err(Error::NotConverged {
+                    solver: "simplex",
+                    iterations: pivots,
+                    gap: f64::INFINITY,
+                });
+            }
+            (slot, pivots)
         };
         workspace.latest = slot;
         workspace.remembered[slot].used = clock;

@@ -153,6 +153,13 @@ impl<const R: usize> Region<R> {
         inside && (self.equations.count == 0 || self.balances(b))
     }
 
+    /// Whether the law's forces at `b`, for which it was made, are forces at all: rounding may leave it none that push.
+    pub(crate) fn pushes(&self, b: &SVector<f64, R>, tolerance: f64) -> bool {
+        let objective = self.dual.dot(b);
+        let floor = -tolerance * objective;
+        objective > 0.0 && self.conditions.range(b, floor).0 >= floor
+    }
+
     /// Whether the part of `b` outside the span of the forces is rounding.
     fn balances(&self, b: &SVector<f64, R>) -> bool {
         let (low, high) = self.equations.range(b, f64::NEG_INFINITY);
