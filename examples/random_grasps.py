@@ -11,7 +11,7 @@ ROWS = 1000
 
 
 def main() -> None:
-    """Write the file: four to six contacts on a ball of 5 cm radius, normals that lean, friction that varies."""
+    """Write the file: four to six contacts on a ball of 5 cm radius, with leaning normals."""
     random = np.random.default_rng(0)
     counts = random.integers(4, 7, ROWS)
     total = counts.sum()

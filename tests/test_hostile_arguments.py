@@ -15,7 +15,7 @@ import graspforce as gf
 from graspforce._core import BoxBound, CandidateSearch, TriangleTree
 from hostile_values import NUMBERS, arrays, counts, scalars, words
 
-EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "150"))
+EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "60"))
 HOSTILE = settings(
     max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), print_blob=True
 )

@@ -15,7 +15,7 @@ import graspforce as gf
 from graspforce.files import load_grasp, load_mesh, load_problem, load_wrenches
 from test_files import CURVE, PINCH
 
-EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "150"))
+EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "60"))
 HOSTILE = settings(
     max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), print_blob=True
 )

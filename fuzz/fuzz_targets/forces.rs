@@ -18,7 +18,7 @@ struct Input {
     wrenches: Vec<[Number; 6]>,
 }
 
-fuzz_target!(|input: Input| { if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) } });
+fuzz_target!(|input: Input| if input.grasp.planar { examine::<3>(&input) } else { examine::<6>(&input) });
 
 fn examine<const D: usize>(input: &Input) {
     let Some(grasp) = input.grasp.grasp::<D>() else { return };

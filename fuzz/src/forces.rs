@@ -85,7 +85,7 @@ fn bounded<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<
     let terms: f64 = external.iter().zip(found.dual.iter()).map(|(a, b)| (a * b).abs()).sum();
     let off = (proven - found.sigma).abs();
     assert!(
-        off <= ROUNDING * terms.max(found.sigma),
+        off <= ROUNDING.max(2.0 * found.gap) * terms.max(found.sigma),
         "dual proves {proven:e} of {:e}: {found:?}",
         found.sigma
     );
