@@ -48,9 +48,13 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
     };
     let nearest = nearest_point(1e-6, CLOSURE_TOLERANCE, usize::MAX, |z| twin.set.support(z));
-    // Wolfe's point alone proves nothing where rounding stalls it: only a plane beyond the origin does.
-    let (beyond, direction) =
-        if nearest.lower > -upper { (nearest.lower, -nearest.point) } else { (-upper, direction) };
+    // Wolfe's point alone proves nothing where rounding stalls it: only a plane beyond the origin does. The origin
+    // itself, a point of the set like any other, has no plane.
+    let (beyond, direction) = if nearest.upper > 0.0 && nearest.lower > -upper {
+        (nearest.lower, -nearest.point)
+    } else {
+        (-upper, direction)
+    };
     let closure = if beyond > CLOSURE_TOLERANCE { Closure::None } else { Closure::Partial };
     Verdict { closure, direction: twin.physical(&direction) }
 }
