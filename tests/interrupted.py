@@ -15,7 +15,7 @@ import scipy.stats  # noqa: F401
 
 import graspforce as gf
 from graspforce._core import TriangleTree
-from graspforce.reproduction import run_racket
+from graspforce.paper.racket import run_racket
 from graspforce.surfaces import contacts_on, ellipse
 
 # Long enough for the call to be under way, short enough for the tests.
@@ -127,11 +127,6 @@ def reduce_points():
 
 def minkowski_sum():
     gf.Grasp(*ball(7), edges=10).minkowski_sum(max_points=2**26)
-
-
-def torque_limited_forces():
-    rng = np.random.default_rng(0)
-    gf.torque_limited_forces(rng.normal(size=(3, 7)), np.ones(7), edges=256, max_normal_force=100.0)
 
 
 def plan():

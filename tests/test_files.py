@@ -160,7 +160,10 @@ def test_a_plan_file_is_the_same_problem_as_its_arguments(write):
         gf.surfaces.contacts_on(rim, rim), [0, 2], step=0.5, tolerance=0.1, bounds=[(0, 1), (1, 4)],
         max_normal_force=1.0,
     )  # fmt: skip
-    assert load_problem(write(text)).plan().to_dict() == expected.to_dict()
+    found, expected = load_problem(write(text)).plan().to_dict(), expected.to_dict()
+    # How many candidates need a polytope depends on which thread is first.
+    assert found.pop("counts")["candidates"] == expected.pop("counts")["candidates"]
+    assert found == expected
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,6 @@ RAISING = [
     "solve_enumerated",
     "reduce_points",
     "minkowski_sum",
-    "torque_limited_forces",
     "closest_points",
     "refine",
     "reproduce",
