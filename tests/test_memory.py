@@ -131,7 +131,8 @@ def test_the_largest_grasp_fits_in_a_gigabyte():
         "assert g.quality(rtol=0.1).closure == 'force'\n"
         "gf.ForceDistributor(g).solve([0, 0, -1, 0, 0, 0])\n"
         # Of this program alone: what getrusage calls a maximum begins with that of the test runner.
-        "print(int(re.search(r'VmHWM:\\s*([0-9]+)', pathlib.Path('/proc/self/status').read_text())[1]) / 1024)\n"
+        "status = pathlib.Path('/proc/self/status').read_text()\n"
+        "print(int(re.search(r'VmHWM:\\s*([0-9]+)', status)[1]) / 1024)\n"
     )
     child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert child.returncode == 0, child.stderr
