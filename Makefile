@@ -17,8 +17,9 @@ test: build $(VENV)/simulators
 	cargo test
 	$(PY) -m pytest
 
-# Seconds for each target; past failures, in fuzz/corpus, are always run first.
-FUZZ_SECONDS ?= 20
+# Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
+FUZZ_SECONDS ?= 60
+FUZZ_RUNS ?= -1
 FUZZ_TARGETS := quality forces histories search geometry
 FUZZ := CARGO_TARGET_DIR=target/fuzz PATH="$(CURDIR)/target/tools/bin:$$PATH" cargo fuzz
 
@@ -28,7 +29,7 @@ fuzz: target/tools/bin/cargo-fuzz
 	  mkdir -p target/fuzz/corpus/$$target; \
 	  echo "fuzz: $$target"; \
 	  $(FUZZ) run --sanitizer none $$target target/fuzz/corpus/$$target fuzz/corpus/$$target -- \
-	    -max_total_time=$(FUZZ_SECONDS) -timeout=20 -rss_limit_mb=2048 -max_len=1500 -len_control=0 \
+	    -seed=1 -runs=$(FUZZ_RUNS) -max_total_time=$(FUZZ_SECONDS) -timeout=20 -rss_limit_mb=2048 -max_len=1500 -len_control=0 \
 	    -print_final_stats=1 -verbosity=0 || exit 1; \
 	done
 

@@ -140,6 +140,35 @@ fn forces_over_true_cones_balance_also_beside_a_contact_that_is_far_away() {
 }
 
 #[test]
+fn what_only_a_contact_a_billion_times_weaker_balances_is_not_called_infeasible() {
+    let contact = |r: [f64; 2], n: [f64; 2], friction, limit| {
+        Contact::new(Vector3::new(r[0], r[1], 0.0), Vector3::new(n[0], n[1], 0.0))
+            .friction(friction)
+            .max_normal_force(limit)
+    };
+    let grasp = Grasp::<3>::new(&[
+        contact([2.5, 1.1875], [1.0, 1.0], 0.5, 1.0),
+        contact([1.1875, 3.8125], [-1.0, 0.0], 0.5, 1.0),
+        contact([1.1875, 1.1875], [-1.0, -1.0], 0.5, 1.0),
+        contact([1.1875, 3.8125], [-1.0, 0.0], 4.1875, 4.1875),
+        contact([4.1875, 4.1875], [1.0, 1.0], 0.125, 1.3e-8),
+    ])
+    .unwrap();
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        for external in [[1.1875, 1.1875, 5.3125], [2.4375, 0.875, 4.1875], [1.1875, 0.6, 0.0]] {
+            let Err(Error::InfeasibleWrench { direction }) = distributor.solve(&Wrench::from(external))
+            else {
+                continue;
+            };
+            let e = Wrench::<3>::from_vec(direction);
+            let reach = grasp.primitive_wrenches().unwrap().iter().map(|w| w.dot(&e)).fold(0.0, f64::max);
+            assert!(reach < 1e-8, "{external:?}: a force gains {reach}");
+        }
+    }
+}
+
+#[test]
 fn a_center_far_away_hides_no_candidate() {
     let contact = Vector3::new(-5.5, 5.4375, -5.5);
     let candidate = |k: usize| {

@@ -136,14 +136,16 @@ impl<const R: usize> Simplex<R> {
             let gain = column.wrench.dot(&z);
             let direction = self.basis.inverse * column.wrench;
             let row = self.leaving_row(&direction, 0);
-            if gain <= 1e-13 * z.lp_norm(1) || row.is_none() {
+            let exhausted = gain <= 1e-13 * z.lp_norm(1);
+            if exhausted || row.is_none() {
                 // What the multiplier separates is rounding where a target that close is not separated.
                 if distance <= z.abs().component_mul(&target.tolerance).max() {
                     return Ok(());
                 }
                 if fresh {
-                    // A direction in which the wrench differs by no more than rounding separates nothing.
-                    let separated = distance > 1e-11 * z.lp_norm(1);
+                    // A direction in which the wrench differs by no more than rounding separates nothing, nor does one
+                    // along which a column still reaches, though its pivot cannot be trusted.
+                    let separated = exhausted && distance > 1e-11 * z.lp_norm(1);
                     return Err(if separated { Outcome::Infeasible(z) } else { Outcome::Stalled });
                 }
                 fresh = true;

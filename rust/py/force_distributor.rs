@@ -64,7 +64,7 @@ struct State {
 ///     the origin is interior (section 4.2), and asks the whole set where these do not suffice. The answers agree.
 /// weight : float, optional
 ///     With "max": minimise the maximum plus ``weight`` times the sum, a family that leads from one objective to
-///     the other. Zero means the maximum and, among its optima, the least sum.
+///     the other. Zero means the maximum and, among its optima, the least sum; at most 1e6.
 /// min_normal : float or array_like, optional
 ///     Lower bounds on the normalised normal forces ``f_n / f^U``, one for all contacts or (m,), so that no finger
 ///     loses contact. The forces are then not proportional to the wrench, and no wrench at all needs some, too.
