@@ -17,7 +17,11 @@ from test_files import CURVE, PINCH
 
 EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "60"))
 HOSTILE = settings(
-    max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck), print_blob=True
+    max_examples=EXAMPLES,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    print_blob=True,
+    derandomize="HOSTILE_EXAMPLES" not in os.environ,  # the same inputs every time, unless one looks for more
 )
 
 

@@ -78,6 +78,9 @@ def real_number(
 # A view that repeats itself may claim to be larger than memory.
 _MAX_NUMBERS = 2**27
 
+# Squares of parameters and of their differences must be representable.
+_LARGEST = 1e140
+
 
 def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
@@ -124,6 +127,9 @@ def search_bounds(
     array = finite_array("bounds", bounds)
     if array.shape != (initial.size, 2):
         raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
+    if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():
+        row, side = beyond[0]
+        raise InvalidInputError(f"bounds, row {row}: {array[row, side]} is beyond what can be computed with")
     lower, upper = array[:, 0].copy(), array[:, 1].copy()
     for row, (low, high, start) in enumerate(zip(lower, upper, initial, strict=True)):
         if low > high:

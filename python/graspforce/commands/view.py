@@ -55,5 +55,4 @@ def view(
     surface = file.object_mesh() if mesh is None else load_mesh(mesh)
     given = None if wrenches is None else load_wrenches(wrenches, file.grasp.wrench_dim).wrenches
     viewer = start(file.grasp, surface, given, port=port)
-    note(f"http://127.0.0.1:{viewer.port}  (Ctrl-C ends)")
-    serve(viewer)
+    serve(viewer, lambda: note(f"http://127.0.0.1:{viewer.port}  (Ctrl-C ends)"))

@@ -172,7 +172,7 @@ def plan_global(
             f"bounds: {len(box)} parameters, but boxes are bounded by their 2^p vertices for up to "
             f"{_MAX_PARAMS}"
         )
-    start = box.mean(axis=1) if initial is None else finite_array("initial", initial)
+    start = box[:, 0] / 2 + box[:, 1] / 2 if initial is None else finite_array("initial", initial)
     lower, upper = search_bounds(box, start)
     if not 0 < real_number("gap", gap) < 1:
         raise InvalidInputError(f"gap: {gap} must lie between 0 and 1")

@@ -20,6 +20,8 @@ except ModuleNotFoundError as error:
     raise MissingExtraError("viewer", error) from error
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Viewer", "view"]
@@ -208,9 +210,10 @@ class Viewer:
         return float(np.ptp(points, axis=0).max()) or 1.0
 
 
-def serve(viewer: Viewer) -> None:
-    """Wait until someone presses Ctrl-C, then close the page."""
+def serve(viewer: Viewer, announce: Callable[[], object]) -> None:
+    """Announce the page and wait until someone presses Ctrl-C, then close it."""
     try:
+        announce()
         while True:
             time.sleep(1)
     except KeyboardInterrupt:
