@@ -14,6 +14,9 @@ use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{PreloadProgram, PreloadWorkspace, checked_bounds};
 use crate::wrench_set::Criterion;
 
+/// A wrench this far along a unit direction, as a share of its length, is not separated by it.
+const SEPARATED: f64 = 1e-9;
+
 /// Computes least contact forces for one grasp and any number of external wrenches.
 ///
 /// ```
@@ -195,7 +198,22 @@ impl<const D: usize> ForceDistributor<D> {
                 }
             }),
         }
-        .map_err(|error| named(error, external_wrench))
+        .map_err(|error| self.named(error, external_wrench))
+    }
+
+    /// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see. A witness
+    /// along which a weak contact still pushes is none, whatever rounding beside strong ones says.
+    fn named(&self, error: Error, external_wrench: &Wrench<D>) -> Error {
+        let error = check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error);
+        match (&*self.program, &error, self.grasp.primitive_wrenches()) {
+            (Program::Linear(_), Error::InfeasibleWrench { direction }, Ok(wrenches)) => {
+                let z = Wrench::<D>::from_column_slice(direction);
+                let separated = wrenches.iter().all(|w| w.dot(&z) <= SEPARATED * w.norm());
+                let stalled = Error::NotConverged { solver: "simplex", iterations: 0, gap: f64::INFINITY };
+                if separated { error } else { stalled }
+            }
+            _ => error,
+        }
     }
 
     fn solve_linear(
@@ -268,7 +286,7 @@ impl<const D: usize> ForceDistributor<D> {
                 answer.sigma
             }),
         }
-        .map_err(|error| named(error, external_wrench))
+        .map_err(|error| self.named(error, external_wrench))
     }
 }
 
@@ -327,11 +345,6 @@ fn solve_cones<'a, const D: usize>(
         }
         _ => Err(Error::Busy),
     }
-}
-
-/// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see.
-fn named<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
-    check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
 }
 
 fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
