@@ -219,3 +219,18 @@ fn hundreds_of_equal_contacts_are_balanced_at_once() {
     // It took minutes while the third level was sought at any price.
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
+
+#[test]
+fn a_contact_of_immense_strength_does_not_hide_how_far_the_others_stay_away() {
+    let contact = |x: f64, y: f64, limit: f64| {
+        let mut contact = Contact::new(Vector3::new(x, y, 0.0), Vector3::new(1.0, 1.0, 0.0));
+        contact.max_normal_force = limit;
+        contact.friction(0.0)
+    };
+    for limit in [1e9, 1e30, 5.6e112] {
+        // Both push along (1, 1): the weaker one alone sets the distance.
+        let contacts = [contact(2.8, 2.8, 1.0), contact(-7.6, 5.4, limit)];
+        let quality = Grasp::<3>::new(&contacts).unwrap().quality(Criterion::Sum).unwrap();
+        assert!(quality.converged && (quality.rho - 1.0).abs() < 1e-9, "{limit:e}: {quality:?}");
+    }
+}

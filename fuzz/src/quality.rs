@@ -38,6 +38,8 @@ pub fn checked<const D: usize>(
         }
         if rho < 0.0 {
             inside(grasp, options, &quality, directions);
+        } else {
+            outside(grasp, &quality);
         }
     }
     let gradient = grasp.gradient(options, &mut QualityWorkspace::default());
@@ -67,6 +69,21 @@ fn inside<const D: usize>(
             reach >= certified - ROUNDING * scale.max(reach.abs()),
             "reach {reach:e} < certified {certified:e} along {functional:?}"
         );
+    }
+}
+
+/// No plane has all wrenches further behind it than the distance that is reported.
+fn outside<const D: usize>(grasp: &Grasp<D>, quality: &Quality<D>) {
+    let Ok(wrenches) = grasp.primitive_wrenches() else { return };
+    for functional in wrenches {
+        let Some(length) = length_of_functional(&quality.metric, functional) else { continue };
+        // What rounding may have added to a product is taken off again.
+        let surely = |w: &Wrench<D>| {
+            let terms = w.component_mul(functional);
+            terms.sum() - ROUNDING * terms.abs().sum()
+        };
+        let reach = wrenches.iter().map(surely).fold(f64::INFINITY, f64::min) / length;
+        assert!(reach <= quality.upper * (1.0 + ROUNDING), "all wrenches are {reach:e} away: {quality:?}");
     }
 }
 

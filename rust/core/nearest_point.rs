@@ -40,7 +40,6 @@ pub(crate) fn nearest_point<const D: usize>(
 ) -> NearestPoint<D> {
     let first = oracle(&Wrench::repeat((D as f64).sqrt().recip())).wrench;
     let mut corral = Corral::of(first);
-    let mut noise = NOISE * first.norm();
     let mut best = NearestPoint {
         point: first,
         lower: f64::NEG_INFINITY,
@@ -61,7 +60,8 @@ pub(crate) fn nearest_point<const D: usize>(
         let support = oracle(&(point / -norm));
         best.supports += 1;
         best.lower = best.lower.max(-support.value);
-        noise = noise.max(NOISE * support.wrench.norm());
+        // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
+        let noise = NOISE * corral.longest().max(support.wrench.norm());
         best.converged = best.upper - best.lower <= rtol * best.upper + noise;
         // A point that returns can bring nothing new.
         if best.converged || corral.holds(&support.wrench) || interrupt::stopped() {
@@ -102,36 +102,57 @@ impl<const D: usize> Corral<D> {
     /// Adds a point and moves to the nearest point of the hull, dropping what is no longer needed.
     fn admit(&mut self, point: Wrench<D>, call: usize) {
         if self.len == D + 1 {
-            self.drop_lightest();
+            self.drop(self.lightest());
         }
         self.points[self.len] = point;
         self.calls[self.len] = call;
         self.weights[self.len] = 0.0;
         self.len += 1;
         for _ in 0..=D + 1 {
+            self.shortest_first();
             let (target, nearest) = self.affine_minimiser();
-            let outside = (0..self.len).filter(|&k| target[k] <= 1e-14);
-            let step = outside
-                .map(|k| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE))
-                .fold(1.0, f64::min);
+            let reach = self.points[0].norm();
+            // A wrench's weight counts by how far it moves the point, and a long one moves it far.
+            let counts = |k: usize| target[k] * (self.points[k].norm() / reach).max(1.0) > 1e-14;
+            let step = |k: usize| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE);
+            let outside = (0..self.len).filter(|&k| !counts(k)).map(|k| (k, step(k).min(1.0)));
+            let Some((first, step)) = outside.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+                self.weights = target;
+                self.nearest = nearest;
+                return;
+            };
             for (weight, target) in self.weights.iter_mut().zip(target) {
                 *weight += step * (target - *weight);
             }
-            if step >= 1.0 || self.len == 1 {
-                self.nearest = nearest;
-                return;
-            }
-            self.drop_lightest();
+            self.drop(first);
         }
     }
 
-    fn drop_lightest(&mut self) {
-        let weights = self.weights[..self.len].iter().enumerate();
-        let Some((lightest, _)) = weights.min_by(|a, b| a.1.total_cmp(b.1)) else { return };
+    fn longest(&self) -> f64 {
+        self.points[..self.len].iter().map(Wrench::norm).fold(0.0, f64::max)
+    }
+
+    /// Edges leave from the shortest point: beside points many times its length, no other keeps its digits.
+    fn shortest_first(&mut self) {
+        let lengths = self.points[..self.len].iter().map(Wrench::norm).enumerate();
+        let shortest = lengths.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k);
+        self.swap(0, shortest);
+    }
+
+    fn swap(&mut self, one: usize, other: usize) {
+        self.points.swap(one, other);
+        self.calls.swap(one, other);
+        self.weights.swap(one, other);
+    }
+
+    fn lightest(&self) -> usize {
+        let share = |k: usize| self.weights[k] * self.points[k].norm();
+        (0..self.len).min_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0)
+    }
+
+    fn drop(&mut self, dropped: usize) {
         self.len -= 1;
-        self.points.swap(lightest, self.len);
-        self.calls.swap(lightest, self.len);
-        self.weights.swap(lightest, self.len);
+        self.swap(dropped, self.len);
         let total: f64 = self.weights[..self.len].iter().sum();
         self.weights[..self.len].iter_mut().for_each(|w| *w /= total);
     }
