@@ -115,7 +115,7 @@ class TooLargeError(GraspForceError):
 
 
 class BusyError(GraspForceError):
-    """A solver is in use by another thread, or a folder by another run; give each one of its own."""
+    """A distributor is in use by another thread, or a folder by another run; give each one of its own."""
 
 
 class NotConvergedError(GraspForceError):

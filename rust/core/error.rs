@@ -50,8 +50,8 @@ pub enum Error {
         /// The limit in force, in points.
         limit: u128,
     },
-    /// The solver's workspace is in use by another thread.
-    #[error("this solver is in use by another thread; give each thread a clone of its own")]
+    /// The distributor is in use by another thread.
+    #[error("this distributor is in use by another thread; give each thread a copy of its own")]
     Busy,
     /// [`interruptible`](crate::interruptible) was told to stop.
     #[error("interrupted")]
