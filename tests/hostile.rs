@@ -234,3 +234,30 @@ fn a_contact_of_immense_strength_does_not_hide_how_far_the_others_stay_away() {
         assert!(quality.converged && (quality.rho - 1.0).abs() < 1e-9, "{limit:e}: {quality:?}");
     }
 }
+
+#[test]
+fn a_strong_contact_never_pulls_however_small_its_share_is_beside_a_weak_one() {
+    let contact = |r: [f64; 2], n: [f64; 2], friction: f64, limit: f64| {
+        let planar = |v: [f64; 2]| Vector3::new(v[0], v[1], 0.0);
+        Contact::new(planar(r), planar(n)).friction(friction).max_normal_force(limit)
+    };
+    let contacts = [
+        contact([2.5, 1.1875], [1.1875, 1.1875], 0.5, 1.0),
+        contact([1.1875, 3.8125], [-8.0, 0.0], 0.5, 1.0),
+        contact([1.1875, 1.1875], [-1.1875, -1.1875], 0.5, 1.0),
+        contact([1.1875, 3.8125], [-8.0, 0.0], 4.1875, 4.1875),
+        contact([4.1875, 4.1875], [1.1875, 1.1875], 0.125, 1.30385160446167e-8),
+    ];
+    let grasp = Grasp::<3>::new(&contacts).unwrap();
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        for external in [[1.1875, -3.1875, 0.0], [8.6e-217, 1.1875, 1.1875], [1.1875, -2.5, 0.0]] {
+            let Ok(found) = distributor.solve(&Wrench::<3>::from(external)) else { continue };
+            let largest = found.forces.iter().map(|force| force.amax()).fold(0.0, f64::max);
+            for (contact, force) in contacts.iter().zip(&found.forces) {
+                let outside = force[2].abs() - contact.friction * force[0];
+                assert!(force[0] >= -1e-8 * largest && outside <= 1e-8 * largest, "{found:?}");
+            }
+        }
+    }
+}

@@ -38,7 +38,7 @@ pub fn checked<const D: usize>(
         }
         if rho < 0.0 {
             inside(grasp, options, &quality, directions);
-        } else {
+        } else if quality.closure == Closure::None {
             outside(grasp, &quality);
         }
     }

@@ -25,6 +25,8 @@ pub(crate) struct Extremes<'a> {
     pub(crate) forces: &'a [ContactForce],
     /// Which components of a contact force exist.
     pub(crate) components: &'static [usize],
+    /// Largest force of each contact at a share of one, where limits are far apart; else empty.
+    pub(crate) strengths: &'a [f64],
     /// The cones whose interior is described by facets.
     pub(crate) interiors: &'a [Option<Interior>],
 }
@@ -181,6 +183,7 @@ pub(crate) fn write_region<const R: usize>(
         let mut force = [SVector::<f64, R>::zeros(); 4];
         let mut normal = SVector::<f64, R>::zeros();
         let edges = face.edges(contact);
+        let strength = extremes.strengths.get(contact);
         let first = next;
         for &edge in edges {
             let coefficient = map.tr_mul(&coefficients[next]);
@@ -189,6 +192,9 @@ pub(crate) fn write_region<const R: usize>(
             let implied = face.inside[contact] || (edges.len() == 1 && *role == Role::Saturated);
             if !implied {
                 region.conditions.push(&coefficient);
+            }
+            if let (Some(strength), false) = (strength, face.inside[contact]) {
+                region.pushes.push(&(coefficient * *strength));
             }
             normal += coefficient;
             for (row, component) in force.iter_mut().zip(extremes.forces[edge as usize].iter()) {
@@ -200,6 +206,9 @@ pub(crate) fn write_region<const R: usize>(
             for facet in &interior.facets {
                 let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2];
                 region.conditions.push(&row);
+                if let Some(strength) = strength {
+                    region.pushes.push(&(row * *strength));
+                }
             }
         }
         if face.limited && *role == Role::Free {

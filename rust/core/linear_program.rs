@@ -30,6 +30,9 @@ const DUAL_PIVOTS: usize = 2;
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
 
+/// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
+const FAR_APART: f64 = 100.0;
+
 /// How negative it may be in the region that was just read off for this wrench.
 const FEASIBLE: f64 = 1e-9;
 
@@ -45,6 +48,8 @@ pub(crate) struct LinearProgram<const D: usize> {
     components: &'static [usize],
     interiors: Vec<Option<Interior>>,
     limits: Vec<f64>,
+    /// Largest force of each contact at a share of one; empty unless they are far apart.
+    strengths: Vec<f64>,
     tolerance: f64,
 }
 
@@ -122,6 +127,7 @@ impl<const D: usize> LinearProgram<D> {
                 .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
                 .collect(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            strengths: strengths_far_apart(grasp),
             tolerance: options.tolerance,
         })
     }
@@ -134,7 +140,13 @@ impl<const D: usize> LinearProgram<D> {
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
         let unknown = Remembered {
-            region: Region::with_capacity(self.objective(), contacts, edges, self.components.len()),
+            region: Region::with_capacity(
+                self.objective(),
+                contacts,
+                edges,
+                self.components.len(),
+                &self.strengths,
+            ),
             basis: Basis::new(contacts),
             used: 0,
         };
@@ -258,12 +270,12 @@ impl<const D: usize> LinearProgram<D> {
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
         let region = &mut known.region;
-        let mut mismatch = self.write_law(region, simplex, face, coefficients);
+        let mut mismatch = self.write_law(region, simplex, face, coefficients, b);
         if mismatch.is_nan() || mismatch > self.trusted(simplex) {
             // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
             simplex.refactorise();
             simplex.refresh_multipliers();
-            mismatch = self.write_law(region, simplex, face, coefficients);
+            mismatch = self.write_law(region, simplex, face, coefficients, b);
         }
         let z = &simplex.multipliers[0];
         region.dual = self.equilibration.dual(z);
@@ -307,10 +319,12 @@ impl<const D: usize> LinearProgram<D> {
         simplex: &Simplex<D>,
         face: &mut Face,
         coefficients: &mut Vec<SVector<f64, D>>,
+        b: &Wrench<D>,
     ) -> f64 {
         let extremes = Extremes {
             forces: &self.extreme_forces,
             components: self.components,
+            strengths: &self.strengths,
             interiors: &self.interiors,
         };
         let map = self.equilibration.matrix();
@@ -326,7 +340,10 @@ impl<const D: usize> LinearProgram<D> {
         let unique = unique.filter(|_| mismatch(face, coefficients) <= trusted);
         if let Some(level) = unique {
             law::write_region(region, face, coefficients, &level, map, extremes);
-            return mismatch(face, coefficients);
+            if region.pushes(b, FEASIBLE) {
+                return mismatch(face, coefficients);
+            }
+            region.unique = false;
         }
         let law = least_squares_law(face, &self.columns, simplex, extremes, &self.limits)
             .filter(|law| mismatch(face, &law.coefficients) <= trusted);
@@ -338,17 +355,30 @@ impl<const D: usize> LinearProgram<D> {
             for equation in &law.equations {
                 region.equations.push(&map.tr_mul(equation));
             }
-            mismatch(face, &law.coefficients)
-        } else {
-            face.read_basis(&self.columns, simplex);
-            let level = law::basic_law(face, simplex, coefficients);
-            law::write_region(region, face, coefficients, &level, map, extremes);
-            for row in (0..self.equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
-                region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
+            if region.pushes(b, FEASIBLE) {
+                return mismatch(face, &law.coefficients);
             }
-            mismatch(face, coefficients)
         }
+        face.read_basis(&self.columns, simplex);
+        let level = law::basic_law(face, simplex, coefficients);
+        law::write_region(region, face, coefficients, &level, map, extremes);
+        for row in (0..self.equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
+            region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
+        }
+        mismatch(face, coefficients)
     }
+}
+
+/// The largest force that each contact exerts at a share of one, if they are far apart.
+fn strengths_far_apart<const D: usize>(grasp: &Grasp<D>) -> Vec<f64> {
+    let strength = |contact: usize| {
+        let forces = &grasp.finite_forces()[grasp.edges(contact).unwrap_or_default()];
+        forces.iter().map(|force| force.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
+    };
+    let strengths: Vec<f64> = (0..grasp.num_contacts()).map(strength).collect();
+    let largest = strengths.iter().copied().fold(0.0, f64::max);
+    let far_apart = strengths.iter().any(|strength| *strength * FAR_APART < largest);
+    if far_apart { strengths } else { Vec::new() }
 }
 
 /// Tied columns that gain less than this are no improvement of the tie-break.

@@ -102,6 +102,10 @@ impl<const R: usize> Rows<R> {
 pub(crate) struct Region<const R: usize> {
     /// `K`: normalised forces, slacks and multipliers, none of which may be negative.
     pub(crate) conditions: Rows<R>,
+    /// Forces, not divided by any limit, that may not be negative either: rows only where limits are far apart.
+    pub(crate) pushes: Rows<R>,
+    /// The largest force of each contact at a share of one, where limits are far apart; else empty.
+    pub(crate) strengths: Vec<f64>,
     /// What must vanish where the forces do not span all wrenches.
     pub(crate) equations: Rows<R>,
     /// `F`: the components of each contact force that exist, contact by contact.
@@ -130,9 +134,13 @@ impl<const R: usize> Region<R> {
         contacts: usize,
         edges: usize,
         force_dim: usize,
+        strengths: &[f64],
     ) -> Self {
+        let pushes = if strengths.is_empty() { 0 } else { R + contacts + edges };
         Self {
             conditions: Rows::with_capacity(2 * R + contacts + edges),
+            pushes: Rows::with_capacity(pushes),
+            strengths: strengths.to_vec(),
             equations: Rows::with_capacity(R),
             forces: Rows::with_capacity(force_dim * contacts),
             normals: Rows::with_capacity(contacts),
@@ -148,13 +156,14 @@ impl<const R: usize> Region<R> {
 
     pub(crate) fn clear(&mut self) {
         self.conditions.clear();
+        self.pushes.clear();
         self.equations.clear();
         self.forces.clear();
         self.normals.clear();
     }
 
-    /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective,
-    /// and the objective within the tolerance of its lower bound.
+    /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective
+    /// and to the largest force, and the objective within the tolerance of its lower bound.
     #[inline]
     pub(crate) fn answers(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let objective = self.dual.dot(b);
@@ -164,7 +173,19 @@ impl<const R: usize> Region<R> {
             && self.cancelled(b) <= MOST_CANCELLED * objective
             && self.conditions.all(b, |x| x >= floor)
             && self.gap(b) <= self.tolerance
+            && (self.pushes.count == 0 || self.pushes(b, inside))
             && (self.equations.count == 0 || self.balances(b))
+    }
+
+    /// Whether no force is negative by more than `inside`, relative to the largest force. A share of a strong contact
+    /// that is nothing beside the share of a weak one may be more than all its force.
+    pub(crate) fn pushes(&self, b: &SVector<f64, R>, inside: f64) -> bool {
+        let mut largest: f64 = 0.0;
+        for (block, strengths) in self.normals.blocks.iter().zip(self.strengths.chunks(LANES)) {
+            let forces = block.times(b).into_iter().zip(strengths).map(|(share, strength)| share * strength);
+            largest = forces.fold(largest, f64::max);
+        }
+        self.pushes.all(b, |x| x >= -inside * largest)
     }
 
     /// Largest normalised normal force at `b`, and their sum.
