@@ -246,18 +246,58 @@ fn a_strong_contact_never_pulls_however_small_its_share_is_beside_a_weak_one() {
         contact([1.1875, 3.8125], [-8.0, 0.0], 0.5, 1.0),
         contact([1.1875, 1.1875], [-1.1875, -1.1875], 0.5, 1.0),
         contact([1.1875, 3.8125], [-8.0, 0.0], 4.1875, 4.1875),
-        contact([4.1875, 4.1875], [1.1875, 1.1875], 0.125, 1.30385160446167e-8),
+        contact([4.1875, 4.1875], [1.1875, 1.1875], 0.125, 1.303_851_6e-8),
     ];
     let grasp = Grasp::<3>::new(&contacts).unwrap();
     for criterion in [Criterion::Max, Criterion::Sum] {
         let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
         for external in [[1.1875, -3.1875, 0.0], [8.6e-217, 1.1875, 1.1875], [1.1875, -2.5, 0.0]] {
             let Ok(found) = distributor.solve(&Wrench::<3>::from(external)) else { continue };
-            let largest = found.forces.iter().map(|force| force.amax()).fold(0.0, f64::max);
+            let largest = found.forces.iter().map(ContactForce::amax).fold(0.0, f64::max);
             for (contact, force) in contacts.iter().zip(&found.forces) {
                 let outside = force[2].abs() - contact.friction * force[0];
                 assert!(force[0] >= -1e-8 * largest && outside <= 1e-8 * largest, "{found:?}");
             }
         }
+    }
+}
+
+#[test]
+fn forces_that_drown_in_the_torsion_of_an_immense_one_are_no_answer() {
+    let mut contact = Contact::new(Vector3::new(-2.75, 1.1875, 2.5), Vector3::new(2.75, -1.1875, -2.5));
+    contact.tangent = Some(Vector3::new(-0.5, 1.1875, 1.1875));
+    let force = |f: [f64; 4]| ContactForce::from(f);
+    contact.forces = ForceModel::Extreme(vec![
+        force([0.125, 5.3125, 5.3125, 5.3125]),
+        force([0.0, 1.1875, 1.1875, 1.1875]),
+        force([1.1875, 4.0625, 3.25, 0.0]),
+        force([1.5625, 0.0, -0.1875, 1.2e103]),
+        force([5.3125, 0.0, 1.1875, 1.1875]),
+        force([1.1875, 1.1875, 4.0625, 3.25]),
+    ]);
+    let distributor = ForceDistributor::new(&Grasp::<6>::new(&[contact]).unwrap(), Criterion::Max).unwrap();
+    let external = Wrench::<6>::new(-2.75, 1.1875, 1.1875, 0.0, 0.0, 0.0);
+    let refused = distributor.solve(&external);
+    assert!(matches!(refused, Err(Error::NotConverged { .. })), "{refused:?}");
+}
+
+#[test]
+fn a_wrench_beyond_what_can_be_squared_is_refused_also_after_one_that_was_balanced() {
+    let position = Vector3::new(4.97e-316, 0.0, 0.0);
+    let grasp = Grasp::<3>::new(&[Contact::new(position, -position)]).unwrap();
+    let distributor = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
+    distributor.solve(&Wrench::<3>::new(5.3125, -0.0625, 0.0)).unwrap();
+    let refused = distributor.solve(&Wrench::<3>::new(5.3125, -0.0625, -3e306));
+    assert!(matches!(refused, Err(Error::InvalidInput { .. })), "{refused:?}");
+}
+
+#[test]
+fn the_direction_to_wrenches_whose_squares_vanish_has_unit_length() {
+    let mut contact = Contact::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(-1.0, -2.0, -3.0));
+    for size in [1e-155, 1e-160, 1e-200] {
+        let weak = ContactForce::new(size, 0.3 * size, -0.2 * size, 0.0);
+        contact.forces = ForceModel::Extreme(vec![ContactForce::new(1.0, 0.0, 0.0, 0.0), weak]);
+        let quality = Grasp::<6>::new(&[contact.clone()]).unwrap().quality(Criterion::Max).unwrap();
+        assert!((quality.metric.norm(&quality.direction) - 1.0).abs() < 1e-9, "{quality:?}");
     }
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use crate::grasp::{ContactMap, Grasp, Wrench, contact_map};
+use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, unit};
 use crate::nearest_point::nearest_point;
 use crate::polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::wrench_set::{Criterion, WrenchSet};
@@ -119,8 +119,7 @@ impl<const D: usize> Twin<D> {
                 z[row + 3] *= self.size;
             }
         }
-        // Scaled before its length is taken: the square of a component may not be representable.
-        (z / z.amax()).normalize()
+        unit(&z)
     }
 
     /// The direction that measures physical wrenches as `z` measures the twin's.

@@ -14,7 +14,7 @@ use crate::equilibration::{Equilibration, Reachable};
 use crate::error::Result;
 use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
-use crate::linear_program::loosened;
+use crate::region_reader::loosened;
 use crate::second_order::least_forces;
 use crate::simplex::{Outcome, Simplex, Target};
 

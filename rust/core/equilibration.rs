@@ -8,7 +8,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, REPRESENTABLE};
+use crate::grasp::{Grasp, REPRESENTABLE, unit};
 use crate::region::UNBALANCED;
 use crate::simplex::Target;
 
@@ -106,9 +106,7 @@ impl<const D: usize> Equilibration<D> {
 
     /// The error for a wrench that this multiplier separates from all the grasp can balance.
     pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
-        let direction = self.dual(multiplier);
-        // Scaled before its length is taken: the square of a component may not be representable.
-        let direction = (direction / direction.amax()).normalize();
+        let direction = unit(&self.dual(multiplier));
         Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
     }
 

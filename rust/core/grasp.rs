@@ -21,6 +21,22 @@ pub type Wrench<const D: usize> = SVector<f64, D>;
 /// cannot use are zero.
 pub type ContactMap<const D: usize> = SMatrix<f64, D, 4>;
 
+/// The Euclidean length, also of a wrench whose squares underflow.
+pub(crate) fn length<const D: usize>(wrench: &Wrench<D>) -> f64 {
+    let plain = wrench.norm();
+    let largest = wrench.amax();
+    if plain > REPRESENTABLE.start || largest == 0.0 {
+        return plain;
+    }
+    largest * (wrench / largest).norm()
+}
+
+/// The unit vector along a wrench that is not zero. Scaled before its length is taken: the square of a component may
+/// not be representable.
+pub(crate) fn unit<const D: usize>(wrench: &Wrench<D>) -> Wrench<D> {
+    (wrench / wrench.amax()).normalize()
+}
+
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GraspOptions {

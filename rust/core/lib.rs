@@ -48,6 +48,7 @@ mod preload_face;
 mod quality;
 mod question;
 mod region;
+mod region_reader;
 mod resistance;
 mod ridge_table;
 mod search;

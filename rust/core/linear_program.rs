@@ -8,17 +8,13 @@ use nalgebra::SVector;
 
 use crate::basis::Basis;
 use crate::columns::{ImplicitColumns, Objective, Pricing, UNUSED};
-use crate::contact::ContactForce;
 use crate::distribution::{DistributionOptions, Method};
 use crate::enumerated::Enumeration;
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
-use crate::face::Face;
-use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
-use crate::interior::Interior;
-use crate::law::{self, Extremes};
-use crate::least_squares::least_squares_law;
-use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
+use crate::grasp::{Grasp, Wrench};
+use crate::region::Region;
+use crate::region_reader::{Page, RegionReader};
 use crate::simplex::{Outcome, Simplex, TIE, Target};
 
 /// Regions remembered for wrenches that jump back.
@@ -30,12 +26,6 @@ const DUAL_PIVOTS: usize = 2;
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
 
-/// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
-const FAR_APART: f64 = 100.0;
-
-/// How negative it may be in the region that was just read off for this wrench.
-const FEASIBLE: f64 = 1e-9;
-
 /// What does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearProgram<const D: usize> {
@@ -44,21 +34,14 @@ pub(crate) struct LinearProgram<const D: usize> {
     enumeration: Option<Enumeration<D>>,
     /// The points kept by the reduction of section 4.2.
     pub(crate) reduced: Option<Vec<u32>>,
-    extreme_forces: Vec<ContactForce>,
-    components: &'static [usize],
-    interiors: Vec<Option<Interior>>,
-    limits: Vec<f64>,
-    /// Largest force of each contact at a share of one; empty unless they are far apart.
-    strengths: Vec<f64>,
-    tolerance: f64,
+    reader: RegionReader<D>,
 }
 
 /// What does.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearWorkspace<const D: usize> {
     simplex: Simplex<D>,
-    face: Face,
-    coefficients: Vec<SVector<f64, D>>,
+    page: Page<D>,
     active: Vec<u32>,
     remembered: Vec<Remembered<D>>,
     latest: usize,
@@ -121,14 +104,7 @@ impl<const D: usize> LinearProgram<D> {
             equilibration,
             enumeration,
             reduced,
-            extreme_forces: grasp.extreme_forces()?.to_vec(),
-            components: grasp.force_components(),
-            interiors: (0..grasp.num_contacts())
-                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
-                .collect(),
-            limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
-            strengths: strengths_far_apart(grasp),
-            tolerance: options.tolerance,
+            reader: RegionReader::new(grasp, options.tolerance),
         })
     }
 
@@ -139,21 +115,11 @@ impl<const D: usize> LinearProgram<D> {
     /// A workspace that will not allocate while it solves, unless the third level has to choose forces.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
-        let unknown = Remembered {
-            region: Region::with_capacity(
-                self.objective(),
-                contacts,
-                edges,
-                self.components.len(),
-                &self.strengths,
-            ),
-            basis: Basis::new(contacts),
-            used: 0,
-        };
+        let unknown =
+            Remembered { region: self.reader.blank(self.objective()), basis: Basis::new(contacts), used: 0 };
         LinearWorkspace {
             simplex: Simplex::new(contacts),
-            face: Face::with_capacity(contacts, edges + D * contacts),
-            coefficients: Vec::with_capacity(edges),
+            page: Page::with_capacity(contacts, edges + D * contacts),
             active: Vec::new(),
             remembered: vec![unknown; REMEMBERED],
             latest: 0,
@@ -265,131 +231,22 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Writes the region of the simplex's answer for `b` over the one that was not used for the longest time.
     fn remember(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
-        let LinearWorkspace { simplex, face, coefficients, remembered, confirmed, .. } = workspace;
+        let LinearWorkspace { simplex, page, remembered, confirmed, .. } = workspace;
         let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
-        let region = &mut known.region;
-        let mut mismatch = self.write_law(region, simplex, face, coefficients, b);
-        if mismatch.is_nan() || mismatch > self.trusted(simplex) {
-            // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
-            simplex.refactorise();
-            simplex.refresh_multipliers();
-            mismatch = self.write_law(region, simplex, face, coefficients, b);
+        known.region.fell_back = !*confirmed;
+        let read = self.reader.read(&mut known.region, simplex, &self.columns, &self.equilibration, page, b);
+        if read.is_err() {
+            known.forget();
         }
-        let z = &simplex.multipliers[0];
-        region.dual = self.equilibration.dual(z);
-        region.fell_back = !*confirmed;
-        region.units = *self.equilibration.units();
-        for k in self.equilibration.rank..D {
-            region.equations.push(&self.equilibration.matrix().row(k).transpose());
-        }
-        let weight = self.columns.objective.weight();
-        let reach = self.columns.value(z, weight);
-        // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
-        region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
-        let objective = region.dual.dot(b);
-        region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
-        // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
-        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) {
-            return Ok(slot);
-        }
-        let gap = region.gap(b).max(mismatch);
-        known.forget();
-        if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
-            let reason =
-                format!("forces of {objective:e} times their limits are beyond what can be computed with");
-            return Err(Error::input("external_wrench", reason));
-        }
-        Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap })
+        read.map(|()| slot)
     }
-
-    /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
-    fn trusted(&self, simplex: &Simplex<D>) -> f64 {
-        let z = simplex.multipliers[0].lp_norm(1);
-        let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));
-        self.tolerance.min(1e-9).max(rounding.min(LOOSEST))
-    }
-
-    /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
-    /// balance and from the multipliers' objective at the simplex's target.
-    fn write_law(
-        &self,
-        region: &mut Region<D>,
-        simplex: &Simplex<D>,
-        face: &mut Face,
-        coefficients: &mut Vec<SVector<f64, D>>,
-        b: &Wrench<D>,
-    ) -> f64 {
-        let extremes = Extremes {
-            forces: &self.extreme_forces,
-            components: self.components,
-            strengths: &self.strengths,
-            interiors: &self.interiors,
-        };
-        let map = self.equilibration.matrix();
-        face.read(&self.columns, simplex, &self.interiors);
-        let unique = law::unique_law(face, &self.columns, self.equilibration.rank, coefficients)
-            .filter(|_| law::unbalanced(face, &self.columns, coefficients, &simplex.target) <= UNBALANCED);
-        region.unique = unique.is_some();
-        let trusted = self.trusted(simplex);
-        let mismatch = |face: &Face, coefficients: &[SVector<f64, D>]| {
-            let unbalanced = law::unbalanced(face, &self.columns, coefficients, &simplex.target);
-            unbalanced.max(law::duality_gap(face, &self.columns, coefficients, simplex))
-        };
-        let unique = unique.filter(|_| mismatch(face, coefficients) <= trusted);
-        if let Some(level) = unique {
-            law::write_region(region, face, coefficients, &level, map, extremes);
-            if region.pushes(b, FEASIBLE) {
-                return mismatch(face, coefficients);
-            }
-            region.unique = false;
-        }
-        let law = least_squares_law(face, &self.columns, simplex, extremes, &self.limits)
-            .filter(|law| mismatch(face, &law.coefficients) <= trusted);
-        if let Some(law) = law {
-            law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
-            for multiplier in &law.multipliers {
-                region.conditions.push(&map.tr_mul(multiplier));
-            }
-            for equation in &law.equations {
-                region.equations.push(&map.tr_mul(equation));
-            }
-            if region.pushes(b, FEASIBLE) {
-                return mismatch(face, &law.coefficients);
-            }
-        }
-        face.read_basis(&self.columns, simplex);
-        let level = law::basic_law(face, simplex, coefficients);
-        law::write_region(region, face, coefficients, &level, map, extremes);
-        for row in (0..self.equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
-            region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
-        }
-        mismatch(face, coefficients)
-    }
-}
-
-/// The largest force that each contact exerts at a share of one, if they are far apart.
-fn strengths_far_apart<const D: usize>(grasp: &Grasp<D>) -> Vec<f64> {
-    let strength = |contact: usize| {
-        let forces = &grasp.finite_forces()[grasp.edges(contact).unwrap_or_default()];
-        forces.iter().map(|force| force.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
-    };
-    let strengths: Vec<f64> = (0..grasp.num_contacts()).map(strength).collect();
-    let largest = strengths.iter().copied().fold(0.0, f64::max);
-    let far_apart = strengths.iter().any(|strength| *strength * FAR_APART < largest);
-    if far_apart { strengths } else { Vec::new() }
 }
 
 /// Tied columns that gain less than this are no improvement of the tie-break.
 pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
     1e-9_f64.max(1e-12 * z.lp_norm(1))
-}
-
-/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
-/// better.
-pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
-    tolerance.max((ROUNDINGS * size).min(LOOSEST))
 }
 
 /// The wrenches that choose the reduced set, as right-hand sides.

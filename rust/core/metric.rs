@@ -6,7 +6,7 @@
 use nalgebra::{Cholesky, SMatrix};
 
 use crate::error::{Error, Result};
-use crate::grasp::{REPRESENTABLE, Wrench};
+use crate::grasp::{REPRESENTABLE, Wrench, unit};
 
 /// A positive definite metric on wrenches, by its factor.
 ///
@@ -79,8 +79,6 @@ impl<const D: usize> Metric<D> {
 
     /// The unit direction `z` whose functional is parallel to `functional`.
     pub(crate) fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
-        let z = self.inverse.tr_mul(functional);
-        // Scaled before its length is taken: the square of a component may not be representable.
-        (z / z.amax()).normalize()
+        unit(&self.inverse.tr_mul(functional))
     }
 }

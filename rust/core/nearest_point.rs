@@ -4,7 +4,7 @@
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
 use crate::boundary::NOISE;
-use crate::grasp::Wrench;
+use crate::grasp::{Wrench, length};
 use crate::interrupt;
 use crate::wrench_set::Support;
 
@@ -43,14 +43,14 @@ pub(crate) fn nearest_point<const D: usize>(
     let mut best = NearestPoint {
         point: first,
         lower: f64::NEG_INFINITY,
-        upper: first.norm(),
+        upper: length(&first),
         converged: false,
         supports: 1,
         combination: corral.combination(),
     };
     for _ in 0..MAX_ITERATIONS {
         let point = corral.nearest;
-        let norm = point.norm();
+        let norm = length(&point);
         if norm < best.upper {
             (best.point, best.upper, best.combination) = (point, norm, corral.combination());
         }
@@ -61,7 +61,7 @@ pub(crate) fn nearest_point<const D: usize>(
         best.supports += 1;
         best.lower = best.lower.max(-support.value);
         // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
-        let noise = NOISE * corral.longest().max(support.wrench.norm());
+        let noise = NOISE * corral.longest().max(length(&support.wrench));
         best.converged = best.upper - best.lower <= rtol * best.upper + noise;
         // A point that returns can bring nothing new.
         if best.converged || corral.holds(&support.wrench) || interrupt::stopped() {
@@ -111,9 +111,9 @@ impl<const D: usize> Corral<D> {
         for _ in 0..=D + 1 {
             self.shortest_first();
             let (target, nearest) = self.affine_minimiser();
-            let reach = self.points[0].norm();
+            let reach = length(&self.points[0]);
             // A wrench's weight counts by how far it moves the point, and a long one moves it far.
-            let counts = |k: usize| target[k] * (self.points[k].norm() / reach).max(1.0) > 1e-14;
+            let counts = |k: usize| target[k] * (length(&self.points[k]) / reach).max(1.0) > 1e-14;
             let step = |k: usize| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE);
             let outside = (0..self.len).filter(|&k| !counts(k)).map(|k| (k, step(k).min(1.0)));
             let Some((first, step)) = outside.min_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -129,12 +129,12 @@ impl<const D: usize> Corral<D> {
     }
 
     fn longest(&self) -> f64 {
-        self.points[..self.len].iter().map(Wrench::norm).fold(0.0, f64::max)
+        self.points[..self.len].iter().map(length).fold(0.0, f64::max)
     }
 
     /// Edges leave from the shortest point: beside points many times its length, no other keeps its digits.
     fn shortest_first(&mut self) {
-        let lengths = self.points[..self.len].iter().map(Wrench::norm).enumerate();
+        let lengths = self.points[..self.len].iter().map(length).enumerate();
         let shortest = lengths.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k);
         self.swap(0, shortest);
     }
@@ -146,7 +146,7 @@ impl<const D: usize> Corral<D> {
     }
 
     fn lightest(&self) -> usize {
-        let share = |k: usize| self.weights[k] * self.points[k].norm();
+        let share = |k: usize| self.weights[k] * length(&self.points[k]);
         (0..self.len).min_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0)
     }
 
@@ -174,9 +174,9 @@ impl<const D: usize> Corral<D> {
                     q[k] -= removed;
                 }
             }
-            let left = q[k].norm();
+            let left = length(&q[k]);
             // An edge in the span of the others decides nothing; its weight is zero.
-            if left > 1e-13 * edge.norm() {
+            if left > 1e-13 * length(&edge) {
                 r[k][k] = left;
                 q[k] /= left;
             } else {

@@ -16,10 +16,10 @@ use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
-use crate::linear_program::loosened;
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::preload_face::{Bounds, Used};
 use crate::region::UNBALANCED;
+use crate::region_reader::loosened;
 use crate::simplex::{Outcome, Simplex, Target};
 
 /// Dual pivots before a cold start is the better bet.

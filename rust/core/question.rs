@@ -14,7 +14,7 @@ use std::cmp::Ordering;
 use crate::boundary::NOISE;
 use crate::closure::{Closure, classify, separates};
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
 use crate::metric::Metric;
 use crate::nearest_point::{NearestPoint, nearest_point};
 use crate::polytope::{Expansion, Limits, POLISH, Polytope, Radius, Thinnest};
@@ -130,7 +130,7 @@ impl<'a, const D: usize> Question<'a, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let z = nearest.point / -nearest.upper;
+        let z = -unit(&nearest.point);
         let open = separates(self.grasp, &self.metric.functional(&z));
         open.then(|| self.at_distance(&nearest, &z, Closure::None))
     }
@@ -215,7 +215,7 @@ impl<'a, const D: usize> Question<'a, D> {
         }
         let nearest = self.nearest(usize::MAX);
         // A distance that is all rounding has no direction of its own.
-        let z = if nearest.upper > NOISE * self.scale { nearest.point / -nearest.upper } else { *z };
+        let z = if nearest.upper > NOISE * self.scale { -unit(&nearest.point) } else { *z };
         self.at_distance(&nearest, &z, closure)
     }
 
@@ -231,7 +231,7 @@ impl<'a, const D: usize> Question<'a, D> {
                 closure,
             );
         }
-        self.at_distance(&nearest, &(nearest.point / -nearest.upper), closure)
+        self.at_distance(&nearest, &-unit(&nearest.point), closure)
     }
 
     /// Wolfe's algorithm on the union, as patient as this.

@@ -8,6 +8,7 @@
 use nalgebra::SVector;
 
 use crate::columns::Objective;
+use crate::contact::ContactForce;
 use crate::grasp::REPRESENTABLE;
 
 /// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
@@ -78,6 +79,10 @@ impl<const R: usize> Rows<R> {
             }
         }
         self.count += 1;
+    }
+
+    fn row(&self, row: usize) -> SVector<f64, R> {
+        SVector::from_fn(|column, _| self.blocks[row / LANES].0[column][row % LANES])
     }
 
     /// The product with `vector`, row by row; rows beyond the output's length are dropped.
@@ -188,6 +193,15 @@ impl<const R: usize> Region<R> {
         self.pushes.all(b, |x| x >= -inside * largest)
     }
 
+    /// The force of one contact at `b`, of which `components` exist.
+    pub(crate) fn force(&self, contact: usize, components: &[usize], b: &SVector<f64, R>) -> ContactForce {
+        let mut force = ContactForce::zeros();
+        for (row, &component) in (contact * components.len()..).zip(components) {
+            force[component] = self.forces.row(row).dot(b);
+        }
+        force
+    }
+
     /// Largest normalised normal force at `b`, and their sum.
     #[inline]
     pub(crate) fn totals(&self, b: &SVector<f64, R>) -> (f64, f64) {
@@ -218,6 +232,7 @@ impl<const R: usize> Region<R> {
     /// Whether the part of `b` outside the span of the forces is rounding.
     fn balances(&self, b: &SVector<f64, R>) -> bool {
         let largest = UNBALANCED * b.component_mul(&self.units).norm();
-        self.equations.all(b, |x| x.abs() <= largest)
+        // A wrench whose length overflows would pass with anything.
+        largest.is_finite() && self.equations.all(b, |x| x.abs() <= largest)
     }
 }

@@ -1,0 +1,232 @@
+//! From an optimal basis to the critical region around a wrench: which law the forces obey there, and whether it is an
+//! answer.
+//!
+//! The multipliers describe a face of optimal solutions. If its unknowns are independent, the forces on it are unique;
+//! else the third level chooses among them; where rounding gets the better of both, the forces of the basis itself
+//! are least as well. A law is accepted only if its forces balance the wrench, push, and attain the objective that the
+//! multipliers prove.
+
+use nalgebra::SVector;
+
+use crate::columns::{ImplicitColumns, Objective};
+use crate::contact::ContactForce;
+use crate::equilibration::Equilibration;
+use crate::error::{Error, Result};
+use crate::face::Face;
+use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
+use crate::interior::Interior;
+use crate::law::{self, Extremes};
+use crate::least_squares::least_squares_law;
+use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
+use crate::simplex::Simplex;
+
+/// How negative a normalised force may be in the region that was just read off for a wrench.
+const FEASIBLE: f64 = 1e-9;
+
+/// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
+const FAR_APART: f64 = 100.0;
+
+/// How much of the terms of a force or torque may be left over in a new region.
+const UNBALANCED_TERMS: f64 = 1e-7;
+
+/// What turns the multipliers of a grasp into its contact forces.
+#[derive(Debug, Clone)]
+pub(crate) struct RegionReader<const D: usize> {
+    extreme_forces: Vec<ContactForce>,
+    components: &'static [usize],
+    interiors: Vec<Option<Interior>>,
+    limits: Vec<f64>,
+    maps: Vec<ContactMap<D>>,
+    /// The longest arm on which a contact's forces turn.
+    lever: f64,
+    /// Largest force of each contact at a share of one; empty unless they are far apart.
+    strengths: Vec<f64>,
+    tolerance: f64,
+}
+
+/// What is written down on the way to a region, to be reused.
+#[derive(Debug, Clone)]
+pub(crate) struct Page<const D: usize> {
+    face: Face,
+    coefficients: Vec<SVector<f64, D>>,
+}
+
+impl<const D: usize> Page<D> {
+    pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
+        Self { face: Face::with_capacity(contacts, edges), coefficients: Vec::with_capacity(edges) }
+    }
+}
+
+impl<const D: usize> RegionReader<D> {
+    /// For a grasp with listed extreme forces.
+    pub(crate) fn new(grasp: &Grasp<D>, tolerance: f64) -> Self {
+        let interior = |contact| Interior::new(grasp, contact, grasp.finite_forces());
+        Self {
+            extreme_forces: grasp.finite_forces().to_vec(),
+            components: grasp.force_components(),
+            interiors: (0..grasp.num_contacts()).map(interior).collect(),
+            limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            maps: grasp.maps().to_vec(),
+            lever: longest_lever(grasp),
+            strengths: strengths_far_apart(grasp),
+            tolerance,
+        }
+    }
+
+    /// A region with room for any law of the grasp.
+    pub(crate) fn blank(&self, objective: Objective) -> Region<D> {
+        let (contacts, edges) = (self.maps.len(), self.extreme_forces.len());
+        Region::with_capacity(objective, contacts, edges, self.components.len(), &self.strengths)
+    }
+
+    /// Writes the region in which the simplex's answer for `b` lies, or says why it is none.
+    pub(crate) fn read(
+        &self,
+        region: &mut Region<D>,
+        simplex: &mut Simplex<D>,
+        columns: &ImplicitColumns<D>,
+        equilibration: &Equilibration<D>,
+        page: &mut Page<D>,
+        b: &Wrench<D>,
+    ) -> Result<()> {
+        let mut mismatch = self.write_law(region, simplex, columns, equilibration, page, b);
+        if mismatch.is_nan() || mismatch > self.trusted(simplex) {
+            // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
+            simplex.refactorise();
+            simplex.refresh_multipliers();
+            mismatch = self.write_law(region, simplex, columns, equilibration, page, b);
+        }
+        let z = &simplex.multipliers[0];
+        region.dual = equilibration.dual(z);
+        region.units = *equilibration.units();
+        for k in equilibration.rank..D {
+            region.equations.push(&equilibration.matrix().row(k).transpose());
+        }
+        let weight = columns.objective.weight();
+        let reach = columns.value(z, weight);
+        // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
+        region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
+        let objective = region.dual.dot(b);
+        region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
+        // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
+        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) && self.balances(region, b) {
+            return Ok(());
+        }
+        if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
+            let reason =
+                format!("forces of {objective:e} times their limits are beyond what can be computed with");
+            return Err(Error::input("external_wrench", reason));
+        }
+        let gap = region.gap(b).max(mismatch);
+        Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap })
+    }
+
+    /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
+    /// balance and from the multipliers' objective at the simplex's target.
+    fn write_law(
+        &self,
+        region: &mut Region<D>,
+        simplex: &Simplex<D>,
+        columns: &ImplicitColumns<D>,
+        equilibration: &Equilibration<D>,
+        page: &mut Page<D>,
+        b: &Wrench<D>,
+    ) -> f64 {
+        let Page { face, coefficients } = page;
+        let extremes = Extremes {
+            forces: &self.extreme_forces,
+            components: self.components,
+            strengths: &self.strengths,
+            interiors: &self.interiors,
+        };
+        let map = equilibration.matrix();
+        face.read(columns, simplex, &self.interiors);
+        let unique = law::unique_law(face, columns, equilibration.rank, coefficients)
+            .filter(|_| law::unbalanced(face, columns, coefficients, &simplex.target) <= UNBALANCED);
+        region.unique = unique.is_some();
+        let trusted = self.trusted(simplex);
+        let mismatch = |face: &Face, coefficients: &[SVector<f64, D>]| {
+            let unbalanced = law::unbalanced(face, columns, coefficients, &simplex.target);
+            unbalanced.max(law::duality_gap(face, columns, coefficients, simplex))
+        };
+        let unique = unique.filter(|_| mismatch(face, coefficients) <= trusted);
+        if let Some(level) = unique {
+            law::write_region(region, face, coefficients, &level, map, extremes);
+            if region.pushes(b, FEASIBLE) {
+                return mismatch(face, coefficients);
+            }
+            region.unique = false;
+        }
+        let law = least_squares_law(face, columns, simplex, extremes, &self.limits)
+            .filter(|law| mismatch(face, &law.coefficients) <= trusted);
+        if let Some(law) = law {
+            law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
+            for multiplier in &law.multipliers {
+                region.conditions.push(&map.tr_mul(multiplier));
+            }
+            for equation in &law.equations {
+                region.equations.push(&map.tr_mul(equation));
+            }
+            if region.pushes(b, FEASIBLE) {
+                return mismatch(face, &law.coefficients);
+            }
+        }
+        face.read_basis(columns, simplex);
+        let level = law::basic_law(face, simplex, coefficients);
+        law::write_region(region, face, coefficients, &level, map, extremes);
+        for row in (0..equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
+            region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
+        }
+        mismatch(face, coefficients)
+    }
+
+    /// Whether forces and torques of the law add up to the wrench each for itself, but for rounding of their terms and of
+    /// the whole: a torque may be nothing but rounding of forces at their levers.
+    fn balances(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
+        let (mut rest, mut terms) = (*b, b.abs());
+        for (contact, map) in self.maps.iter().enumerate() {
+            let force = region.force(contact, self.components, b);
+            rest -= map * force;
+            terms += map.abs() * force.abs();
+        }
+        let (forces, torques) = if D == 3 { (0..2, 2..D) } else { (0..3, 3..D) };
+        let [force, torque] = [&forces, &torques].map(|rows| terms.rows_range(rows.clone()).amax());
+        let [force_left, torque_left] = [forces, torques].map(|rows| rest.rows_range(rows).amax());
+        let whole = force * self.lever + torque;
+        force_left <= UNBALANCED_TERMS * force + UNBALANCED * whole / self.lever
+            && torque_left <= UNBALANCED_TERMS * torque + UNBALANCED * whole
+    }
+
+    /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
+    fn trusted(&self, simplex: &Simplex<D>) -> f64 {
+        let z = simplex.multipliers[0].lp_norm(1);
+        let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));
+        self.tolerance.min(1e-9).max(rounding.min(LOOSEST))
+    }
+}
+
+/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
+/// better.
+pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
+    tolerance.max((ROUNDINGS * size).min(LOOSEST))
+}
+
+/// The longest arm of a grasp; one where it is nearly nothing.
+fn longest_lever<const D: usize>(grasp: &Grasp<D>) -> f64 {
+    let torques = if D == 3 { 2..D } else { 3..D };
+    let lever = |map: &ContactMap<D>| map.fixed_columns::<3>(0).rows_range(torques.clone()).amax();
+    let longest = grasp.maps().iter().map(lever).fold(0.0, f64::max);
+    if REPRESENTABLE.contains(&longest) { longest } else { 1.0 }
+}
+
+/// The largest force that each contact exerts at a share of one, if they are far apart.
+fn strengths_far_apart<const D: usize>(grasp: &Grasp<D>) -> Vec<f64> {
+    let strength = |contact: usize| {
+        let forces = &grasp.finite_forces()[grasp.edges(contact).unwrap_or_default()];
+        forces.iter().map(|force| force.fixed_rows::<3>(0).amax()).fold(0.0, f64::max)
+    };
+    let strengths: Vec<f64> = (0..grasp.num_contacts()).map(strength).collect();
+    let largest = strengths.iter().copied().fold(0.0, f64::max);
+    let far_apart = strengths.iter().any(|strength| *strength * FAR_APART < largest);
+    if far_apart { strengths } else { Vec::new() }
+}
