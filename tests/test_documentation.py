@@ -35,7 +35,6 @@ NOT_RUN = {
     "make bench": LONG,
     "make compare": LONG,
     "make fuzz": LONG,
-    "make fuzz FUZZ_RUNS=0": CI,
     "make fuzz FUZZ_SECONDS=600": LONG,
     "pip install 'graspforce[datasets]'": INSTALLS,
     "dask scheduler": WAITS,

@@ -96,7 +96,6 @@ impl<const D: usize> ConeProgram<D> {
         let demand = Demand {
             b,
             maps: &self.maps,
-            units: self.equilibration.units(),
             least: &[],
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, z.lp_norm(1)),

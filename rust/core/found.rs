@@ -6,8 +6,8 @@ use crate::contact::ContactForce;
 use crate::error::{Error, Result};
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
 
-/// How much of the wrench, or of a contact's least force, may be missing, relative to the largest that counts.
-const MISSING: f64 = 1e-9;
+/// How much may be missing to balance, or to a contact's least force, relative to what counts.
+pub(crate) const MISSING: f64 = 1e-9;
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug, Clone)]
@@ -34,8 +34,6 @@ pub(crate) struct Certificate<const D: usize> {
 pub(crate) struct Demand<'a, const D: usize> {
     pub(crate) b: &'a Wrench<D>,
     pub(crate) maps: &'a [ContactMap<D>],
-    /// What makes forces and torques comparable.
-    pub(crate) units: &'a Wrench<D>,
     /// Lower bounds of the normalised normal forces; none where empty.
     pub(crate) least: &'a [f64],
     pub(crate) objective: Objective,
@@ -74,23 +72,58 @@ impl Found {
         }
         let gap = (1.0 - bound / sigma).abs();
         let short = demand.least.iter().zip(&self.normals).map(|(least, n)| least - n).fold(0.0, f64::max);
-        let missing = self.unbalanced(demand).max(short / largest);
+        let contacts = demand.maps.iter().zip(self.forces.iter().copied());
+        let missing = imbalance(demand.b, contacts).max(short / largest);
         if gap <= demand.tolerance && missing <= MISSING {
             return Ok(Certificate { sigma, dual, gap, pivots, fell_back: false });
         }
         Err(Error::NotConverged { solver, iterations: pivots, gap: gap.max(missing) })
     }
+}
 
-    /// How far the forces are from balance, relative to the wrench or the strongest contact; infinite for NaN.
-    fn unbalanced<const D: usize>(&self, demand: &Demand<'_, D>) -> f64 {
-        let mut rest = demand.b.component_mul(demand.units);
-        let mut largest = rest.amax();
-        for (map, force) in demand.maps.iter().zip(&self.forces) {
-            let wrench = (map * force).component_mul(demand.units);
-            rest -= wrench;
-            largest = largest.max(wrench.amax());
-        }
-        let share = if largest > 0.0 { rest.amax() / largest } else { 0.0 };
-        if rest.iter().all(|x| x.is_finite()) { share } else { f64::INFINITY }
+/// How far contact forces are from balancing `b`: forces and torques each for itself, relative to what they add up from,
+/// whatever cancels; infinite for NaN. A contact far away must not hide torques that the others lack.
+pub(crate) fn imbalance<'a, const D: usize>(
+    b: &Wrench<D>,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+) -> f64 {
+    let split = if D == 3 { 2 } else { 3 };
+    let parts = |w: &Wrench<D>| [w.rows_range(..split).amax(), w.rows_range(split..).amax()];
+    let mut rest = *b;
+    let [mut force, mut torque] = parts(b);
+    for (map, f) in contacts {
+        rest -= map * f;
+        let push = f.fixed_rows::<3>(0).amax();
+        // Through the origin every force has an arm of rounding.
+        let arm = map.fixed_columns::<3>(0).rows_range(split..).amax().max(REPRESENTABLE.start);
+        force += push;
+        torque += push * arm + f[3].abs();
+    }
+    if !rest.iter().all(|x| x.is_finite()) {
+        return f64::INFINITY;
+    }
+    let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
+    let [force_left, torque_left] = parts(&rest);
+    share(force_left, force).max(share(torque_left, torque))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::contact::Contact;
+    use crate::grasp::Grasp;
+
+    #[test]
+    fn a_contact_far_away_hides_no_torque_that_others_lack() {
+        let contact = |x: f64| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(-x.signum(), 0.0, 0.0));
+        let grasp = Grasp::<3>::new(&[contact(-1.0), contact(1.0), contact(1e10)]).unwrap();
+        let forces = [1.0, 1.0, 0.0].map(|n| ContactForce::new(n, 0.0, 0.5 * n, 0.0));
+        let missing = |b| imbalance(&b, grasp.maps().iter().zip(forces));
+        let balanced: Wrench<3> = grasp.maps().iter().zip(&forces).map(|(map, f)| map * f).sum();
+        assert!(missing(balanced) < 1e-15);
+        assert!(missing(balanced + Wrench::<3>::new(0.0, 0.0, 0.1)) > 0.01);
+        assert!(missing(balanced * f64::NAN).is_infinite());
     }
 }

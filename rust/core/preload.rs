@@ -160,7 +160,6 @@ impl<const D: usize> PreloadProgram<D> {
         let demand = Demand {
             b,
             maps: &self.maps,
-            units: self.equilibration.units(),
             least: &self.least,
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, simplex.multipliers[0].lp_norm(1)),

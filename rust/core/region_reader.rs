@@ -13,6 +13,7 @@ use crate::contact::ContactForce;
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::face::Face;
+use crate::found::imbalance;
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::interior::Interior;
 use crate::law::{self, Extremes};
@@ -26,8 +27,8 @@ const FEASIBLE: f64 = 1e-9;
 /// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
 const FAR_APART: f64 = 100.0;
 
-/// How much of the terms of a force or torque may be left over in a new region.
-const UNBALANCED_TERMS: f64 = 1e-7;
+/// How far forces may be from balance, relative to what they add up from.
+const UNBALANCED_TERMS: f64 = 1e-8;
 
 /// What turns the multipliers of a grasp into its contact forces.
 #[derive(Debug, Clone)]
@@ -37,8 +38,6 @@ pub(crate) struct RegionReader<const D: usize> {
     interiors: Vec<Option<Interior>>,
     limits: Vec<f64>,
     maps: Vec<ContactMap<D>>,
-    /// The longest arm on which a contact's forces turn.
-    lever: f64,
     /// Largest force of each contact at a share of one; empty unless they are far apart.
     strengths: Vec<f64>,
     tolerance: f64,
@@ -67,7 +66,6 @@ impl<const D: usize> RegionReader<D> {
             interiors: (0..grasp.num_contacts()).map(interior).collect(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             maps: grasp.maps().to_vec(),
-            lever: longest_lever(grasp),
             strengths: strengths_far_apart(grasp),
             tolerance,
         }
@@ -109,7 +107,10 @@ impl<const D: usize> RegionReader<D> {
         let objective = region.dual.dot(b);
         region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
-        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) && self.balances(region, b) {
+        if mismatch <= self.trusted(simplex)
+            && region.answers(b, FEASIBLE)
+            && self.imbalance(region, b) <= UNBALANCED_TERMS
+        {
             return Ok(());
         }
         if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
@@ -180,21 +181,10 @@ impl<const D: usize> RegionReader<D> {
         mismatch(face, coefficients)
     }
 
-    /// Whether forces and torques of the law add up to the wrench each for itself, but for rounding of their terms and of
-    /// the whole: a torque may be nothing but rounding of forces at their levers.
-    fn balances(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
-        let (mut rest, mut terms) = (*b, b.abs());
-        for (contact, map) in self.maps.iter().enumerate() {
-            let force = region.force(contact, self.components, b);
-            rest -= map * force;
-            terms += map.abs() * force.abs();
-        }
-        let (forces, torques) = if D == 3 { (0..2, 2..D) } else { (0..3, 3..D) };
-        let [force, torque] = [&forces, &torques].map(|rows| terms.rows_range(rows.clone()).amax());
-        let [force_left, torque_left] = [forces, torques].map(|rows| rest.rows_range(rows).amax());
-        let whole = force * self.lever + torque;
-        force_left <= UNBALANCED_TERMS * force + UNBALANCED * whole / self.lever
-            && torque_left <= UNBALANCED_TERMS * torque + UNBALANCED * whole
+    /// How far the forces themselves, in N and N m, are from balance.
+    fn imbalance(&self, region: &Region<D>, b: &Wrench<D>) -> f64 {
+        let force = |(i, map)| (map, region.force(i, self.components, b));
+        imbalance(b, self.maps.iter().enumerate().map(force))
     }
 
     /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
@@ -209,14 +199,6 @@ impl<const D: usize> RegionReader<D> {
 /// better.
 pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
     tolerance.max((ROUNDINGS * size).min(LOOSEST))
-}
-
-/// The longest arm of a grasp; one where it is nearly nothing.
-fn longest_lever<const D: usize>(grasp: &Grasp<D>) -> f64 {
-    let torques = if D == 3 { 2..D } else { 3..D };
-    let lever = |map: &ContactMap<D>| map.fixed_columns::<3>(0).rows_range(torques.clone()).amax();
-    let longest = grasp.maps().iter().map(lever).fold(0.0, f64::max);
-    if REPRESENTABLE.contains(&longest) { longest } else { 1.0 }
 }
 
 /// The largest force that each contact exerts at a share of one, if they are far apart.
