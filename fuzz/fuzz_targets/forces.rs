@@ -2,7 +2,7 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use graspforce::{DistributionOptions, Method};
+use graspforce::{DistributionOptions, Error, Method};
 use graspforce_fuzz::forces::{checked, distributor};
 use graspforce_fuzz::input::{GraspInput, Number, criterion, wrench};
 use libfuzzer_sys::fuzz_target;
@@ -46,11 +46,12 @@ fn examine<const D: usize>(input: &Input) {
         // The same question again, into the caller's memory.
         let again = distributor.solve_into(&external, &mut forces);
         match (found, again) {
-            (Some(found), Ok(sigma)) => {
+            (Ok(found), Ok(sigma)) => {
                 let off = (found.sigma - sigma).abs();
                 assert!(off <= 1e-6 * found.sigma, "{sigma:e} after {:e}", found.sigma);
             }
-            (None, Err(_)) => {}
+            // What was learned on the way to no answer may lead to one.
+            (Err(_), Err(_)) | (Err(Error::NotConverged { .. }), Ok(_)) => {}
             (found, again) => panic!("{found:?} and then {again:?}"),
         }
     }

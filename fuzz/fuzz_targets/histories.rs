@@ -37,7 +37,7 @@ fn examine<const D: usize>(input: &Input) {
     for k in order {
         let cold = warm.clone();
         let (warm, cold) = (checked(&warm, &wrenches[k]), checked(&cold, &wrenches[k]));
-        if let (Some(warm), Some(cold)) = (warm, cold) {
+        if let (Ok(warm), Ok(cold)) = (warm, cold) {
             let proven: f64 = if grasp.is_finite() { 1e-7 } else { 1e-4 };
             let tolerance = proven.max(2.0 * (warm.gap + cold.gap));
             let off = (warm.sigma - cold.sigma).abs();
@@ -61,7 +61,7 @@ fn examine<const D: usize>(input: &Input) {
         && warm.update(&other).is_ok()
     {
         for external in &wrenches {
-            checked(&warm, external);
+            drop(checked(&warm, external));
         }
     }
 }

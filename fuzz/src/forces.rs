@@ -8,24 +8,24 @@ use graspforce::{
 /// What rounding may cost, relative to the forces (or wrenches) at work.
 const ROUNDING: f64 = 1e-6;
 
-/// Solves and checks; `true` where forces were found.
+/// Solves and checks what came of it.
 pub fn checked<const D: usize>(
     distributor: &ForceDistributor<D>,
     external: &Wrench<D>,
-) -> Option<Distribution<D>> {
+) -> Result<Distribution<D>, Error> {
     let grasp = distributor.grasp();
-    match distributor.solve(external) {
+    let solved = distributor.solve(external);
+    match &solved {
         Ok(found) => {
-            feasible(grasp, external, &found);
-            bounded(distributor, external, &found);
-            Some(found)
+            feasible(grasp, external, found);
+            bounded(distributor, external, found);
         }
         Err(Error::InfeasibleWrench { direction }) => {
-            separates(distributor, external, &Wrench::from_vec(direction));
-            None
+            separates(distributor, external, &Wrench::from_column_slice(direction));
         }
-        Err(_) => None,
+        Err(_) => {}
     }
+    solved
 }
 
 fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Distribution<D>) {
