@@ -1,7 +1,9 @@
 """The comparison with other software: its verdicts, and that what it wrote belongs together."""
 
 import importlib
+import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +50,28 @@ def test_a_peer_that_cannot_be_imported_is_shown_with_the_reason():
     measured = measure(calls, [1.0, 2.0])
     lines = "\n".join(table.rows(Answers("magnitudes", measured, measured[0].answers)))
     assert "| absent | not run: ModuleNotFoundError: No module named 'absent' |" in lines
+
+
+def test_a_peer_apart_answers_as_one_in_this_process_and_may_die(tmp_path):
+    def dies_once():
+        def ask(x):
+            if x == 150 and not (tmp_path / "died").exists():
+                (tmp_path / "died").touch()
+                os.kill(os.getpid(), signal.SIGKILL)
+            return unsolved_above_100(x)
+
+        return ask
+
+    def dies():
+        return lambda _: os.kill(os.getpid(), signal.SIGKILL)
+
+    calls = [Call("here", "peer", lambda: unsolved_above_100, 1e-6)]
+    calls += [Call("apart", "peer", make, 1e-6, apart=True) for make in (dies_once, dies)]
+    here, apart, dead = measure(calls, list(range(200)))
+    np.testing.assert_array_equal(apart.answers, here.answers)
+    assert apart.unsolved == 99
+    assert all(apart.seconds > 0)
+    assert dead.failure == "ChildProcessError: died 20 times"
 
 
 def test_the_readme_shows_the_headline_of_the_page():

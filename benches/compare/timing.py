@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import multiprocessing
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from multiprocessing.connection import Connection
 
 ENOUGH_FOR_P99 = 100
 
@@ -35,7 +37,7 @@ class Call:
     ``make`` imports the peer and returns what answers a problem with a number. ``prepare`` turns a problem
     into the peer's own form beforehand: neither is timed. ``tolerance`` is the relative difference to accept;
     ``reference`` marks calls of this library that peers are measured against; ``whole`` takes a block at
-    once.
+    once; ``apart`` asks in a process of its own, where a peer that spoils memory spoils nobody else's.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Call:
     prepare: Callable[[Any], Any] = same
     reference: bool = False
     whole: bool = False
+    apart: bool = False
 
 
 @dataclass
@@ -91,7 +94,7 @@ class _Running:
         self.failure = ""
         self.spent = 0.0
         try:
-            self.ask = call.make()
+            self.asked = _Apart(call.make) if call.apart else _Here(call.make)
         except Exception as error:  # noqa: BLE001 - a peer may fail in any way, and the table says how
             self.failed(error)
 
@@ -99,28 +102,90 @@ class _Running:
         self.failure = f"{type(error).__name__}: {' '.join(str(error).split())[:80]}"
 
     def block(self, problems: Sequence[Any], *, record: bool) -> None:
-        if self.failure:
+        if self.failure or self.spent > BUDGET:
             return
         try:
             prepared = [self.call.prepare(problem) for problem in problems]
-            for problem in [prepared] if self.call.whole else prepared:
-                if self.spent > BUDGET:
-                    return
-                seconds, answer = self._one(problem)
-                self.spent += seconds
-                if record:
-                    self.seconds.append(seconds / (len(problems) if self.call.whole else 1))
-                    self.answers.extend(np.atleast_1d(answer))
+            timed = self.asked.timed([prepared] if self.call.whole else prepared, BUDGET - self.spent)
         except Exception as error:  # noqa: BLE001 - as above
             self.failed(error)
+            return
+        for seconds, answer in timed:
+            self.spent += seconds
+            if record:
+                self.seconds.append(seconds / (len(problems) if self.call.whole else 1))
+                self.answers.extend(np.atleast_1d(answer))
 
-    def _one(self, problem: Any) -> tuple[float, Any]:
-        start = time.perf_counter()
-        try:
-            answer = self.ask(problem)
-        except UnsolvedError:
-            answer = np.nan
-        return time.perf_counter() - start, answer
+
+class _Here:
+    """Asks in this process."""
+
+    def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
+        self.ask = make()
+
+    def timed(self, problems: Sequence[Any], budget: float) -> list[tuple[float, Any]]:
+        """Seconds and answers, in order, until the budget in seconds is spent."""
+        timed: list[tuple[float, Any]] = []
+        for problem in problems:
+            if budget < 0:
+                break
+            start = time.perf_counter()
+            try:
+                answer = self.ask(problem)
+            except UnsolvedError:
+                answer = np.nan
+            timed.append((time.perf_counter() - start, answer))
+            budget -= timed[-1][0]
+        return timed
+
+
+class _Apart:
+    """Asks, and times, in a process of its own; one that dies is replaced."""
+
+    LIVES = 20
+
+    def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
+        self.make = make
+        self.lives = self.LIVES
+        self.start()
+
+    def start(self) -> None:
+        fork = multiprocessing.get_context("fork")
+        self.connection, theirs = fork.Pipe()
+        process = fork.Process(target=_serve, args=(self.make, theirs), daemon=True)
+        process.start()
+        theirs.close()
+        self.expect()
+
+    def timed(self, problems: Sequence[Any], budget: float) -> list[tuple[float, Any]]:
+        """As `_Here.timed`."""
+        while True:
+            try:
+                self.connection.send((problems, budget))
+                return self.expect()
+            except (EOFError, OSError) as error:
+                self.lives -= 1
+                if not self.lives:
+                    raise ChildProcessError(f"died {self.LIVES} times") from error
+                self.start()
+
+    def expect(self) -> Any:
+        answer = self.connection.recv()
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def _serve(make: Callable[[], Callable[[Any], Any]], connection: Connection) -> None:
+    try:
+        here = _Here(make)
+        connection.send(None)
+        while True:
+            connection.send(here.timed(*connection.recv()))
+    except EOFError:
+        return
+    except Exception as error:  # noqa: BLE001 - told to who asks
+        connection.send(error)
 
 
 def nothing() -> float:
