@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 from benches.compare import certificates, page, table
 from benches.compare.asking import Answers
 from benches.compare.problems import any_grasps, closed_grasps
-from benches.compare.timing import Call, UnsolvedError, measure
+from benches.compare.timing import Call, Measured, UnsolvedError, measure
 
 import graspforce as gf
 
@@ -69,9 +70,20 @@ def test_a_peer_apart_answers_as_one_in_this_process_and_may_die(tmp_path):
     calls += [Call("apart", "peer", make, 1e-6, apart=True) for make in (dies_once, dies)]
     here, apart, dead = measure(calls, list(range(200)))
     np.testing.assert_array_equal(apart.answers, here.answers)
-    assert apart.unsolved == 99
+    assert (apart.unsolved, apart.deaths) == (99, 1)
     assert all(apart.seconds > 0)
     assert dead.failure == "ChildProcessError: died 20 times"
+
+
+def test_ratios_are_of_the_problems_that_both_were_asked():
+    ours = Call("ours", "graspforce", lambda: abs, 0, reference=True)
+    slow = Call("slow", "peer", lambda: abs, 0)
+    base = Measured(ours, np.array([1.0, 1.0, 5.0, 5.0, 5.0]), np.arange(5.0))
+    few = Measured(slow, np.array([3.0, 3.0]), np.arange(2.0))
+    assert table.longer(few, base) == 3
+    assert table.longer(base, few) == pytest.approx(1 / 3)
+    block = replace(few, call=replace(slow, whole=True), seconds=np.array([4.0]), answers=np.arange(5.0))
+    assert table.longer(block, base) == pytest.approx(4 / 5)
 
 
 def test_the_readme_shows_the_headline_of_the_page():

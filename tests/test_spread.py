@@ -41,7 +41,9 @@ def nearest_weights(corners):
         table[column] = [x / table[column][column] for x in table[column]]
         for row in range(len(edges)):
             if row != column:
-                table[row] = [x - table[row][column] * y for x, y in zip(table[row], table[column], strict=True)]
+                table[row] = [
+                    x - table[row][column] * y for x, y in zip(table[row], table[column], strict=True)
+                ]
     weights = [row[-1] for row in table]
     return [1 - sum(weights), *weights]
 

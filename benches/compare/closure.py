@@ -74,6 +74,6 @@ def calls() -> list[Call]:
     return [
         Call("HiGHS", "highspy", highs, 0, highs_program),
         Call("SciPy linprog (HiGHS)", "scipy", scipy_linprog, 0, scipy_program),
-        # A memory checker shows it reading past a row of its sparse matrix, and a run of all comparisons ended there.
+        # It reads past a row of its sparse matrix, as a memory checker shows; a whole run ended there.
         Call("Klampt force_closure", "klampt", klampt, 0, friction_planes, apart=True),
     ]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "measured.md"
 README = ROOT / "README.md"
+FEW = 20
 BEGIN, END = "<!-- headline of make compare -->", "<!-- end of the headline -->"
 
 INTRODUCTION = """# Beside other software
@@ -28,8 +29,9 @@ time that one call in a hundred exceeds. Columns headed `/` say how many times l
 call of this library; below 1 it is faster. "Largest difference" is relative to this library's answer, beside
 what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
 short. Where answers differ by more, a certificate that NumPy checks decides who is wrong: the peer's answer
-is "refuted", or the run fails. A call that is slow is asked fewer of the problems, in the same order. Calls
-that take many problems at once show means over them.
+is "refuted", or the run fails. A call that is slow is asked fewer of the problems, in the same order, and
+compared on these. A call that has "crashed" ended its process. Calls that take many problems at once show
+means over them.
 
 """
 
@@ -47,8 +49,10 @@ def headline(answers: Sequence[Answers]) -> str:
 
 def peer(answers: Answers, name: str, measured: Measured) -> str:
     text = f"{name} {table.ratio(answers, measured)}"
-    failings = ", ".join(table.failings(answers, measured))
-    return f"{text} ({failings} of {len(measured.answers):,})" if failings else text
+    failings, asked = ", ".join(table.failings(answers, measured)), len(measured.answers)
+    if failings:
+        return f"{text} ({failings} of {asked:,})"
+    return f"{text} ({asked} asked)" if asked < FEW else text
 
 
 def where_peers_are_better(answers: Sequence[Answers]) -> str:

@@ -47,7 +47,12 @@ def disagreements(answers: Answers, measured: Measured) -> int:
 
 def failings(answers: Answers, measured: Measured) -> list[str]:
     wrong, still_open = len(differing(answers, measured)), disagreements(answers, measured)
-    counts = {"not solved": measured.unsolved, "refuted": wrong - still_open, "**disagree**": still_open}
+    counts = {
+        "not solved": measured.unsolved,
+        "refuted": wrong - still_open,
+        "**disagree**": still_open,
+        "crashed": measured.deaths,
+    }
     return [f"{count:,} {name}" for name, count in counts.items() if count]
 
 
@@ -70,7 +75,7 @@ def rows(answers: Answers) -> Iterator[str]:
         if measured.failure:
             yield f"| {name} | not run: {measured.failure} |" + " |" * (3 + len(base))
             continue
-        ratios = [times(measured.median / one.median) for one in base]
+        ratios = [times(longer(measured, one)) for one in base]
         p99 = "" if np.isnan(measured.p99) else duration(measured.p99)
         cells = [name, duration(measured.median), p99, *ratios, agreement(answers, measured)]
         yield "| " + " | ".join([*cells, f"{len(measured.answers):,}"]) + " |"
@@ -89,8 +94,14 @@ def fastest_peers(answers: Answers) -> list[tuple[str, Measured]]:
     return list(best.items())
 
 
+def longer(measured: Measured, base: Measured) -> float:
+    """How many times longer a call takes than another, on the problems that both were asked."""
+    both = min(len(measured.answers), len(base.answers))
+    return measured.first(both).median / base.first(both).median
+
+
 def ratio(answers: Answers, measured: Measured) -> str:
-    return times(measured.median / slowest(answers).median)
+    return times(longer(measured, slowest(answers)))
 
 
 def better(answers: Answers) -> Iterator[str]:
@@ -99,9 +110,10 @@ def better(answers: Answers) -> Iterator[str]:
         for measured in answers.measured:
             if is_ours(measured) or measured.failure:
                 continue
+            same = base.first(len(measured.answers))
             for name, theirs, own in (
-                ("median", measured.median, base.median),
-                ("p99", measured.p99, base.p99),
+                ("median", measured.median, same.median),
+                ("p99", measured.p99, same.p99),
             ):
                 if theirs < own:
                     figures = f"{duration(theirs)} against {duration(own)}"

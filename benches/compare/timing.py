@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -52,12 +52,21 @@ class Call:
 
 @dataclass
 class Measured:
-    """What one call took and answered; ``failure`` says why it did not run at all."""
+    """What one call took and answered.
+
+    ``failure`` says why it did not run at all, ``deaths`` how often it ended its process.
+    """
 
     call: Call
     seconds: np.ndarray
     answers: np.ndarray
     failure: str = ""
+    deaths: int = 0
+
+    def first(self, problems: int) -> Measured:
+        """Return the same of the first problems alone: who is slow was not asked the others."""
+        timed = round(len(self.seconds) * min(problems / max(len(self.answers), 1), 1))
+        return replace(self, seconds=self.seconds[:timed], answers=self.answers[:problems])
 
     @property
     def median(self) -> float:
@@ -98,6 +107,11 @@ class _Running:
         except Exception as error:  # noqa: BLE001 - a peer may fail in any way, and the table says how
             self.failed(error)
 
+    def measured(self) -> Measured:
+        deaths = 0 if self.failure else self.asked.deaths
+        answers = np.array(self.answers, dtype=float)
+        return Measured(self.call, np.array(self.seconds), answers, self.failure, deaths)
+
     def failed(self, error: Exception) -> None:
         self.failure = f"{type(error).__name__}: {' '.join(str(error).split())[:80]}"
 
@@ -119,6 +133,8 @@ class _Running:
 
 class _Here:
     """Asks in this process."""
+
+    deaths = 0
 
     def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
         self.ask = make()
@@ -146,7 +162,7 @@ class _Apart:
 
     def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
         self.make = make
-        self.lives = self.LIVES
+        self.deaths = 0
         self.start()
 
     def start(self) -> None:
@@ -164,8 +180,8 @@ class _Apart:
                 self.connection.send((problems, budget))
                 return self.expect()
             except (EOFError, OSError) as error:
-                self.lives -= 1
-                if not self.lives:
+                self.deaths += 1
+                if self.deaths == self.LIVES:
                     raise ChildProcessError(f"died {self.LIVES} times") from error
                 self.start()
 
@@ -180,6 +196,7 @@ def _serve(make: Callable[[], Callable[[Any], Any]], connection: Connection) -> 
     try:
         here = _Here(make)
         connection.send(None)
+        gc.disable()
         while True:
             connection.send(here.timed(*connection.recv()))
     except EOFError:
@@ -209,6 +226,4 @@ def measure(
         for one in running[turn:] + running[:turn]:
             one.block(problems[first : first + block], record=True)
     gc.enable()
-    return [
-        Measured(r.call, np.array(r.seconds), np.array(r.answers, dtype=float), r.failure) for r in running
-    ]
+    return [one.measured() for one in running]
