@@ -337,9 +337,10 @@ class ForceSolution:
     def _restore(
         grasp: Grasp,
         forces: Sequence[Sequence[float]],
-        vectors: Sequence[Sequence[float]],
-        numbers: tuple[float, float, float, int],
-        answers: tuple[bool, bool, bool],
+        shares: Sequence[float],
+        dual: Sequence[float],
+        numbers: tuple[float, float, float, float, int],
+        answers: tuple[bool, bool],
     ) -> ForceSolution: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 

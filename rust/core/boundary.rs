@@ -61,7 +61,7 @@ impl<const D: usize> Boundary<D> {
         self.round = 1;
         self.serial = 0;
         self.noise = NOISE * size;
-        self.points.extend(regular_simplex::<D>().iter().map(|vertex| vertex * size));
+        self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
             self.serial += 1;

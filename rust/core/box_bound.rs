@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::contact::ContactForce;
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{Grasp, Wrench, unit};
 use crate::interrupt;
 use crate::nearest_point::nearest_point;
 use crate::polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
@@ -112,6 +112,7 @@ impl<const D: usize> BoxBound<D> {
             .map_init(Polytope::new, |polytope, (index, slack)| {
                 let numbered = |vertex| grasp(vertex).map_err(|error| (vertex, error));
                 let rows = rows(index);
+                let first = rows.start;
                 let num_vertices = stencil.map_or(Some(rows.len()), |stencil| stencil.num_vertices());
                 let wanted = stencil.map_or(num_vertices, |stencil| stencil.num_grasps());
                 let num_vertices = num_vertices.filter(|_| wanted == Some(rows.len()) && !rows.is_empty());
@@ -122,27 +123,23 @@ impl<const D: usize> BoxBound<D> {
                 };
                 let grasps = rows.map(numbered).collect::<std::result::Result<Vec<_>, _>>()?;
                 let vertices = &grasps[..num_vertices];
-                let questions = vertices.iter().map(|grasp| Question::new(grasp, options));
-                let questions = questions.collect::<Result<Vec<_>>>().map_err(|error| (index, error))?;
+                let asked = |(row, grasp)| Question::new(grasp, options).map_err(|error| (row, error));
+                let questions = (first..).zip(vertices).map(asked);
+                let questions = questions.collect::<std::result::Result<Vec<_>, _>>()?;
                 let estimate = stencil.and_then(|stencil| {
                     let axes = grasps.get(num_vertices..)?;
                     estimated_slack(axes, &stencil, questions.first()?)
                 });
                 let slack = slack.min(estimate.unwrap_or(f64::INFINITY));
                 interrupt::inherit(interrupt.as_ref(), || {
-                    interrupt::check().map_err(|error| (index, error))?;
+                    interrupt::check().map_err(|error| (first, error))?;
                     Ok(bound_of(&questions, enough, pool, polytope, slack))
                 })
             })
             .collect();
         let bounds = bounds.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
-        for (_, used) in &bounds {
-            match used {
-                // What served last is likely to serve next.
-                Source::Pool(at) => self.pool.push(pool_entry(&self.pool, *at)),
-                Source::Found(z) => self.pool.push(*z),
-            }
-        }
+        // What served last is likely to serve next.
+        self.pool.extend(bounds.iter().filter_map(|(_, used)| *used));
         self.keep_recent();
         Ok(bounds.into_iter().map(|(bound, _)| bound).collect())
     }
@@ -210,36 +207,28 @@ fn sample_wrenches<const D: usize>(grasp: &Grasp<D>, contact: usize) -> Vec<Wren
     ring.chain(poles).map(|force| map * force * contact.max_normal_force).collect()
 }
 
-enum Source<const D: usize> {
-    Pool(usize),
-    Found(Wrench<D>),
-}
-
-fn pool_entry<const D: usize>(pool: &[Wrench<D>], at: usize) -> Wrench<D> {
-    pool.get(at).copied().unwrap_or_else(Wrench::zeros)
-}
-
+/// The bound, and the direction that gave it.
 fn bound_of<const D: usize>(
     questions: &[Question<'_, D>],
     enough: f64,
     pool: &[Wrench<D>],
     polytope: &mut Polytope<D>,
     slack: f64,
-) -> (f64, Source<D>) {
+) -> (f64, Option<Wrench<D>>) {
     let value = |z: &Wrench<D>| questions.iter().map(|q| q.value(z)).fold(f64::NEG_INFINITY, f64::max);
     let bound = |reach: f64| {
         // Where even interpolation leaves no wrench a positive component, the whole box is open. Elsewhere the
         // Minkowski sum clamps each contact, and the argument bounds `max(0, p)`.
         if reach + slack < 0.0 { reach + slack } else { reach.max(0.0) + slack }
     };
-    let mut best = (f64::INFINITY, Source::Pool(usize::MAX));
-    for (at, z) in pool.iter().enumerate().rev() {
+    let mut best = (f64::INFINITY, None);
+    for z in pool.iter().rev() {
         let reach = value(z);
         if reach < best.0 {
-            best = (reach, Source::Pool(at));
+            best = (reach, Some(*z));
         }
         if bound(reach) < enough {
-            return (bound(reach), Source::Pool(at));
+            return (bound(reach), Some(*z));
         }
     }
     let scale = questions.iter().map(|question| question.scale).fold(0.0, f64::max);
@@ -249,21 +238,24 @@ fn bound_of<const D: usize>(
         supports.fold(none, |best, other| if other.value > best.value { other } else { best })
     };
     let limits = Limits { stop_below: enough - slack, ..Limits::new(RTOL) };
-    let (mut upper, mut direction) = match polytope.expand(1e-3 * scale, &limits, support) {
+    let (upper, direction) = match polytope.expand(1e-3 * scale, &limits, support) {
         Expansion::Radius(Radius { upper, direction, .. })
         | Expansion::Pierced(Thinnest { upper, direction, .. })
         | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
     };
-    if upper < 1e-3 * scale {
+    if upper < best.0 {
+        best = (upper, Some(direction));
+    }
+    if upper < 1e-3 * scale && bound(best.0) >= enough {
         // No ball fits; the direction that separates the origin from all vertices' wrenches, if one does.
         let nearest = nearest_point(RTOL, 1e-12 * scale, usize::MAX, support);
         if nearest.lower > 0.0 {
-            direction = nearest.point / -nearest.upper;
-            upper = value(&direction);
+            let direction = -unit(&nearest.point);
+            let reach = value(&direction);
+            if reach < best.0 {
+                best = (reach, Some(direction));
+            }
         }
-    }
-    if upper < best.0 {
-        best = (upper, Source::Found(direction));
     }
     (bound(best.0), best.1)
 }

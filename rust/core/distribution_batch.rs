@@ -99,6 +99,7 @@ impl<const D: usize> ForceDistributor<D> {
                 Ok(_) => RowStatus::Solved,
                 Err(Error::InfeasibleWrench { .. }) => RowStatus::Infeasible,
                 Err(Error::InvalidInput { .. }) => RowStatus::Refused,
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(_) => RowStatus::NotConverged,
             };
             if solved.is_err() {

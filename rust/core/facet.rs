@@ -90,7 +90,7 @@ pub(crate) fn sub_ridges<const D: usize>(vertices: &[u16; D]) -> [u64; D] {
 }
 
 /// Unit vertices of a regular simplex, in a position that shares no symmetry with the axes.
-pub(crate) fn regular_simplex<const D: usize>() -> Vec<Wrench<D>> {
+pub(crate) fn regular_simplex<const D: usize>() -> impl Iterator<Item = Wrench<D>> {
     // e_1 .. e_D and a multiple of (1, .., 1) are equidistant; then centre and normalise.
     let d = D as f64;
     let last = (1.0 - (1.0 + d).sqrt()) / d;
@@ -101,7 +101,6 @@ pub(crate) fn regular_simplex<const D: usize>() -> Vec<Wrench<D>> {
     // A reflection along a generic direction takes the simplex out of the axes' symmetry.
     let mirror = Wrench::<D>::from_fn(|row, _| (row as f64 + 1.3).sqrt() - 0.4).normalize();
     corners
-        .map(|corner| (corner - centroid).normalize())
-        .map(|v: Wrench<D>| v - mirror * (2.0 * mirror.dot(&v)))
-        .collect()
+        .map(move |corner| (corner - centroid).normalize())
+        .map(move |v: Wrench<D>| v - mirror * (2.0 * mirror.dot(&v)))
 }

@@ -8,11 +8,11 @@ use crate::contact::ContactForce;
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::found::{Certificate, Found};
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{Grasp, Wrench, length};
 use crate::interrupt;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{PreloadProgram, PreloadWorkspace, checked_bounds};
-use crate::wrench_set::Criterion;
+use crate::wrench_set::{Criterion, WrenchSet};
 
 /// A wrench this far along a unit direction, as a share of its length, is not separated by it.
 const SEPARATED: f64 = 1e-9;
@@ -114,11 +114,12 @@ impl<const D: usize> ForceDistributor<D> {
     pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
         let mut updated = Self::with_options(grasp, self.objective, self.options.clone())?;
         let old = self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner);
-        if let (Program::Linear(new), Program::Linear(program), Workspace::Linear(old)) =
-            (&*updated.program, &*self.program, old)
+        let fresh = updated.workspace.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if let (Program::Linear(new), Program::Linear(program)) = (&*updated.program, &*self.program)
+            && let (Workspace::Linear(fresh), Workspace::Linear(old)) = (fresh, old)
             && new.matches(program)
         {
-            updated.workspace = Mutex::new(Workspace::Linear(Box::new(new.adopt(old))));
+            new.adopt(fresh, old);
         }
         *self = updated;
         Ok(())
@@ -172,8 +173,7 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
     pub fn solve(&self, external_wrench: &Wrench<D>) -> Result<Distribution<D>> {
-        let preloaded = matches!(&*self.program, Program::Preload(_));
-        if !preloaded && external_wrench.iter().all(|x| *x == 0.0) {
+        if !self.preloaded() && external_wrench.iter().all(|x| *x == 0.0) {
             return Ok(nothing_to_balance(self.grasp.num_contacts()));
         }
         let mut workspace = self.workspace()?;
@@ -201,19 +201,24 @@ impl<const D: usize> ForceDistributor<D> {
         .map_err(|error| self.named(error, external_wrench))
     }
 
+    fn preloaded(&self) -> bool {
+        matches!(&*self.program, Program::Preload(_))
+    }
+
     /// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see. A witness
     /// along which a weak contact still pushes is none, whatever rounding beside strong ones says.
     fn named(&self, error: Error, external_wrench: &Wrench<D>) -> Error {
         let error = check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error);
-        match (&*self.program, &error, self.grasp.primitive_wrenches()) {
-            (Program::Linear(_), Error::InfeasibleWrench { direction }, Ok(wrenches)) => {
-                let z = Wrench::<D>::from_column_slice(direction);
-                let separated = wrenches.iter().all(|w| w.dot(&z) <= SEPARATED * w.norm());
-                let stalled = Error::NotConverged { solver: "simplex", iterations: 0, gap: f64::INFINITY };
-                if separated { error } else { stalled }
-            }
-            _ => error,
-        }
+        let Error::InfeasibleWrench { direction } = &error else { return error };
+        let z = Wrench::<D>::from_column_slice(direction);
+        let behind = |w: &Wrench<D>| w.dot(&z) <= SEPARATED * length(w);
+        let set = WrenchSet::new(&self.grasp, Criterion::Sum);
+        let separated = (0..self.grasp.num_contacts()).all(|i| match self.grasp.edges(i) {
+            Some(edges) => self.grasp.finite_wrenches()[edges].iter().all(behind),
+            None => behind(&set.contact_support(i, &z).wrench),
+        });
+        let stalled = Error::NotConverged { solver: "simplex", iterations: 0, gap: f64::INFINITY };
+        if separated { error } else { stalled }
     }
 
     fn solve_linear(
@@ -265,7 +270,7 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         let b = -external_wrench;
-        if external_wrench.iter().all(|x| *x == 0.0) && !matches!(&*self.program, Program::Preload(_)) {
+        if external_wrench.iter().all(|x| *x == 0.0) && !self.preloaded() {
             forces.fill(0.0);
             return Ok(0.0);
         }

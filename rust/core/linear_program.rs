@@ -112,7 +112,8 @@ impl<const D: usize> LinearProgram<D> {
         self.columns.objective
     }
 
-    /// A workspace that will not allocate while it solves, unless the third level has to choose forces.
+    /// A workspace that will not allocate while it solves by implicit columns, unless the third level has to choose
+    /// forces.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
         let unknown =
@@ -128,10 +129,9 @@ impl<const D: usize> LinearProgram<D> {
         }
     }
 
-    /// A workspace that starts from the last basis of another one, whose grasp has the same contacts and edges
-    /// at slightly other places.
-    pub(crate) fn adopt(&self, other: &LinearWorkspace<D>) -> LinearWorkspace<D> {
-        let mut workspace = self.workspace();
+    /// Lets a fresh workspace start from the last basis of another one, whose grasp has the same contacts and edges at
+    /// slightly other places.
+    pub(crate) fn adopt(&self, workspace: &mut LinearWorkspace<D>, other: &LinearWorkspace<D>) {
         let known = &mut workspace.remembered[0];
         known.basis.copy_from(&other.remembered[other.latest].basis);
         for row in (0..D).filter(|&row| !known.basis.artificial[row]) {
@@ -142,7 +142,6 @@ impl<const D: usize> LinearProgram<D> {
         if !known.basis.refactorise() {
             known.forget();
         }
-        workspace
     }
 
     /// Whether two programs number the same edges in the same way.
@@ -181,7 +180,11 @@ impl<const D: usize> LinearProgram<D> {
             let slot = match solved {
                 // Whatever led there, a start from nothing may end on better numbers.
                 Err(Error::NotConverged { .. }) => {
+                    let spent = workspace.simplex.pivots;
                     let outcome = workspace.simplex.cold(&self.columns, &target);
+                    workspace.simplex.pivots += spent;
+                    // Over the whole set, whatever the reduced one said.
+                    workspace.confirmed = self.reduced.is_none();
                     self.optimal(outcome, &workspace.simplex)?;
                     self.remember(workspace, b)?
                 }

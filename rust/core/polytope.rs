@@ -140,11 +140,14 @@ impl<const D: usize> Polytope<D> {
             }
         };
         let Thinnest { upper, direction, supports } = self.thinnest;
+        if upper < limits.stop_below && !self.closed(lower, rtol) {
+            return Expansion::Stopped(self.thinnest);
+        }
         // What lies beyond the upper bound was never ranked, so no facet is known to be further out than both bounds.
         let reached = lower.min(upper);
         // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
         let certified = if reached > size {
-            self.boundary.certified_radius(upper / (1.0 + rtol)).min(upper)
+            self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0
         };

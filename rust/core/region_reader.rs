@@ -142,34 +142,35 @@ impl<const D: usize> RegionReader<D> {
         };
         let map = equilibration.matrix();
         face.read(columns, simplex, &self.interiors);
-        let unique = law::unique_law(face, columns, equilibration.rank, coefficients)
-            .filter(|_| law::unbalanced(face, columns, coefficients, &simplex.target) <= UNBALANCED);
-        region.unique = unique.is_some();
         let trusted = self.trusted(simplex);
         let mismatch = |face: &Face, coefficients: &[SVector<f64, D>]| {
             let unbalanced = law::unbalanced(face, columns, coefficients, &simplex.target);
-            unbalanced.max(law::duality_gap(face, columns, coefficients, simplex))
+            (unbalanced, unbalanced.max(law::duality_gap(face, columns, coefficients, simplex)))
         };
-        let unique = unique.filter(|_| mismatch(face, coefficients) <= trusted);
-        if let Some(level) = unique {
-            law::write_region(region, face, coefficients, &level, map, extremes);
-            if region.pushes(b, FEASIBLE) {
-                return mismatch(face, coefficients);
+        region.unique = false;
+        if let Some(level) = law::unique_law(face, columns, equilibration.rank, coefficients) {
+            let (unbalanced, mismatch) = mismatch(face, coefficients);
+            if mismatch <= trusted && unbalanced <= UNBALANCED {
+                law::write_region(region, face, coefficients, &level, map, extremes);
+                if region.pushes(b, FEASIBLE) {
+                    region.unique = true;
+                    return mismatch;
+                }
             }
-            region.unique = false;
         }
-        let law = least_squares_law(face, columns, simplex, extremes, &self.limits)
-            .filter(|law| mismatch(face, &law.coefficients) <= trusted);
-        if let Some(law) = law {
-            law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
-            for multiplier in &law.multipliers {
-                region.conditions.push(&map.tr_mul(multiplier));
-            }
-            for equation in &law.equations {
-                region.equations.push(&map.tr_mul(equation));
-            }
-            if region.pushes(b, FEASIBLE) {
-                return mismatch(face, &law.coefficients);
+        if let Some(law) = least_squares_law(face, columns, simplex, extremes, &self.limits) {
+            let (_, mismatch) = mismatch(face, &law.coefficients);
+            if mismatch <= trusted {
+                law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
+                for multiplier in &law.multipliers {
+                    region.conditions.push(&map.tr_mul(multiplier));
+                }
+                for equation in &law.equations {
+                    region.equations.push(&map.tr_mul(equation));
+                }
+                if region.pushes(b, FEASIBLE) {
+                    return mismatch;
+                }
             }
         }
         face.read_basis(columns, simplex);
@@ -178,7 +179,7 @@ impl<const D: usize> RegionReader<D> {
         for row in (0..equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
             region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
         }
-        mismatch(face, coefficients)
+        mismatch(face, coefficients).1
     }
 
     /// How far the forces themselves, in N and N m, are from balance.

@@ -322,14 +322,21 @@ fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String
         return Ok(Edges::Each(vec![count(0, value)?; contacts]));
     }
     let items = value.try_iter().map_err(|_| format!("edges: {value} is neither None nor whole numbers"))?;
-    let items: Vec<_> =
-        items.collect::<PyResult<_>>().map_err(|error| format!("edges: {}", reason(value.py(), error)))?;
+    let items: Vec<_> = items
+        .take(contacts + 1)
+        .collect::<PyResult<_>>()
+        .map_err(|error| format!("edges: {}", reason(value.py(), error)))?;
     if items.len() != contacts {
-        return Err(format!("edges: {} numbers for {contacts} contacts", items.len()));
+        return Err(format!("edges: {} numbers for {contacts} contacts", counted(items.len(), contacts)));
     }
     let edges: Result<_, _> =
         items.iter().enumerate().map(|(contact, edges)| count(contact, edges)).collect();
     Ok(Edges::Each(edges?))
+}
+
+/// How many items there are, of which one more than wanted was looked at: an iterator may have no end.
+fn counted(items: usize, wanted: usize) -> String {
+    if items > wanted { format!("more than {wanted}") } else { items.to_string() }
 }
 
 fn parse_forces(
@@ -340,10 +347,12 @@ fn parse_forces(
     let items =
         value.try_iter().map_err(|_| "extreme_forces: expected one array for each contact".to_string())?;
     let items: Vec<_> = items
+        .take(contacts + 1)
         .collect::<PyResult<_>>()
         .map_err(|error| format!("extreme_forces: {}", reason(value.py(), error)))?;
     if items.len() != contacts {
-        return Err(format!("extreme_forces: {} arrays for {contacts} contacts", items.len()));
+        let items = counted(items.len(), contacts);
+        return Err(format!("extreme_forces: {items} arrays for {contacts} contacts"));
     }
     let forces = items.iter().enumerate().map(|(contact, item)| {
         let name = format!("extreme_forces, contact {contact}");

@@ -13,13 +13,14 @@ use crate::interrupt::reason;
 /// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
 const MAX_NUMBERS: usize = 1 << 27;
 
-/// A C-contiguous float64 view of `value`, copied only where it is not one already.
+/// A C-contiguous, aligned float64 view of `value`, copied only where it is not one already.
 pub fn float_array<'py>(
     argument: &str,
     value: &Bound<'py, PyAny>,
 ) -> Result<PyReadonlyArrayDyn<'py, f64>, String> {
     if let Ok(array) = value.cast_exact::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()
+        && array.is_aligned()
         && array.len() <= MAX_NUMBERS
         && let Ok(view) = array.try_readonly()
     {
@@ -94,8 +95,12 @@ pub fn as_array<'py>(
     dtype: Option<Bound<'py, PyAny>>,
     copy: Option<bool>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    match (dtype, copy) {
-        (None, None | Some(false)) => Ok(array.clone()),
-        (dtype, _) => array.call_method1("astype", (dtype.map_or_else(|| array.getattr("dtype"), Ok)?,)),
+    let own = array.getattr("dtype")?;
+    let dtype = dtype.unwrap_or_else(|| own.clone());
+    let converts = !dtype.eq(&own)?;
+    match (converts, copy) {
+        (true, Some(false)) => Err(PyValueError::new_err(format!("no array of {dtype} without a copy"))),
+        (false, None | Some(false)) => Ok(array.clone()),
+        _ => array.call_method1("astype", (dtype,)),
     }
 }

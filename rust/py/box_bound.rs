@@ -7,10 +7,11 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::float_array;
+use crate::arrays::{contents, float_array};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
+use crate::threads::lock;
 
 enum AnyBound {
     Planar(BoxBound<3>),
@@ -125,18 +126,19 @@ impl PyBoxBound {
         };
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         let slacks = float_array("slacks", slacks).map_err(|message| invalid_input(py, message))?;
-        let slacks = crate::arrays::contents(&slacks);
+        // A copy: they are read without the interpreter lock.
+        let slacks = contents(&slacks).to_vec();
         if slacks.is_empty() || arguments.batch % slacks.len() != 0 {
             let message = format!("slacks: {} boxes for {} vertices", slacks.len(), arguments.batch);
             return Err(invalid_input(py, message));
         }
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let stencil = axes.map(|axes| Stencil { axes, safety });
-        let mut inner = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
+        let mut inner = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
         let inner = &mut *inner;
         let bounds = on_all_cores(py, || match (inner, arguments.dim) {
-            (AnyBound::Planar(bound), 2) => over(bound, &arguments, slacks, stencil, enough),
-            (AnyBound::Spatial(bound), 3) => over(bound, &arguments, slacks, stencil, enough),
+            (AnyBound::Planar(bound), 2) => over(bound, &arguments, &slacks, stencil, enough),
+            (AnyBound::Spatial(bound), 3) => over(bound, &arguments, &slacks, stencil, enough),
             _ => Err(None),
         })?;
         match bounds {

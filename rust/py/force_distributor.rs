@@ -1,7 +1,8 @@
 //! `graspforce.ForceDistributor`.
 
-use graspforce::{DistributionOptions, ForceDistributor, Method, Wrench};
-use std::sync::{RwLock, RwLockReadGuard};
+use std::sync::{RwLock, RwLockReadGuard, TryLockError};
+
+use graspforce::{Distribution, DistributionOptions, Error, ForceDistributor, Method, Wrench};
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -100,7 +101,7 @@ struct State {
 /// cones there is no exact tie-break; a small ``weight`` prefers a small sum.
 ///
 /// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait. Copies and pickles
-/// start without a basis, but for `copy.copy`.
+/// start without a basis; `copy.copy` shares what does not change while solving.
 ///
 /// Examples
 /// --------
@@ -241,7 +242,11 @@ impl PyForceDistributor {
     ///     Another thread is using this distributor.
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        with_distributor!(&state.inner, distributor => solve(py, &state.grasp, distributor, external_wrench))
+        let grasp = state.grasp.clone_ref(py);
+        Ok(match &state.inner {
+            Any::Planar(of) => PyForceSolution::planar(grasp, solve(py, of, external_wrench)?),
+            Any::Spatial(of) => PyForceSolution::spatial(grasp, solve(py, of, external_wrench)?),
+        })
     }
 
     /// The same, written into an array of the caller's: for control loops.
@@ -349,7 +354,11 @@ impl PyForceDistributor {
     /// grasp : Grasp
     ///     Of the same dimension.
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
-        let mut state = self.state.try_write().map_err(|_| to_python(py, &graspforce::Error::Busy))?;
+        let mut state = match self.state.try_write() {
+            Ok(state) => state,
+            Err(TryLockError::WouldBlock) => return Err(to_python(py, &Error::Busy)),
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+        };
         let inner = &mut state.inner;
         match detached(py, || inner.update(&grasp.get().inner))? {
             Some(updated) => updated.map_err(|error| to_python(py, &error))?,
@@ -394,21 +403,24 @@ impl PyForceDistributor {
 
 impl PyForceDistributor {
     fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
-        self.state.try_read().map_err(|_| to_python(py, &graspforce::Error::Busy))
+        match self.state.try_read() {
+            Ok(state) => Ok(state),
+            Err(TryLockError::WouldBlock) => Err(to_python(py, &Error::Busy)),
+            // An update that panicked changed nothing.
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+        }
     }
 }
 
 fn solve<const D: usize>(
     py: Python<'_>,
-    grasp: &Py<PyGrasp>,
     distributor: &ForceDistributor<D>,
     external_wrench: &Bound<'_, PyAny>,
-) -> PyResult<PyForceSolution> {
+) -> PyResult<Distribution<D>> {
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let distribution = watched(|| distributor.solve(&wrench))?.map_err(|error| to_python(py, &error))?;
-    Ok(PyForceSolution::new(py, grasp, distributor.grasp(), distribution))
+    watched(|| distributor.solve(&wrench))?.map_err(|error| to_python(py, &error))
 }
 
 fn solve_into<const D: usize>(

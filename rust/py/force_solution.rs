@@ -1,13 +1,14 @@
 //! `graspforce.ForceSolution`.
 
-use graspforce::{ContactForce, Distribution, Grasp};
+use graspforce::{ContactForce, Distribution, Wrench};
 use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{as_array, matrix};
 use crate::errors::invalid_input;
-use crate::grasp::{AnyGrasp, PyGrasp};
+use crate::grasp::{AnyGrasp, PyGrasp, with_grasp};
 
 /// Least contact forces for one external wrench, with their certificate.
 ///
@@ -45,34 +46,33 @@ use crate::grasp::{AnyGrasp, PyGrasp};
 #[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
-    forces: Vec<ContactForce>,
-    components: &'static [usize],
-    world_forces: Vec<f64>,
-    contact_wrenches: Vec<f64>,
-    slip_margin: Vec<f64>,
-    dual: Vec<f64>,
-    shares: Vec<f64>,
-    /// Largest normalised normal force (Eq. 7).
-    #[pyo3(get)]
-    sigma_max: f64,
-    /// Sum of normalised normal forces (Eq. 6).
-    #[pyo3(get)]
-    sigma_sum: f64,
-    /// Relative distance between the objective and its proven lower bound.
-    #[pyo3(get)]
-    gap: f64,
-    /// Simplex pivots this solve took.
-    #[pyo3(get)]
-    pivots: usize,
-    /// Another solver than the method's own had to give this answer.
-    #[pyo3(get)]
-    fell_back: bool,
-    /// The objective and its tie-break alone determine the forces.
-    #[pyo3(get)]
-    unique: bool,
-    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
-    #[pyo3(get)]
-    within_limits: bool,
+    found: AnyDistribution,
+}
+
+enum AnyDistribution {
+    Planar(Distribution<3>),
+    Spatial(Distribution<6>),
+}
+
+/// Runs the same expression on a distribution of either dimension.
+macro_rules! with_found {
+    ($solution:expr, $found:ident => $body:expr) => {
+        match &$solution.found {
+            AnyDistribution::Planar($found) => $body,
+            AnyDistribution::Spatial($found) => $body,
+        }
+    };
+}
+
+/// Runs the same expression on a distribution and its grasp, where they are of one dimension.
+macro_rules! with_both {
+    ($py:expr, $solution:expr, |$found:ident, $grasp:ident| $body:expr) => {
+        match (&$solution.found, &$solution.grasp.get().inner) {
+            (AnyDistribution::Planar($found), AnyGrasp::Planar($grasp)) => $body,
+            (AnyDistribution::Spatial($found), AnyGrasp::Spatial($grasp)) => $body,
+            _ => return Err(invalid_input($py, "the forces belong to another kind of grasp")),
+        }
+    };
 }
 
 #[pymethods]
@@ -86,40 +86,90 @@ impl PyForceSolution {
     /// (m, k) contact forces in the contact frames, in N (torsion in N m).
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let values = self.forces.iter().flat_map(|force| self.components.iter().map(|&row| force[row]));
-        matrix(py, self.forces.len(), self.components.len(), values)
+        let components = with_grasp!(&self.grasp.get().inner, grasp => grasp.force_components());
+        let forces = self.contact_forces();
+        let values = forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
+        matrix(py, forces.len(), components.len(), values)
     }
 
     /// (m, dim) contact forces in world axes, without torsion, in N.
     #[getter]
     fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (rows, values) = (self.forces.len(), &self.world_forces);
-        matrix(py, rows, values.len() / rows, values.iter().copied())
+        let dim = match self.found {
+            AnyDistribution::Planar(_) => 2,
+            AnyDistribution::Spatial(_) => 3,
+        };
+        let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
+        matrix(py, world.len(), dim, world.iter().flat_map(|force| force.iter().copied().take(dim)))
     }
 
     /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (rows, values) = (self.forces.len(), &self.contact_wrenches);
-        matrix(py, rows, values.len() / rows, values.iter().copied())
+        with_both!(py, self, |found, grasp| {
+            let wrenches = found.contact_wrenches(grasp);
+            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied())
+        })
     }
 
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.dual)
+        PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice()))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.shares)
+        PyArray1::from_slice(py, with_found!(self, found => &found.shares))
     }
 
     /// (m,) unused share of each contact's friction.
     #[getter]
-    fn slip_margin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.slip_margin)
+    fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_vec(py, with_both!(py, self, |found, grasp| found.slip_margin(grasp))))
+    }
+
+    /// Largest normalised normal force (Eq. 7).
+    #[getter]
+    fn sigma_max(&self) -> f64 {
+        with_found!(self, found => found.sigma_max)
+    }
+
+    /// Sum of normalised normal forces (Eq. 6).
+    #[getter]
+    fn sigma_sum(&self) -> f64 {
+        with_found!(self, found => found.sigma_sum)
+    }
+
+    /// Relative distance between the objective and its proven lower bound.
+    #[getter]
+    fn gap(&self) -> f64 {
+        with_found!(self, found => found.gap)
+    }
+
+    /// Simplex pivots this solve took.
+    #[getter]
+    fn pivots(&self) -> usize {
+        with_found!(self, found => found.pivots)
+    }
+
+    /// Another solver than the method's own had to give this answer.
+    #[getter]
+    fn fell_back(&self) -> bool {
+        with_found!(self, found => found.fell_back)
+    }
+
+    /// The objective and its tie-break alone determine the forces.
+    #[getter]
+    fn unique(&self) -> bool {
+        with_found!(self, found => found.unique)
+    }
+
+    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
+    #[getter]
+    fn within_limits(&self) -> bool {
+        with_found!(self, found => found.within_limits())
     }
 
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
@@ -138,8 +188,12 @@ impl PyForceSolution {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // The forces are copied out in any case.
-        as_array(self.forces(py)?.as_any(), dtype, copy.filter(|&copy| !copy))
+        if copy == Some(false) {
+            return Err(PyValueError::new_err(
+                "the array of forces is made anew each time: a copy cannot be avoided",
+            ));
+        }
+        as_array(self.forces(py)?.as_any(), dtype, None)
     }
 
     #[staticmethod]
@@ -147,83 +201,92 @@ impl PyForceSolution {
         py: Python<'_>,
         grasp: Py<PyGrasp>,
         forces: Vec<[f64; 4]>,
-        vectors: [Vec<f64>; 5],
-        numbers: (f64, f64, f64, usize),
-        answers: (bool, bool, bool),
+        shares: Vec<f64>,
+        dual: Vec<f64>,
+        numbers: (f64, f64, f64, f64, usize),
+        answers: (bool, bool),
     ) -> PyResult<Self> {
-        let [world_forces, contact_wrenches, slip_margin, dual, shares] = vectors;
-        let (components, d, m) = match &grasp.get().inner {
-            AnyGrasp::Planar(grasp) => (grasp.force_components(), 3, grasp.num_contacts()),
-            AnyGrasp::Spatial(grasp) => (grasp.force_components(), 6, grasp.num_contacts()),
+        let (contacts, d) = match &grasp.get().inner {
+            AnyGrasp::Planar(grasp) => (grasp.num_contacts(), 3),
+            AnyGrasp::Spatial(grasp) => (grasp.num_contacts(), 6),
         };
-        let lengths = [&world_forces, &contact_wrenches, &slip_margin, &dual, &shares].map(Vec::len);
-        if forces.len() != m || lengths != [m * if d == 3 { 2 } else { 3 }, m * d, m, d, m] {
+        let lengths = [forces.len(), shares.len(), dual.len()];
+        if lengths != [contacts, contacts, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
-        Ok(Self {
-            grasp,
-            forces: forces.into_iter().map(ContactForce::from).collect(),
-            components,
-            world_forces,
-            contact_wrenches,
-            slip_margin,
-            dual,
-            shares,
-            sigma_max: numbers.0,
-            sigma_sum: numbers.1,
-            gap: numbers.2,
-            pivots: numbers.3,
-            fell_back: answers.0,
-            unique: answers.1,
-            within_limits: answers.2,
-        })
+        let state = State { forces, shares, dual, numbers, answers };
+        let found = match d {
+            3 => AnyDistribution::Planar(state.distribution()),
+            _ => AnyDistribution::Spatial(state.distribution()),
+        };
+        Ok(Self { grasp, found })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let forces: Vec<[f64; 4]> = this.forces.iter().map(|&force| force.into()).collect();
-        let vectors =
-            [&this.world_forces, &this.contact_wrenches, &this.slip_margin, &this.dual, &this.shares];
-        let numbers = (this.sigma_max, this.sigma_sum, this.gap, this.pivots);
-        let answers = (this.fell_back, this.unique, this.within_limits);
-        let state = (&this.grasp, forces, vectors.map(Clone::clone), numbers, answers);
-        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
+        let State { forces, shares, dual, numbers, answers } = with_found!(this, found => State::of(found));
+        let state = (&this.grasp, forces, shares, dual, numbers, answers).into_pyobject(py)?;
+        Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
     fn __repr__(&self) -> String {
         format!(
             "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
-            self.sigma_max, self.sigma_sum, self.gap
+            self.sigma_max(),
+            self.sigma_sum(),
+            self.gap()
         )
     }
 }
 
 impl PyForceSolution {
-    pub fn new<const D: usize>(
-        py: Python<'_>,
-        owner: &Py<PyGrasp>,
-        grasp: &Grasp<D>,
-        distribution: Distribution<D>,
-    ) -> Self {
-        let dim = if D == 3 { 2 } else { 3 };
-        let world = distribution.world_forces(grasp);
-        let wrenches = distribution.contact_wrenches(grasp);
+    pub fn planar(grasp: Py<PyGrasp>, found: Distribution<3>) -> Self {
+        Self { grasp, found: AnyDistribution::Planar(found) }
+    }
+
+    pub fn spatial(grasp: Py<PyGrasp>, found: Distribution<6>) -> Self {
+        Self { grasp, found: AnyDistribution::Spatial(found) }
+    }
+
+    fn contact_forces(&self) -> &[ContactForce] {
+        with_found!(self, found => &found.forces)
+    }
+}
+
+/// A distribution as it is pickled.
+struct State {
+    forces: Vec<[f64; 4]>,
+    shares: Vec<f64>,
+    dual: Vec<f64>,
+    /// The objective, the largest share, their sum, the gap and the pivots.
+    numbers: (f64, f64, f64, f64, usize),
+    /// Whether another solver answered, and whether the forces are unique.
+    answers: (bool, bool),
+}
+
+impl State {
+    fn of<const D: usize>(found: &Distribution<D>) -> Self {
         Self {
-            grasp: owner.clone_ref(py),
-            components: grasp.force_components(),
-            world_forces: world.iter().flat_map(|force| force.iter().copied().take(dim)).collect(),
-            contact_wrenches: wrenches.iter().flat_map(|wrench| wrench.iter().copied()).collect(),
-            slip_margin: distribution.slip_margin(grasp),
-            dual: distribution.dual.as_slice().to_vec(),
-            shares: distribution.shares,
-            sigma_max: distribution.sigma_max,
-            sigma_sum: distribution.sigma_sum,
-            gap: distribution.gap,
-            pivots: distribution.pivots,
-            unique: distribution.unique,
-            fell_back: distribution.fell_back,
-            within_limits: distribution.sigma_max <= 1.0,
-            forces: distribution.forces,
+            forces: found.forces.iter().map(|&force| force.into()).collect(),
+            shares: found.shares.clone(),
+            dual: found.dual.as_slice().to_vec(),
+            numbers: (found.sigma, found.sigma_max, found.sigma_sum, found.gap, found.pivots),
+            answers: (found.fell_back, found.unique),
+        }
+    }
+
+    fn distribution<const D: usize>(self) -> Distribution<D> {
+        Distribution {
+            forces: self.forces.into_iter().map(ContactForce::from).collect(),
+            shares: self.shares,
+            sigma: self.numbers.0,
+            sigma_max: self.numbers.1,
+            sigma_sum: self.numbers.2,
+            dual: Wrench::from_vec(self.dual),
+            gap: self.numbers.3,
+            pivots: self.numbers.4,
+            fell_back: self.answers.0,
+            unique: self.answers.1,
         }
     }
 }

@@ -32,6 +32,7 @@ macro_rules! with_grasp {
         }
     };
 }
+pub(crate) use with_grasp;
 
 /// Contacts of a multifingered hand on an object, checked, with everything derived from them.
 ///
@@ -334,8 +335,7 @@ impl PyGrasp {
         let py = slf.py();
         let wrong = |message: String| invalid_input(py, message);
         let owner = slf.clone().unbind();
-        let given = |value: Option<&Bound<'_, PyAny>>| value.map(|value| value.clone().unbind());
-        let asked = Asked { rtol, center: given(center), metric: given(metric) };
+        let asked = Asked::new(rtol, center, metric).map_err(wrong)?;
         match &slf.get().inner {
             AnyGrasp::Planar(grasp) => {
                 let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;

@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use graspforce::{Interrupt, interruptible};
-use pyo3::exceptions::{PyException, PyRuntimeError};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
 use crate::threads::pool;
@@ -79,13 +79,16 @@ pub fn on_all_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
             });
             loop {
                 match receiver.recv_timeout(PERIOD) {
-                    Ok(result) => break Some(result),
+                    Ok(result) => break result,
                     Err(RecvTimeoutError::Timeout) if stop.load(Ordering::Relaxed) => {}
                     Err(RecvTimeoutError::Timeout) => stop.store(ask(), Ordering::Relaxed),
-                    Err(RecvTimeoutError::Disconnected) => break None,
+                    // The scope raises that panic again as soon as this returns.
+                    Err(RecvTimeoutError::Disconnected) => {
+                        std::panic::resume_unwind(Box::new("a worker's panic"))
+                    }
                 }
             }
         })
     });
-    outcome(finished)?.ok_or_else(|| PyRuntimeError::new_err("a worker thread panicked"))
+    outcome(finished)
 }

@@ -110,15 +110,16 @@ impl PyQuality {
     /// True
     #[getter]
     fn gradient(&self, py: Python<'_>) -> PyResult<Py<PyGradient>> {
-        let gradient =
-            self.gradient.get_or_try_init(py, || match (&self.grasp.get().inner, &self.options) {
-                (AnyGrasp::Planar(grasp), AnyOptions::Planar(options)) => PyGradient::of(py, grasp, options),
-                (AnyGrasp::Spatial(grasp), AnyOptions::Spatial(options)) => {
-                    PyGradient::of(py, grasp, options)
-                }
-                _ => Err(invalid_input(py, "the quality belongs to another kind of grasp")),
-            })?;
-        Ok(gradient.clone_ref(py))
+        if let Some(known) = self.gradient.get(py) {
+            return Ok(known.clone_ref(py));
+        }
+        // Not inside the cell: a signal handler that runs meanwhile may ask for the same gradient.
+        let computed = match (&self.grasp.get().inner, &self.options) {
+            (AnyGrasp::Planar(grasp), AnyOptions::Planar(options)) => PyGradient::of(py, grasp, options)?,
+            (AnyGrasp::Spatial(grasp), AnyOptions::Spatial(options)) => PyGradient::of(py, grasp, options)?,
+            _ => return Err(invalid_input(py, "the quality belongs to another kind of grasp")),
+        };
+        Ok(self.gradient.get_or_init(py, || computed).clone_ref(py))
     }
 
     /// Everything but the gradient as plain Python numbers, strings and lists, ready for JSON.
@@ -167,7 +168,7 @@ impl PyQuality {
             grasp,
             criterion: criterion_name(parse_criterion("criterion", criterion).map_err(wrong)?),
             options: options.map_err(wrong)?,
-            asked: Asked { rtol, center: center.map(Bound::unbind), metric: metric.map(Bound::unbind) },
+            asked: Asked::new(rtol, given_center, given_metric).map_err(wrong)?,
             gradient: PyOnceLock::new(),
             rho: bracket.0,
             lower: bracket.1,
@@ -187,8 +188,8 @@ impl PyQuality {
             this.grasp.clone_ref(py),
             this.criterion,
             asked.rtol,
-            asked.center.as_ref().map(|center| center.clone_ref(py)),
-            asked.metric.as_ref().map(|metric| metric.clone_ref(py)),
+            asked.center.clone(),
+            asked.metric.clone(),
             (this.rho, this.lower, this.upper),
             (this.converged, this.closure, this.supports),
             this.direction.clone(),

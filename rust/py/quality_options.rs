@@ -13,11 +13,32 @@ pub enum AnyOptions {
     Spatial(QualityOptions<6>),
 }
 
-/// The same as Python passed it, to pickle.
+/// The same in numbers as Python passed them, to pickle.
 pub struct Asked {
     pub rtol: Option<f64>,
-    pub center: Option<Py<PyAny>>,
-    pub metric: Option<Py<PyAny>>,
+    pub center: Option<Vec<f64>>,
+    pub metric: Option<Vec<Vec<f64>>>,
+}
+
+impl Asked {
+    /// What `quality_options` accepted.
+    pub fn new(
+        rtol: Option<f64>,
+        center: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Self, String> {
+        let center = center.map(|value| float_array("center", value)).transpose()?;
+        let metric = metric.map(|value| float_array("metric", value)).transpose()?;
+        let rows = |metric: &[f64]| {
+            let size = metric.len().isqrt().max(1);
+            metric.chunks(size).map(<[f64]>::to_vec).collect()
+        };
+        Ok(Self {
+            rtol,
+            center: center.map(|center| contents(&center).to_vec()),
+            metric: metric.map(|metric| rows(contents(&metric))),
+        })
+    }
 }
 
 /// The options of a quality query, or what is wrong with them.

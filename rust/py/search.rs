@@ -10,6 +10,7 @@ use crate::arguments::{Argument, Arguments, Raw};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
+use crate::threads::lock;
 
 enum Search {
     Planar(CandidateSearch<3>),
@@ -134,7 +135,7 @@ impl PyCandidateSearch {
         };
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
-        let mut search = self.inner.try_lock().map_err(|_| to_python(py, &Error::Busy))?;
+        let mut search = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
         let search = &mut *search;
         let winner = on_all_cores(py, || match (search, arguments.dim) {
             (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),

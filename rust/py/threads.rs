@@ -3,7 +3,7 @@
 //! Threads do not survive a fork, and work that a forked process gave to its parent's would wait for ever. Each
 //! process therefore has a pool of its own, made when it is first needed.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::{process, thread};
 
 use pyo3::exceptions::PyOSError;
@@ -36,6 +36,19 @@ pub fn pool() -> PyResult<Arc<ThreadPool>> {
     // The parent's pool cannot be closed from here: its threads are not ours.
     std::mem::forget(known.replace((process::id(), Arc::clone(&pool))));
     Ok(pool)
+}
+
+/// The lock, if nobody holds it. What a panic left behind is whole: the states behind these locks are replaced, never
+/// half written.
+pub fn lock<T>(mutex: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
+    match mutex.try_lock() {
+        Ok(held) => Some(held),
+        Err(TryLockError::WouldBlock) => None,
+        Err(TryLockError::Poisoned(poisoned)) => {
+            mutex.clear_poison();
+            Some(poisoned.into_inner())
+        }
+    }
 }
 
 fn new_pool() -> PyResult<Arc<ThreadPool>> {
