@@ -301,3 +301,26 @@ fn the_direction_to_wrenches_whose_squares_vanish_has_unit_length() {
         assert!((quality.metric.norm(&quality.direction) - 1.0).abs() < 1e-9, "{quality:?}");
     }
 }
+
+#[test]
+fn a_witness_along_which_a_weak_contact_pushes_is_none_whatever_solver_found_it() {
+    let contacts = [(-1.0, 1e14), (1.0, 1.0)].map(|(x, limit): (f64, f64)| {
+        let contact = Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(-x, 0.0, 0.0));
+        contact.friction(0.5).max_normal_force(limit)
+    });
+    // The second contact alone balances it.
+    let external = Wrench::<6>::new(1.0, -0.5, 0.0, 0.0, 0.0, -0.5);
+    for cones in [false, true] {
+        let contacts = contacts.clone().map(|contact| if cones { contact.cone() } else { contact });
+        let grasp = Grasp::<6>::new(&contacts).unwrap();
+        for least in [vec![], vec![1e-3]] {
+            let mut options = DistributionOptions::default();
+            options.min_normal = least;
+            let distributor = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
+            let found = distributor.solve(&external);
+            assert!(!matches!(found, Err(Error::InfeasibleWrench { .. })), "{found:?}");
+        }
+        let most = grasp.resistance(&[external], Criterion::Max);
+        assert!(most.as_ref().map_or(true, |most| most[0] > 0.1), "{most:?}");
+    }
+}

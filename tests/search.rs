@@ -3,7 +3,9 @@
 #[path = "../benches/common/mod.rs"]
 mod common;
 
-use graspforce::{BoxBound, CandidateSearch, Contact, Criterion, Grasp, QualityOptions, Stencil};
+use graspforce::{
+    BoxBound, CandidateSearch, Contact, Criterion, Error, Grasp, GraspOptions, QualityOptions, Stencil,
+};
 use nalgebra::Vector3;
 
 /// Contacts on a sphere at angles that make many candidates equal: a pattern about a symmetric centre.
@@ -137,4 +139,19 @@ fn a_box_of_no_grasps_or_of_too_many_is_refused_and_spoils_nothing() {
     let after = bound.over(&[0.01], None, 1e-3, |_| 0..2, grasp).expect("two vertices");
     assert_eq!(after, fresh.over(&[0.01], None, 1e-3, |_| 0..2, grasp).expect("two vertices"));
     assert!(after[0] >= -grasp(1).unwrap().quality(Criterion::Max).unwrap().rho);
+}
+
+#[test]
+fn a_vertex_whose_wrenches_cannot_be_measured_is_named_by_its_own_row() {
+    let grasp = |row: usize| {
+        let limit = if row == 3 { 1e139 } else { 1.0 };
+        let options = GraspOptions { length_scale: 1e-10, ..GraspOptions::default() };
+        let contacts = [-1.0, 1.0].map(|x: f64| {
+            Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(-x, 0.0, 0.0)).max_normal_force(limit)
+        });
+        Grasp::<3>::with_options(&contacts, options)
+    };
+    let mut bound = BoxBound::new(QualityOptions::new(Criterion::Max)).unwrap();
+    let refused = bound.over(&[0.0; 2], None, 0.0, |index| 2 * index..2 * index + 2, grasp);
+    assert!(matches!(refused, Err((3, Error::InvalidGrasp { .. }))), "{refused:?}");
 }

@@ -1,5 +1,7 @@
 """What a grasp accepts, and how it refuses the rest: by argument, contact and value."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,15 @@ SPATIAL = {
 }
 
 
+def misaligned(rows):
+    """Return numbers at an address that no double has, as fields of packed records have them."""
+    numbers = np.array(rows, dtype=float)
+    moved = np.zeros(numbers.nbytes + 1, np.uint8)[1:].view(float).reshape(numbers.shape)
+    moved[...] = numbers
+    assert not moved.flags.aligned
+    return moved
+
+
 @pytest.mark.parametrize("base", [PLANAR, SPATIAL], ids=["planar", "spatial"])
 @pytest.mark.parametrize(
     "convert",
@@ -24,8 +35,18 @@ SPATIAL = {
         lambda rows: np.repeat(np.array(rows, dtype=float), 2, axis=0)[::2],
         lambda rows: np.array(rows, dtype=float)[::-1][::-1],
         lambda rows: np.array(rows, dtype=">f8"),
+        misaligned,
     ],
-    ids=["lists", "int32", "float32", "Fortran order", "strided", "reversed twice", "big endian"],
+    ids=[
+        "lists",
+        "int32",
+        "float32",
+        "Fortran order",
+        "strided",
+        "reversed twice",
+        "big endian",
+        "misaligned",
+    ],
 )
 def test_any_real_array_makes_the_same_grasp(base, convert):
     same = {**base, "positions": convert(base["positions"]), "normals": convert(base["normals"])}
@@ -120,3 +141,21 @@ def test_an_unknown_criterion_is_refused(criterion):
 def test_a_tolerance_must_lie_between_zero_and_one(rtol):
     with pytest.raises(gf.InvalidInputError, match="rtol"):
         gf.Grasp(**PLANAR).quality("max", rtol=rtol)
+
+
+def test_misaligned_wrenches_and_points_are_read_like_others():
+    grasp = gf.Grasp(**SPATIAL)
+    wrenches = np.array([[0.1, -0.5, 0, 0, 0, 0.01], [0, -0.2, 0.1, 0, 0.01, 0]])
+    distributor = gf.ForceDistributor(grasp)
+    np.testing.assert_array_equal(
+        distributor.solve(misaligned(wrenches[0])).forces, distributor.solve(wrenches[0]).forces
+    )
+    assert len(distributor.solve_many(misaligned(wrenches))) == 2
+    np.testing.assert_array_equal(grasp.resistance(misaligned(wrenches)), grasp.resistance(wrenches))
+
+
+@pytest.mark.parametrize("argument", ["edges", "extreme_forces"])
+def test_an_iterator_without_end_is_refused(argument):
+    endless = itertools.repeat(8 if argument == "edges" else [[1.0, 0.5], [1.0, -0.5]])
+    with pytest.raises(gf.InvalidGraspError, match=f"{argument}: more than 3 .* for 3 contacts"):
+        gf.Grasp(**PLANAR, **{argument: endless})

@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import signal
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -66,6 +67,41 @@ def test_a_restored_quality_still_knows_its_gradient():
     again = pickle.loads(pickle.dumps(quality))
     np.testing.assert_array_equal(again.gradient.positions, quality.gradient.positions)
     assert (again.criterion, again.grasp.num_contacts) == ("max", 3)
+
+
+def test_a_quality_does_not_change_with_the_arrays_it_was_asked_with():
+    center, metric = np.array([0, 0, -1.0, 0, 0, 0]), np.diag([1, 1, 1, 9, 9, 9.0])
+    quality = spatial_grasp().quality("max", center=center, metric=metric)
+    center[:], metric[:] = 0, np.eye(6)
+    for again in (copy.deepcopy(quality), pickle.loads(pickle.dumps(quality))):
+        np.testing.assert_array_equal(again.gradient.positions, quality.gradient.positions)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="timers")
+def test_a_signal_handler_may_ask_for_the_gradient_that_is_being_computed():
+    quality = spatial_grasp(edges=None).quality("max", rtol=1e-3)
+    asked = []
+    before = signal.signal(signal.SIGALRM, lambda *_: asked.append(quality.gradient.unique))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.001)
+        unique = quality.gradient.unique
+        signal.setitimer(signal.ITIMER_REAL, 0)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert all(one == unique for one in asked)
+    assert quality.gradient is quality.gradient
+
+
+def test_an_array_without_a_copy_is_given_or_refused():
+    points = planar_grasp().minkowski_sum()
+    assert np.array(points, copy=False) is points.wrenches
+    with pytest.raises(ValueError, match="without a copy"):
+        np.array(points, dtype=np.float32, copy=False)
+    solution = gf.ForceDistributor(planar_grasp()).solve([0, -1, 0])
+    with pytest.raises(ValueError, match="a copy cannot be avoided"):
+        np.array(solution, copy=False)
+    assert np.asarray(solution, dtype=np.float32).dtype == np.float32
+    assert np.array(points) is not points.wrenches
 
 
 def test_restored_points_stay_read_only_and_keep_their_index_matrix():

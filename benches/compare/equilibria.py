@@ -9,7 +9,7 @@ import numpy as np
 from .closure import friction_planes
 from .general import SIMPLEX_AGREEMENT, highs_model
 from .table import power
-from .timing import Call, UnsolvedError
+from .timing import Apart, Call, UnsolvedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -47,14 +47,21 @@ def least_sum_calls(external: np.ndarray) -> list[Call]:
     return [Call("HiGHS", "highspy", highs, SIMPLEX_AGREEMENT, program)]
 
 
-def klampt(weight: tuple[float, float, float]) -> Callable[[Planes], bool]:
+def klampt(weight: tuple[float, float, float]) -> Callable[[Planes], Any]:
     from klampt import robotsim  # noqa: PLC0415
 
-    return lambda prepared: robotsim.com_equilibrium(*prepared, weight, ORIGIN) is not None
+    return lambda prepared: robotsim.com_equilibrium(*prepared, weight, ORIGIN)
+
+
+def held(weight: tuple[float, float, float]) -> Callable[[Planes], bool]:
+    forces = klampt(weight)
+    return lambda prepared: forces(prepared) is not None
 
 
 def held_calls(weight: tuple[float, float, float]) -> list[Call]:
-    return [Call("Klampt com_equilibrium", "klampt", lambda: klampt(weight), 0, friction_planes)]
+    # Apart, as `closure.calls` says: beside other peers it ended a whole run, too.
+    name, package = "Klampt com_equilibrium", "klampt"
+    return [Call(name, package, lambda: held(weight), 0, friction_planes, apart=True)]
 
 
 def klampt_forces(
@@ -63,11 +70,9 @@ def klampt_forces(
     """How Klampt's forces compare with the least: they balance, and nothing else was asked of them."""
     if not any(one.call.package == "klampt" and not one.failure for one in answers.measured):
         return ""
-    from klampt import robotsim  # noqa: PLC0415
-
     excess, unbalanced = 1.0, 0.0
-    for contacts, least_sum in zip(grasps, least, strict=True):
-        found = robotsim.com_equilibrium(*friction_planes(contacts), weight, ORIGIN)
+    timed = Apart(lambda: klampt(weight)).timed([friction_planes(contacts) for contacts in grasps], np.inf)
+    for contacts, least_sum, (_, found) in zip(grasps, least, timed, strict=True):
         if found is not None:
             forces = np.array(found)
             moment = np.cross(contacts.positions, forces).sum(axis=0)

@@ -103,7 +103,7 @@ class _Running:
         self.failure = ""
         self.spent = 0.0
         try:
-            self.asked = _Apart(call.make) if call.apart else _Here(call.make)
+            self.asked = Apart(call.make) if call.apart else _Here(call.make)
         except Exception as error:  # noqa: BLE001 - a peer may fail in any way, and the table says how
             self.failed(error)
 
@@ -155,7 +155,7 @@ class _Here:
         return timed
 
 
-class _Apart:
+class Apart:
     """Asks, and times, in a process of its own; one that dies is replaced."""
 
     LIVES = 20
@@ -163,29 +163,29 @@ class _Apart:
     def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
         self.make = make
         self.deaths = 0
-        self.start()
+        self._start()
 
-    def start(self) -> None:
+    def _start(self) -> None:
         fork = multiprocessing.get_context("fork")
         self.connection, theirs = fork.Pipe()
         process = fork.Process(target=_serve, args=(self.make, theirs), daemon=True)
         process.start()
         theirs.close()
-        self.expect()
+        self._expect()
 
     def timed(self, problems: Sequence[Any], budget: float) -> list[tuple[float, Any]]:
         """As `_Here.timed`."""
         while True:
             try:
                 self.connection.send((problems, budget))
-                return self.expect()
+                return self._expect()
             except (EOFError, OSError) as error:
                 self.deaths += 1
                 if self.deaths == self.LIVES:
                     raise ChildProcessError(f"died {self.LIVES} times") from error
-                self.start()
+                self._start()
 
-    def expect(self) -> Any:
+    def _expect(self) -> Any:
         answer = self.connection.recv()
         if isinstance(answer, Exception):
             raise answer

@@ -215,6 +215,16 @@ fn hard_edges(limit: f64, mu: f64, edges: usize) -> Vec<ContactForce> {
     circle(edges).map(|(c, s)| Vector4::new(1.0, mu * c, mu * s, 0.0) * limit).collect()
 }
 
+/// A force of which only some `components` exist, as callers see them.
+#[inline]
+pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
+    let mut force = ContactForce::zeros();
+    for (&component, x) in components.iter().zip(row) {
+        force[component] = *x;
+    }
+    force
+}
+
 /// Refuses a grasp with this many extreme forces up to contact `index`.
 pub(crate) fn check_count(count: usize, index: usize) -> Result<()> {
     if count > MAX_EXTREME_FORCES {

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use crate::columns::Objective;
 use crate::cone_program::{ConeProgram, ConeWorkspace};
-use crate::contact::ContactForce;
+use crate::contact::{ContactForce, contact_force};
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::found::{Certificate, Found};
@@ -350,14 +350,6 @@ fn solve_cones<'a, const D: usize>(
         }
         _ => Err(Error::Busy),
     }
-}
-
-fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
-    let mut force = ContactForce::zeros();
-    for (&component, x) in components.iter().zip(row) {
-        force[component] = *x;
-    }
-    force
 }
 
 fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {

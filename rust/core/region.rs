@@ -8,7 +8,6 @@
 use nalgebra::SVector;
 
 use crate::columns::Objective;
-use crate::contact::ContactForce;
 use crate::grasp::REPRESENTABLE;
 
 /// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
@@ -79,10 +78,6 @@ impl<const R: usize> Rows<R> {
             }
         }
         self.count += 1;
-    }
-
-    fn row(&self, row: usize) -> SVector<f64, R> {
-        SVector::from_fn(|column, _| self.blocks[row / LANES].0[column][row % LANES])
     }
 
     /// The product with `vector`, row by row; rows beyond the output's length are dropped.
@@ -191,15 +186,6 @@ impl<const R: usize> Region<R> {
             largest = forces.fold(largest, f64::max);
         }
         self.pushes.all(b, |x| x >= -inside * largest)
-    }
-
-    /// The force of one contact at `b`, of which `components` exist.
-    pub(crate) fn force(&self, contact: usize, components: &[usize], b: &SVector<f64, R>) -> ContactForce {
-        let mut force = ContactForce::zeros();
-        for (row, &component) in (contact * components.len()..).zip(components) {
-            force[component] = self.forces.row(row).dot(b);
-        }
-        force
     }
 
     /// Largest normalised normal force at `b`, and their sum.

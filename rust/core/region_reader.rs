@@ -9,7 +9,7 @@
 use nalgebra::SVector;
 
 use crate::columns::{ImplicitColumns, Objective};
-use crate::contact::ContactForce;
+use crate::contact::{ContactForce, contact_force};
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::face::Face;
@@ -48,11 +48,17 @@ pub(crate) struct RegionReader<const D: usize> {
 pub(crate) struct Page<const D: usize> {
     face: Face,
     coefficients: Vec<SVector<f64, D>>,
+    /// Components of the forces, contact by contact.
+    forces: Vec<f64>,
 }
 
 impl<const D: usize> Page<D> {
     pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
-        Self { face: Face::with_capacity(contacts, edges), coefficients: Vec::with_capacity(edges) }
+        Self {
+            face: Face::with_capacity(contacts, edges),
+            coefficients: Vec::with_capacity(edges),
+            forces: vec![0.0; 4 * contacts],
+        }
     }
 }
 
@@ -109,7 +115,7 @@ impl<const D: usize> RegionReader<D> {
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
         if mismatch <= self.trusted(simplex)
             && region.answers(b, FEASIBLE)
-            && self.imbalance(region, b) <= UNBALANCED_TERMS
+            && self.imbalance(region, b, &mut page.forces) <= UNBALANCED_TERMS
         {
             return Ok(());
         }
@@ -133,7 +139,7 @@ impl<const D: usize> RegionReader<D> {
         page: &mut Page<D>,
         b: &Wrench<D>,
     ) -> f64 {
-        let Page { face, coefficients } = page;
+        let Page { face, coefficients, .. } = page;
         let extremes = Extremes {
             forces: &self.extreme_forces,
             components: self.components,
@@ -183,9 +189,10 @@ impl<const D: usize> RegionReader<D> {
     }
 
     /// How far the forces themselves, in N and N m, are from balance.
-    fn imbalance(&self, region: &Region<D>, b: &Wrench<D>) -> f64 {
-        let force = |(i, map)| (map, region.force(i, self.components, b));
-        imbalance(b, self.maps.iter().enumerate().map(force))
+    fn imbalance(&self, region: &Region<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
+        region.forces.multiply(b, forces);
+        let rows = forces.chunks(self.components.len());
+        imbalance(b, self.maps.iter().zip(rows.map(|row| contact_force(row, self.components))))
     }
 
     /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
