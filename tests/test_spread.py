@@ -10,11 +10,11 @@ import graspforce as gf
 
 
 def exact_distance(points):
-    """Return the distance of the origin from the hull of points with float coordinates, in rational arithmetic.
+    """Return the distance of the origin from the hull of points, in rational arithmetic.
 
-    The nearest point lies in the relative interior of some simplex of the points, and is the nearest of that
-    simplex's affine hull; every such point with nonnegative weights belongs to the hull, so the least of them is
-    the nearest.
+    The nearest point lies in the relative interior of some simplex of the points, and is the nearest of
+    that simplex's affine hull; every such point with nonnegative weights belongs to the hull, so the least
+    of them is the nearest.
     """
     exact = [[Fraction(x) for x in point] for point in points]
     best = None
@@ -30,7 +30,7 @@ def exact_distance(points):
 
 
 def nearest_weights(corners):
-    """Return barycentric weights of an affine hull's point nearest to the origin; None where it is degenerate."""
+    """Return the barycentric weights of an affine hull's point nearest to the origin, if they are unique."""
     base, *others = corners
     edges = [[x - b for x, b in zip(other, base, strict=True)] for other in others]
     table = [[dot(a, b) for b in edges] + [-dot(a, base)] for a in edges]

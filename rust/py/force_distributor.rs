@@ -420,7 +420,11 @@ fn solve<const D: usize>(
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
-    watched(|| distributor.solve(&wrench))?.map_err(|error| to_python(py, &error))
+    let work = || distributor.solve(&wrench);
+    // Listed points take long enough for others to want the interpreter.
+    let implicit = distributor.options().method == Method::Implicit;
+    let solved = if implicit { watched(work) } else { detached(py, work) };
+    solved?.map_err(|error| to_python(py, &error))
 }
 
 fn solve_into<const D: usize>(
