@@ -9,14 +9,12 @@ use std::ops::Range;
 
 use nalgebra::SVector;
 
+use crate::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
 use crate::grasp::Grasp;
 use crate::wrench_set::Criterion;
 
 /// Marks a contact that a column does not use.
 pub(crate) const UNUSED: u32 = u32::MAX;
-
-/// How many wrenches are multiplied at a time.
-const LANES: usize = 4;
 
 /// A point of the wrench set with its two costs: the objective's, and the number of contacts that breaks
 /// ties of the maximum.
@@ -84,6 +82,14 @@ impl Objective {
         }
     }
 
+    /// The support function of the columns, from how far each contact alone reaches beyond its weight.
+    pub(crate) fn support(self, values: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::Sum => values.fold(0.0, f64::max),
+            _ => values.map(|h| h.max(0.0)).sum(),
+        }
+    }
+
     pub(crate) fn costs(self, contacts: usize) -> [f64; 2] {
         match self {
             Self::Sum => [1.0, 0.0],
@@ -99,7 +105,7 @@ pub(crate) struct ImplicitColumns<const R: usize> {
     pub(crate) objective: Objective,
     pub(crate) contacts: Vec<Range<usize>>,
     pub(crate) wrenches: Vec<SVector<f64, R>>,
-    blocks: Vec<[[f64; LANES]; R]>,
+    blocks: Vec<EdgeBlock<R>>,
     spans: Vec<Range<usize>>,
 }
 
@@ -114,12 +120,7 @@ impl<const R: usize> ImplicitColumns<R> {
         let mut spans = Vec::with_capacity(contacts.len());
         for range in &contacts {
             let start = blocks.len();
-            // The last block repeats its first wrench, which never beats its own lower index.
-            blocks.extend(wrenches[range.clone()].chunks(LANES).map(|chunk| {
-                std::array::from_fn(|row| {
-                    std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row])
-                })
-            }));
+            blocks.extend(edge_blocks(&wrenches[range.clone()]));
             spans.push(start..blocks.len());
         }
         Self { objective, contacts, wrenches, blocks, spans }
@@ -133,17 +134,13 @@ impl<const R: usize> ImplicitColumns<R> {
     /// `h_i(z)` and the edge, counted over all contacts, that attains it.
     #[inline]
     pub(crate) fn best(&self, contact: usize, z: &SVector<f64, R>) -> (f64, usize) {
-        let (value, edge) = best_of_blocks(&self.blocks[self.spans[contact].clone()], z);
+        let (value, edge) = furthest_edge(&self.blocks[self.spans[contact].clone()], z);
         (value, self.contacts[contact].start + edge)
     }
 
     /// The support function with `weight` taken off each contact's best before clamping.
     pub(crate) fn value(&self, z: &SVector<f64, R>, weight: f64) -> f64 {
-        let values = (0..self.contacts.len()).map(|i| self.best(i, z).0 - weight);
-        match self.objective {
-            Objective::Sum => values.fold(0.0, f64::max),
-            _ => values.map(|h| h.max(0.0)).sum(),
-        }
+        self.objective.support((0..self.contacts.len()).map(|i| self.best(i, z).0 - weight))
     }
 
     fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
@@ -223,31 +220,4 @@ impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
             direction: SVector::zeros(),
         })
     }
-}
-
-#[inline]
-fn best_of_blocks<const R: usize>(blocks: &[[[f64; LANES]; R]], z: &SVector<f64, R>) -> (f64, usize) {
-    let mut best = [f64::NEG_INFINITY; LANES];
-    let mut at = [0_u64; LANES];
-    for (index, block) in (0_u64..).zip(blocks) {
-        let mut values = [0.0; LANES];
-        for (row, component) in block.iter().zip(z.iter()) {
-            for lane in 0..LANES {
-                values[lane] += row[lane] * component;
-            }
-        }
-        for lane in 0..LANES {
-            let better = values[lane] > best[lane];
-            best[lane] = if better { values[lane] } else { best[lane] };
-            at[lane] = if better { index } else { at[lane] };
-        }
-    }
-    // Without branches: which lane wins is as good as random. Among equals the lowest index does.
-    let most = best.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut edge = u64::MAX;
-    for (lane, (value, index)) in (0_u64..).zip(best.iter().zip(at)) {
-        let candidate = if *value == most { index * LANES as u64 + lane } else { u64::MAX };
-        edge = edge.min(candidate);
-    }
-    (most, if edge == u64::MAX { 0 } else { edge as usize })
 }

@@ -50,11 +50,7 @@ impl<const D: usize> ConeColumns<D> {
 
     /// The support function with `weight` taken off each contact's best before clamping.
     pub(crate) fn value(&self, z: &SVector<f64, D>, weight: f64) -> f64 {
-        let values = self.contacts.iter().map(|contact| contact.support(z).0 - weight);
-        match self.objective {
-            Objective::Sum => values.fold(0.0, f64::max),
-            _ => values.map(|h| h.max(0.0)).sum(),
-        }
+        self.objective.support(self.contacts.iter().map(|contact| contact.support(z).0 - weight))
     }
 
     /// The force that contact `i` exerts in a column that was priced at `z`.

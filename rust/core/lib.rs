@@ -21,6 +21,7 @@ mod contact;
 mod distribution;
 mod distribution_batch;
 mod dual_simplex;
+mod edge_blocks;
 mod enumerated;
 mod equilibration;
 mod error;

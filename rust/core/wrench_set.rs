@@ -11,6 +11,7 @@
 //!   `n.b` are the components of `G_i^T z`.
 
 use crate::contact::ContactForce;
+use crate::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge, longest_edge};
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::metric::Metric;
 
@@ -46,14 +47,11 @@ impl<const D: usize> Support<D> {
     }
 }
 
-/// How many wrenches are multiplied at a time: whole SIMD registers, and no horizontal sums.
-const LANES: usize = 4;
-
 /// The wrenches of one contact, ready for products with a direction.
 #[derive(Debug, Clone)]
 enum ContactWrenches<const D: usize> {
-    /// Extreme forces in blocks of `LANES`, component by component; the last block repeats its first wrench.
-    Finite { blocks: Vec<[[f64; LANES]; D]>, start: usize },
+    /// Extreme forces in blocks, the first of them by its number.
+    Finite { blocks: Vec<EdgeBlock<D>>, start: usize },
     /// `f^U G_i` with the friction coefficients `mu` and `gamma`.
     Cone { map: ContactMap<D>, limit: f64, mu: f64, gamma: f64 },
 }
@@ -136,7 +134,7 @@ impl<const D: usize> WrenchSet<D> {
             let contact = &grasp.contacts()[i];
             let cone = || ContactWrenches::Cone { map, limit, mu: contact.friction, gamma: contact.torsion };
             grasp.edges(i).map_or_else(cone, |range| ContactWrenches::Finite {
-                blocks: blocks(&wrenches[range.clone()]),
+                blocks: edge_blocks(&wrenches[range.clone()]).collect(),
                 start: range.start,
             })
         });
@@ -188,12 +186,7 @@ impl<const D: usize> WrenchSet<D> {
     /// No wrench of the set is longer than this.
     pub(crate) fn longest(&self) -> f64 {
         let longest = |contact: &ContactWrenches<D>| match contact {
-            ContactWrenches::Finite { blocks, .. } => {
-                let squares = blocks.iter().flat_map(|block| {
-                    (0..LANES).map(move |lane| block.iter().map(|row| row[lane] * row[lane]).sum::<f64>())
-                });
-                squares.fold(0.0, f64::max).sqrt()
-            }
+            ContactWrenches::Finite { blocks, .. } => longest_edge(blocks),
             ContactWrenches::Cone { map, limit, mu, gamma } => {
                 let lengths = ContactForce::from_fn(|column, _| map.column(column).norm());
                 limit * (lengths[0] + cone_slope(&lengths, *mu, *gamma))
@@ -249,7 +242,7 @@ impl<const D: usize> ContactWrenches<D> {
     fn value(&self, z: &Wrench<D>) -> (f64, usize) {
         match self {
             Self::Finite { blocks, start } => {
-                let (value, edge) = best_of_blocks(blocks, z);
+                let (value, edge) = furthest_edge(blocks, z);
                 (value, start + edge)
             }
             Self::Cone { map, limit, mu, gamma } => {
@@ -258,43 +251,6 @@ impl<const D: usize> ContactWrenches<D> {
             }
         }
     }
-}
-
-#[inline]
-fn best_of_blocks<const D: usize>(blocks: &[[[f64; LANES]; D]], z: &Wrench<D>) -> (f64, usize) {
-    let mut best = [f64::NEG_INFINITY; LANES];
-    let mut at = [0_u64; LANES];
-    for (index, block) in (0_u64..).zip(blocks) {
-        let mut values = [0.0; LANES];
-        for (row, component) in block.iter().zip(z.iter()) {
-            for lane in 0..LANES {
-                values[lane] += row[lane] * component;
-            }
-        }
-        for lane in 0..LANES {
-            let better = values[lane] > best[lane];
-            best[lane] = if better { values[lane] } else { best[lane] };
-            at[lane] = if better { index } else { at[lane] };
-        }
-    }
-    // Among equals the lowest index wins, so that the answer does not depend on the lanes.
-    let mut winner = (best[0], at[0] as usize * LANES);
-    for lane in 1..LANES {
-        let edge = at[lane] as usize * LANES + lane;
-        if best[lane] > winner.0 || (best[lane] == winner.0 && edge < winner.1) {
-            winner = (best[lane], edge);
-        }
-    }
-    winner
-}
-
-fn blocks<const D: usize>(wrenches: &[Wrench<D>]) -> Vec<[[f64; LANES]; D]> {
-    let chunks = wrenches.chunks(LANES);
-    chunks
-        .map(|chunk| {
-            std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
-        })
-        .collect()
 }
 
 /// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.

@@ -1,0 +1,57 @@
+//! Which of a contact's primitive wrenches lies furthest along a direction: the innermost question of all.
+//!
+//! Wrenches stand in blocks, component by component, so that a block fills vector registers.
+
+use nalgebra::SVector;
+
+/// How many wrenches are measured at a time.
+const LANES: usize = 4;
+
+/// Some wrenches of one contact, component by component.
+pub(crate) type EdgeBlock<const R: usize> = [[f64; LANES]; R];
+
+/// The wrenches of one contact in blocks. The last repeats its first wrench, which never beats its own lower index.
+pub(crate) fn edge_blocks<const R: usize>(
+    wrenches: &[SVector<f64, R>],
+) -> impl Iterator<Item = EdgeBlock<R>> {
+    wrenches.chunks(LANES).map(|chunk| {
+        std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
+    })
+}
+
+/// How far the furthest wrench reaches along `z`, and its number. Among equals the lowest wins, so that the answer does
+/// not depend on the lanes.
+#[inline]
+pub(crate) fn furthest_edge<const R: usize>(blocks: &[EdgeBlock<R>], z: &SVector<f64, R>) -> (f64, usize) {
+    let mut best = [f64::NEG_INFINITY; LANES];
+    let mut at = [0_u64; LANES];
+    for (index, block) in (0_u64..).zip(blocks) {
+        let mut values = [0.0; LANES];
+        for (row, component) in block.iter().zip(z.iter()) {
+            for lane in 0..LANES {
+                values[lane] += row[lane] * component;
+            }
+        }
+        for lane in 0..LANES {
+            let better = values[lane] > best[lane];
+            best[lane] = if better { values[lane] } else { best[lane] };
+            at[lane] = if better { index } else { at[lane] };
+        }
+    }
+    // Without branches: which lane wins is as good as random.
+    let most = best.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut edge = u64::MAX;
+    for (lane, (value, index)) in (0_u64..).zip(best.iter().zip(at)) {
+        let candidate = if *value == most { index * LANES as u64 + lane } else { u64::MAX };
+        edge = edge.min(candidate);
+    }
+    (most, if edge == u64::MAX { 0 } else { edge as usize })
+}
+
+/// The length of the longest wrench.
+pub(crate) fn longest_edge<const R: usize>(blocks: &[EdgeBlock<R>]) -> f64 {
+    let squares = blocks.iter().flat_map(|block| {
+        (0..LANES).map(move |lane| block.iter().map(|row| row[lane] * row[lane]).sum::<f64>())
+    });
+    squares.fold(0.0, f64::max).sqrt()
+}
