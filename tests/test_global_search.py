@@ -113,8 +113,8 @@ def test_bad_arguments_are_refused(change, message):
 
 def test_one_number_is_where_all_parameters_start():
     surface, bounds = on_a_disc(lambda _: 0, lambda p: p[0]), [(2.5, 3.5)]
-    found = gf.plan_global(surface, bounds, initial=3.0, friction=0.3)
-    assert found.params.tolist() == gf.plan_global(surface, bounds, initial=[3.0], friction=0.3).params.tolist()
+    one, listed = (gf.plan_global(surface, bounds, initial=start, friction=0.3) for start in (3.0, [3.0]))
+    assert one.params.tolist() == listed.params.tolist()
 
 
 def on_a_disc(*angles_of):

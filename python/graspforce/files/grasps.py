@@ -205,7 +205,7 @@ def _from_npz(path: Path) -> GraspFile:
             members = archive.infolist()
         _check_members(path, members)
         with np.load(content, allow_pickle=False) as arrays:
-            given = {name: arrays[name] for name in arrays.files}
+            given = {name: _array(path, name, arrays[name]) for name in arrays.files}
     except InvalidFileError:
         raise
     except ValueError as error:
@@ -218,8 +218,15 @@ def _from_npz(path: Path) -> GraspFile:
     numbers = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
     try:
         return GraspFile(path, path.name, Grasp(**numbers))
-    except InvalidGraspError as error:
+    except (TypeError, ValueError, OverflowError) as error:  # what Python itself says of numbers that are none
         raise InvalidFileError(path, str(error)) from None
+
+
+def _array(path: Path, name: str, member: Any) -> NDArray[Any]:
+    # NumPy hands over what is none of its arrays as bytes.
+    if not isinstance(member, np.ndarray):
+        raise InvalidFileError(path, f"{name}: not an array")
+    return member
 
 
 def _check_members(path: Path, members: list[zipfile.ZipInfo]) -> None:
