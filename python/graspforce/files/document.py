@@ -66,11 +66,15 @@ _Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(loader
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """The data of a file, and where each field of it stands."""
+    """The data of a file, and where each field of it stands.
+
+    `mesh` is the mesh that a user named in place of a file; a mesh that a file names lies beside it.
+    """
 
     path: Path
     data: Any
     lines: dict[_Field, int]
+    mesh: Path | None = None
 
     def error(self, field: Sequence[str | int], message: str) -> InvalidFileError:
         """Return an error that names the line and the field."""
