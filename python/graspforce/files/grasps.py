@@ -20,7 +20,7 @@ from .kinds import is_plan
 from .limits import limited_bytes
 from .mesh_surfaces import contact_places, mesh_path
 from .meshes import load_mesh
-from .schema import GraspModel
+from .schema import GraspModel, of_each_contact
 
 if TYPE_CHECKING:
     import os
@@ -158,14 +158,14 @@ def grasp_of(document: Document, model: GraspModel) -> GraspFile:
 def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
     contacts = model.contacts
     arguments: dict[str, Any] = {
-        "friction": [_own(contact.friction, model.friction) for contact in contacts],
-        "max_normal_force": [_own(contact.max_normal_force, model.max_normal_force) for contact in contacts],
+        "friction": of_each_contact(model, "friction"),
+        "max_normal_force": of_each_contact(model, "max_normal_force"),
         "edges": model.edges,
         "origin": model.origin,
         "length_scale": model.length_scale,
         "friction_margin": model.friction_margin,
     }
-    torsion = [_own(contact.torsion, model.torsion) for contact in contacts]
+    torsion = of_each_contact(model, "torsion")
     if any(torsion):
         arguments["torsion"] = torsion
     if any(contact.edges is not None for contact in contacts):
@@ -181,10 +181,6 @@ def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
                 raise document.error(("contacts", given.index(None), field), message)
             arguments[argument] = given
     return arguments
-
-
-def _own(value: float | None, shared: float) -> float:
-    return shared if value is None else value
 
 
 def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:

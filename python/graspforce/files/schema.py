@@ -24,6 +24,7 @@ __all__ = [
     "PlanContactModel",
     "PlanModel",
     "PlaneModel",
+    "of_each_contact",
 ]
 
 _MAX_CONTACTS = 1000
@@ -214,6 +215,12 @@ class PlanModel(_Scaled):
 
     contacts: list[PlanContactModel] = Field(min_length=1, max_length=8)
     outline: list[_Planar] | None = Field(None, description="corners of the object, for pictures, in m")
+
+
+def of_each_contact(model: GraspModel | PlanModel, field: str) -> list[float]:
+    """Return what each contact gives, or the file says of all."""
+    given = (getattr(contact, field) for contact in model.contacts)
+    return [getattr(model, field) if value is None else value for value in given]
 
 
 class MeshPlanModel(_Shared):

@@ -231,13 +231,6 @@ def deadline_after(seconds: float | None) -> float:
     return time.monotonic() + limit
 
 
-def completed(found: Plan) -> Plan:
-    """Return the plan, or pass on the Ctrl-C that ended it: for those to whom half a search is no use."""
-    if found.stopped == "interrupted":
-        raise KeyboardInterrupt
-    return found
-
-
 @dataclass(slots=True)
 class _State:
     """Where a search is."""
