@@ -149,7 +149,8 @@ def _refuse_what_is_not_plain(path: Path, text: str) -> None:
         if isinstance(event, yaml.AliasEvent):
             raise InvalidFileError(path, "aliases (*name) are not read; write the values out", line)
         if getattr(event, "tag", None) is not None:
-            raise InvalidFileError(path, f"tags ({_shortened(event.tag)}) are not read; write plain values", line)
+            message = f"tags ({_shortened(event.tag)}) are not read; write plain values"
+            raise InvalidFileError(path, message, line)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _MAX_DEPTH:

@@ -214,7 +214,7 @@ def _from_npz(path: Path) -> GraspFile:
     numbers = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
     try:
         return GraspFile(path, path.name, Grasp(**numbers))
-    except (TypeError, ValueError, OverflowError) as error:  # what Python itself says of numbers that are none
+    except (TypeError, ValueError, OverflowError) as error:  # the first and last are Python's own
         raise InvalidFileError(path, str(error)) from None
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce import planning
-from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
+from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.surfaces import (
     ParametricSurface,
     PlanarCurve,
@@ -23,7 +23,7 @@ from graspforce.surfaces import (
 
 from .document import Document, read_document
 from .kinds import is_grasp
-from .mesh_problems import MeshPlanFile, mesh_problem
+from .mesh_problems import MeshPlanFile, mesh_problem, of_file
 from .schema import (
     CylinderModel,
     EllipseModel,
@@ -80,7 +80,7 @@ class PlanFile:
         try:
             return planning.plan(surface, criterion=criterion, **self.search, **self.grasp_options)
         except (InvalidInputError, InvalidGraspError) as error:
-            raise InvalidFileError(self.path, str(error)) from error
+            raise of_file(self.path, error) from error
 
 
 def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:

@@ -87,7 +87,7 @@ def save_grasp(
 
 
 def _fields(grasp: Grasp) -> dict[str, Any]:
-    """Return the fields of a grasp file: what all contacts have in common, and the rest contact by contact."""
+    """Return the fields of a grasp file: what contacts have in common, and the rest contact by contact."""
     given = grasp.to_dict()
     shared = {name: given[name] for name in ("origin", "length_scale", "friction_margin")}
     own = {field: given[name] for name, field in _FIELDS.items() if given[name] is not None}
