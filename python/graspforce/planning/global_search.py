@@ -21,8 +21,8 @@ import numpy as np
 from graspforce._checks import finite_array, finite_vector, real_number, search_bounds, whole_number
 from graspforce._core import BoxBound
 from graspforce._vectors import unit
-from graspforce.display import Record
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+from graspforce.records import Record
 
 from .pattern_search import deadline_after
 from .problem import SearchProblem, read_only

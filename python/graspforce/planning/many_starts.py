@@ -11,8 +11,9 @@ import numpy as np
 from graspforce._checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._core import quality_many
 from graspforce._optional import optional
-from graspforce.display import plan_set_dict, plan_set_html
+from graspforce.display import plan_set_html
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.records import plan_set_dict
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import deadline_after, pattern_search

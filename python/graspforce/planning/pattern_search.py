@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce.display import Record, plan_dict, plan_html
+from graspforce.display import plan_html
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.records import Record, plan_dict
 
 from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only

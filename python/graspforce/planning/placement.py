@@ -10,8 +10,8 @@ import numpy as np
 from graspforce._checks import chosen, finite_array, real_number, whole_number
 from graspforce._core import quality_many
 from graspforce._vectors import unit
-from graspforce.display import Record
 from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.records import Record
 
 from .scoring import TIE, Choice, SearchCounts
 

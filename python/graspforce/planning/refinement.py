@@ -17,8 +17,8 @@ from graspforce._checks import finite_vector, real_number, search_bounds, whole_
 from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce._vectors import unit
-from graspforce.display import Record
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
+from graspforce.records import Record
 
 from .problem import SearchProblem, read_only
 
