@@ -244,4 +244,4 @@ class MeshPlanModel(_Shared):
     )
     refine: bool = Field(True, description="whether the grasps kept are refined by gradients")
     seed: int = Field(0, ge=0, description="of the starts: the same seed gives the same grasps")
-    time_limit: _Positive | None = Field(None, description="seconds after which the search ends")
+    time_limit: _Positive | None = Field(None, description="seconds after which search and refinement end")
