@@ -148,8 +148,9 @@ def _refuse_what_is_not_plain(path: Path, text: str) -> None:
         line = event.start_mark.line + 1 if event.start_mark else None
         if isinstance(event, yaml.AliasEvent):
             raise InvalidFileError(path, "aliases (*name) are not read; write the values out", line)
-        if getattr(event, "tag", None) is not None:
-            message = f"tags ({_shortened(event.tag)}) are not read; write plain values"
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            message = f"tags ({_shortened(tag)}) are not read; write plain values"
             raise InvalidFileError(path, message, line)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._checks import real_number
 from graspforce._core import Grasp
-from graspforce.errors import InvalidFileError, InvalidGraspError
+from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
 
 from .document import Document, read_document
@@ -211,10 +212,13 @@ def _from_npz(path: Path) -> GraspFile:
     for name in ("positions", "normals"):
         if name not in given:
             raise InvalidFileError(path, f"{name}: missing")
-    numbers = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
+    numbers: dict[str, Any] = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
     try:
+        if "friction_margin" in numbers:
+            # The one argument of Grasp that is no array: what else it is given, only Python would say.
+            numbers["friction_margin"] = real_number("friction_margin", numbers["friction_margin"])
         return GraspFile(path, path.name, Grasp(**numbers))
-    except (TypeError, ValueError, OverflowError) as error:  # the first and last are Python's own
+    except (InvalidGraspError, InvalidInputError) as error:
         raise InvalidFileError(path, str(error)) from None
 
 
