@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import pytest
 import graspforce as gf
 from graspforce.cli import main
 from graspforce.commands.exit_codes import BAD_FILE, DONE, FAILED, INFEASIBLE, MISUSED
+from graspforce.commands.trajectory import solve_trajectory
+from graspforce.files import WrenchFile
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CUP, DISC, LIFT = (str(EXAMPLES / name) for name in ("cup.yaml", "disc.yaml", "lift.csv"))
@@ -234,3 +237,34 @@ def test_info_names_versions_and_schemas(call):
         "position" in json.loads(call("info", "--schema", "grasp").out)["$defs"]["ContactModel"]["properties"]
     )
     assert "numpy" in call("info").out
+
+
+def test_a_row_that_succeeds_alone_is_answered_and_one_proven_hopeless_is_not():
+    grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    hopeless = gf.Grasp([(0, 0)], [(1, 0)])
+    wrenches = np.array([[0.1, 0, 0], [0, 0.2, 0], [0.3, 0.1, 0]])
+    whole = gf.ForceDistributor(grasp)
+    expected = whole.solve_many(wrenches)
+
+    class Unlucky:
+        """A distributor whose batch does not meet the tolerance in the middle."""
+
+        def __init__(self, alone):
+            self.grasp, self.solve = grasp, alone.solve
+
+        def solve_many(self, rows):
+            found = whole.solve_many(rows)
+            nothing = np.where(np.arange(3) == 1, np.nan, 1.0)
+            return SimpleNamespace(
+                forces=found.forces * nothing[:, None, None], sigma_max=found.sigma_max * nothing,
+                sigma_sum=found.sigma_sum * nothing, status=np.array([0, 3, 0]),
+            )  # fmt: skip
+
+    answered = solve_trajectory(Unlucky(whole), WrenchFile(wrenches), lambda _: None)
+    np.testing.assert_allclose(answered.forces, expected.forces, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(answered.sigma_max, expected.sigma_max, rtol=1e-9)
+    np.testing.assert_allclose(answered.sigma_sum, expected.sigma_sum, rtol=1e-9)
+    unanswered = solve_trajectory(
+        Unlucky(gf.ForceDistributor(hopeless)), WrenchFile(wrenches), lambda _: None
+    )
+    assert unanswered.infeasible.tolist() == [False, True, False]

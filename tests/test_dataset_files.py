@@ -344,16 +344,19 @@ def test_the_command_prints_a_summary_and_goes_on(table, tmp_path, capsys, monke
     found = json.loads(capsys.readouterr().out)
     assert found["statuses"] == {"converged": 299, "bracketed": 0, "invalid": 1}
     assert set(found) == {*GradeSummary.__dataclass_fields__, "rows_per_second"}
-    assert main([*command, "--true-cones"]) == FAILED
+    assert main([*command, "--edges", "0"]) == FAILED
     assert "edges was 8, is None" in capsys.readouterr().err
     assert main(["grade", "missing.parquet", "--out", "other"]) == BAD_FILE
-    assert main([*command, "--true-cones", "--criterion", "sum", "--overwrite"]) == DONE
+    assert main([*command, "--edges", "0", "--criterion", "sum", "--overwrite"]) == DONE
     assert "rho_max" not in pq.read_schema(f"graded/{PART}").names
 
 
-def test_the_command_stops_at_once_when_interrupted_and_says_how_to_go_on(table, tmp_path):
+@pytest.mark.parametrize(
+    ("flags", "told"), [([], "the same command goes on"), (["--overwrite"], "without --overwrite goes on")]
+)
+def test_the_command_stops_at_once_when_interrupted_and_says_how_to_go_on(table, tmp_path, flags, told):
     pq.write_table(repeated(table, 50_000), tmp_path / "grasps.parquet")
-    command = [sys.executable, "-m", "graspforce", "grade", "grasps.parquet", "--out", "graded"]
+    command = [sys.executable, "-m", "graspforce", "grade", "grasps.parquet", "--out", "graded", *flags]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as run:
         deadline = time.monotonic() + 60
         while not list((tmp_path / "graded").glob(".part-0*")):
@@ -361,7 +364,7 @@ def test_the_command_stops_at_once_when_interrupted_and_says_how_to_go_on(table,
             time.sleep(0.01)
         begin = time.monotonic()
         os.kill(run.pid, signal.SIGINT)
-        assert "the same command goes on" in run.communicate()[1]
+        assert told in run.communicate()[1]
         assert time.monotonic() - begin < 5
     assert run.returncode == FAILED
     assert hidden(tmp_path / "graded") == [".lock", "_grade.json"]

@@ -1,12 +1,13 @@
 """Files of grasps, plans and wrenches: what is read, and that everything else is refused with its place."""
 
 import json
+import zipfile
 
 import numpy as np
 import pytest
 
 import graspforce as gf
-from graspforce.files import load_grasp, load_mesh, load_problem, load_wrenches
+from graspforce.files import load_grasp, load_mesh, load_problem, load_wrenches, parse_wrench
 
 PINCH = "contacts:\n  - {position: [-1, 0], normal: [1, 0]}\n  - {position: [1, 0], normal: [-1, 0]}\n"
 SPATIAL = "contacts:\n  - {position: [1, 0, 0], normal: [-1, 0, 0]}\n  - {position: [-1, 0, 0], normal: [1, 0, 0]}\n"
@@ -84,7 +85,10 @@ BAD_GRASPS = {
     "zero normal": (PINCH.replace("[-1, 0]}\n", "[0, 0]}\n"), r":3: contacts\[1\].normal: .*no direction"),
     "given twice": (PINCH + "friction: 1\nfriction: 2\n", r"yaml:5: friction: given twice"),
     "alias": ("a: &x [1]\nb: *x\n", r"yaml:2: aliases"),
-    "object": ("contacts: !!python/object/apply:os.system ['true']\n", r"not YAML"),
+    "object": ("contacts: !!python/object/apply:os.system ['true']\n", r":1: tags \(.*os.system\) are not read"),
+    "a bool that is none": (PINCH + "friction: !!bool maybe\n", r"yaml:4: tags \(.*bool\) are not read"),
+    "a time that is none": (PINCH + "name: !!timestamp x\n", r"yaml:4: tags \(.*timestamp\) are not read"),
+    "a tagged list": (PINCH + "outline: !own [[0, 1]]\n", r"yaml:4: tags \(!own\) are not read"),
     "too deep": ("[" * 100_000, r"nested deeper"),
     "too large": (" " * 1_000_001, r"larger than"),
     "huge integer": (PINCH + "friction: " + "9" * 5000 + "\n", r"grasp.yaml"),
@@ -234,3 +238,65 @@ def test_a_mesh_is_read_and_a_broken_one_refused(write):
     for content, name in (("", "empty.obj"), ("junk", "t.stl"), ("x", "t.exe")):
         with pytest.raises(gf.InvalidFileError, match=name):
             load_mesh(write(content, name))
+
+
+CONTACTS = [{"position": [-1, 0], "normal": [1, 0]}, {"position": [1, 0], "normal": [-1, 0]}]
+FACE = "\N{GRINNING FACE}"
+
+
+@pytest.mark.parametrize("ensure_ascii", [True, False])
+def test_characters_beyond_the_basic_plane_are_read_however_json_writes_them(write, ensure_ascii):
+    def text(**content):
+        return json.dumps({**content, "contacts": CONTACTS}, indent=1, ensure_ascii=ensure_ascii)
+
+    assert load_grasp(write(text(name=f"cup {FACE}"), "grasp.json")).name == f"cup {FACE}"
+    with pytest.raises(gf.InvalidFileError, match=f"json:3: {FACE}: unknown field"):
+        load_grasp(write(text(name=FACE, **{FACE: 1}), "grasp.json"))
+
+
+@pytest.mark.parametrize("name", [r"\ud83d", r"\ude00", r"\\ud83d\ude00", r"\ud83d \ude00"])
+def test_half_a_pair_of_surrogates_is_refused(write, name):
+    text = json.dumps({"contacts": CONTACTS, "name": "half"}).replace("half", name)
+    with pytest.raises(gf.InvalidFileError, match=r"grasp\.json"):
+        load_grasp(write(text, "grasp.json"))
+
+
+def test_backslashes_are_no_surrogates(write):
+    name = r"\ud83d\ude00"
+    text = json.dumps({"contacts": CONTACTS, "name": name})
+    assert load_grasp(write(text, "grasp.json")).name == name
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"friction_margin": [1.0, 2.0]}, "friction_margin"),
+        ({"friction_margin": "a"}, "friction_margin"),
+        ({"edges": [8.5, 8]}, "edges"),
+        ({"length_scale": [1.0, 2.0]}, "length_scale"),
+        ({"friction": 1j}, "friction"),
+        ({"origin": "a"}, "origin"),
+    ],
+)
+def test_an_npz_with_numbers_of_another_kind_is_refused(tmp_path, arrays, message):
+    pair = {"positions": [(-1, 0), (1, 0)], "normals": [(1, 0), (-1, 0)]}
+    np.savez(tmp_path / "bad.npz", **pair, **{name: np.array(value) for name, value in arrays.items()})
+    with pytest.raises(gf.InvalidFileError, match=rf"bad\.npz: .*{message}"):
+        load_grasp(tmp_path / "bad.npz")
+
+
+def test_a_member_of_an_npz_that_is_no_array_is_refused(tmp_path):
+    path = tmp_path / "bad.npz"
+    np.savez(path, positions=[(-1, 0), (1, 0)], normals=[(1, 0), (-1, 0)])
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("friction.npy", b"0.5")
+    with pytest.raises(gf.InvalidFileError, match=r"bad\.npz: friction: not an array"):
+        load_grasp(path)
+
+
+@pytest.mark.parametrize("dim", [4, 0, "3", 3.0])
+def test_wrenches_have_three_components_or_six(dim):
+    with pytest.raises(gf.InvalidInputError, match="wrench_dim: "):
+        load_wrenches("none.csv", dim)
+    with pytest.raises(gf.InvalidInputError, match="wrench_dim: "):
+        parse_wrench("1 2 3 4", dim)

@@ -96,6 +96,8 @@ def test_work_limits_end_with_the_gap_reached():
         ({"safety": 0.5}, "safety: 0.5"),
         ({"curvature": [[1.0]]}, "curvature: shape"),
         ({"initial": [9, 9]}, "initial, entry 0: 9.0 is outside its bounds"),
+        ({"initial": [0.5]}, r"initial: shape \(1,\), expected \(2,\)"),
+        ({"initial": [[0.5, 3]]}, r"initial: shape \(1, 2\), expected \(2,\)"),
         ({"safety": np.inf}, "safety: inf"),
         ({"max_boxes": -1}, "max_boxes: -1"),
         ({"time_limit": np.nan}, "time_limit: nan"),
@@ -107,6 +109,12 @@ def test_bad_arguments_are_refused(change, message):
     circle = contacts_on(ellipse(1, 1), ellipse(1, 1))
     with pytest.raises(gf.InvalidInputError, match=message):
         gf.plan_global(**{"surface": circle, "bounds": [(0, 1), (2, 5)], **change})
+
+
+def test_one_number_is_where_all_parameters_start():
+    surface, bounds = on_a_disc(lambda _: 0, lambda p: p[0]), [(2.5, 3.5)]
+    one, listed = (gf.plan_global(surface, bounds, initial=start, friction=0.3) for start in (3.0, [3.0]))
+    assert one.params.tolist() == listed.params.tolist()
 
 
 def on_a_disc(*angles_of):
@@ -198,6 +206,19 @@ def test_an_error_on_the_way_keeps_what_was_found():
     whole = gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
     assert found.quality.epsilon <= whole.upper
     assert found.upper >= whole.quality.epsilon
+
+
+def test_nothing_is_asked_beyond_the_bounds_not_even_by_rounding():
+    # -1 + (0.1 - -1) is more than 0.1.
+    bounds = [(-1, 0.1), (2.8, 3.5)]
+    disc = on_a_disc(lambda p: p[0], lambda p: p[1])
+    lower, upper = np.array(bounds, dtype=float).T
+
+    def bounded(params):
+        assert ((params >= lower) & (params <= upper)).all(), params
+        return disc(params)
+
+    assert gf.plan_global(bounded, bounds, friction=0.6, gap=0.05).stopped == "tolerance"
 
 
 def test_progress_may_be_a_bar():

@@ -1,6 +1,8 @@
 """Meshes in grasp and plan files and on the command line."""
 
 import json
+import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -281,3 +283,114 @@ def test_options_of_a_mesh_and_of_a_file_are_not_mixed(folder, write, call):
 def test_the_schema_of_plans_on_meshes_is_printed(call):
     assert "starts" in json.loads(call("info", "--schema", "mesh-plan").out)["properties"]
     assert isinstance(MeshPlanFile.__doc__, str)
+
+
+def test_a_mesh_that_the_user_names_may_lie_behind_a_link_and_have_any_name(folder, tmp_path_factory, call):
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "box.ply").symlink_to(folder / "box.ply")
+    (elsewhere / "left:box.ply").symlink_to(folder / "box.ply")
+    for name in ("box.ply", "left:box.ply"):
+        options = ("--unit", "mm", *AT, "--json")
+        assert json.loads(call("quality", elsewhere / name, *options).out)["grasp"]["num_contacts"] == 3
+        search = ("--unit", "mm", "--starts", "2", "--best", "1", "--no-refine")
+        call("plan", elsewhere / name, *search, "--out", elsewhere / "best.json")
+        call("quality", elsewhere / "best.json", "--plot", elsewhere / "again.png")
+
+
+SEARCH = "mesh: egg.stl\nstarts: 6\nbest: 3\nstep: 0.02\ntolerance: 0.01\nfriction: 0.8\n"
+
+
+@pytest.fixture
+def refining(write, monkeypatch):
+    """Return a search whose refinements a test may change, and what it finds unrefined."""
+    plain = load_problem(write(SEARCH + "refine: false\n", "plain.yaml")).plan()
+    assert len(plain.plans) == 3
+
+    def planned(change, text=SEARCH):
+        calls = []
+
+        def changed(*arguments, **options):
+            calls.append(arguments)
+            return change(len(calls), lambda: gf.refine(*arguments, **options))
+
+        monkeypatch.setattr("graspforce.files.mesh_problems.refine", changed)
+        found = load_problem(write(text, "plan.yaml")).plan()
+        assert all(one.quality.rho <= other.quality.rho for one, other in pairwise(found.plans))
+        return found, len(calls)
+
+    return planned, plain
+
+
+def lengths(found):
+    return sorted(len(plan.history) for plan in found.plans)
+
+
+def test_ctrl_c_while_refining_keeps_every_grasp_that_was_found(refining):
+    def interrupted(call, refine):
+        if call == 2:
+            raise KeyboardInterrupt
+        return refine()
+
+    planned, plain = refining
+    found, calls = planned(interrupted)
+    assert (found.stopped, calls, len(found.plans)) == ("interrupted", 2, 3)
+    assert sum(lengths(found)) == sum(lengths(plain)) + 1
+
+
+def test_a_refinement_that_fails_costs_no_other_grasp(refining):
+    def failing(call, refine):
+        if call == 1:
+            error = gf.NotConvergedError("no end")
+            error.partial = refine()
+            raise error
+        if call == 2:
+            raise gf.InvalidInputError("the surface ends here")
+        return refine()
+
+    planned, plain = refining
+    found, calls = planned(failing)
+    assert (found.stopped, calls, len(found.plans)) == ("tolerance", 3, 3)
+    assert sum(lengths(found)) == sum(lengths(plain)) + 2
+    starts = [plan.history[0].params for plan in plain.plans[:2]]
+    rows = [int(np.flatnonzero((found.starts == start).all(axis=1))[0]) for start in starts]
+    expected = zip(rows, ("refinement: no end", "refinement: the surface ends here"), strict=True)
+    assert found.failures == dict(expected)
+
+
+def test_refinement_ends_when_the_time_of_the_search_is_over_and_is_part_of_it(refining):
+    def slow(_, refine):
+        time.sleep(1.5)
+        return refine()
+
+    planned, _ = refining
+    found, calls = planned(slow, SEARCH + "time_limit: 1.5\n")
+    assert (found.stopped, calls) == ("time", 1)
+    assert found.seconds >= 1.5
+    assert planned(slow, SEARCH + "time_limit: 1.0e-9\n")[1] == 0
+
+
+def test_grasps_that_refine_into_one_are_one(refining):
+    ended = []
+
+    def same(_, refine):
+        ended.append(ended[0] if ended else refine())
+        return ended[0]
+
+    planned, _ = refining
+    found, calls = planned(same)
+    assert (calls, len(found.plans)) == (3, 1)
+
+
+@pytest.mark.parametrize(
+    ("searched", "text"), [("files.mesh_problems.plan_many", SEARCH), ("planning.plan", SURFACES)]
+)
+def test_an_error_of_a_search_names_the_file_and_keeps_what_was_found(write, monkeypatch, searched, text):
+    def failing(*_, **__):
+        error = gf.InvalidInputError("the surface ends here")
+        error.partial = "what was found"
+        raise error
+
+    monkeypatch.setattr(f"graspforce.{searched}", failing)
+    with pytest.raises(gf.InvalidFileError, match=r"plan\.yaml: the surface ends here") as raised:
+        load_problem(write(text, "plan.yaml")).plan()
+    assert raised.value.partial == "what was found"

@@ -144,3 +144,36 @@ def test_a_row_that_is_no_grasp_is_named():
     with pytest.raises(gf.InvalidGraspError, match=r"row 1, contact 2: \[0.0, 0.0\] has no direc") as raised:
         gf.Placement(samples=4).quality(OUTWARD, normals)
     assert raised.value.row == 1
+
+
+def test_an_option_with_a_row_for_each_grasp_holds_for_all_its_copies(monkeypatch):
+    outward = in_space(3)
+    placement = gf.Placement(position=0.02, normal=0.05, samples=10)
+    options = {
+        "friction": np.random.default_rng(1).uniform(0.4, 0.8, (3, 4)),
+        "max_normal_force": np.random.default_rng(2).uniform(1, 2, (3, 4)),
+        "torsion": np.random.default_rng(3).uniform(0.1, 0.2, (3, 4)),
+        "origin": np.random.default_rng(4).normal(size=(3, 3)),
+        "length_scale": [0.5, 1.0, 2.0],
+    }
+    # Two grasps at a time, so that their rows are told apart from those of all.
+    monkeypatch.setattr(placement_module, "_ROWS", 20)
+    noisy = placement.quality(outward, -outward, **options)
+    for row in range(3):
+        own = {name: np.asarray(values)[row] for name, values in options.items()}
+        alone = placement.quality(outward[row : row + 1], -outward[row : row + 1], **own)
+        np.testing.assert_array_equal(noisy.epsilon[row], alone.epsilon[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"friction": np.full((3, 4), 0.5)}, "friction: 3 rows for 2 grasps"),
+        ({"length_scale": [1.0]}, "length_scale: 1 rows for 2 grasps"),
+        ({"friction": [[0.5], [0.5, 0.5]]}, "friction"),
+        ({"friction": np.full((2, 3), 0.5)}, "friction: shape"),
+    ],
+)
+def test_options_with_rows_of_other_grasps_are_refused(options, message):
+    with pytest.raises((gf.InvalidInputError, gf.InvalidGraspError), match=message):
+        gf.Placement(samples=4).quality(in_space(2), -in_space(2), **options)

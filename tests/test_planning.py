@@ -172,6 +172,18 @@ def test_spatial_surfaces_may_return_tangents():
             r"surface: normals of shape \(6, 1, 2\), expected \(6, 2, 2\)",
         ),
         ({"surface": lambda _: ("a", "b")}, r"surface: positions: "),
+        (
+            {"surface": lambda params: (squeeze(params)[0] * (1 + 0.1j), squeeze(params)[1])},
+            r"surface: positions: .* is not an array of real numbers",
+        ),
+        (
+            {"surface": lambda params: (squeeze(params)[0], np.ma.masked_less(squeeze(params)[1], 0))},
+            r"surface: normals: some of its entries are masked",
+        ),
+        (
+            {"surface": lambda params: (squeeze(params)[0][:, :0],) * 2, "max_candidates": 3},
+            r"surface: positions of shape \(\d, 0, 2\), expected .* with m at least 1",
+        ),
     ],
 )
 def test_bad_arguments_are_refused_by_name_and_value(change, message):

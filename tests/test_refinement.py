@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy import optimize
 
 import graspforce as gf
 from graspforce.paper import RACKET, tile_side
@@ -146,3 +147,49 @@ def test_frames_of_many_grasps_at_once_are_those_of_each(tangents):
     contacts = climb._source.contacts(params)
     each = [climb._source.grasp_of(contacts, row).frames for row in range(6)]
     np.testing.assert_array_equal(climb._frames(contacts), each)
+
+
+def never_beyond(surface, bounds):
+    """Return the surface, which is then asked for nothing beyond its bounds, not even by rounding."""
+    lower, upper = np.array(bounds, dtype=float).T
+
+    def bounded(params):
+        assert ((params >= lower) & (params <= upper)).all(), params
+        return surface(params)
+
+    return bounded
+
+
+def test_bounds_are_kept_to_the_last_bit():
+    # -1 + (0.1 - -1) is more than 0.1.
+    bounds = [(-1, 0.1), (3.5, 4)]
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(
+        never_beyond(disc, bounds), [-0.2, 3.6], bounds, friction=0.9, length_scale=0.1, max_iterations=30
+    )
+    assert ended.params.tolist() == [0.1, 3.5]
+
+
+@pytest.mark.parametrize("width", [1e-12, 2.5e-10, 1e-9])
+def test_bounds_closer_than_differences_can_tell_hold_a_parameter_still(width):
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    options = {"friction": 0.4, "length_scale": 0.1}
+    ended = gf.refine(disc, [1.0, 3.9], [(1.0, 1.0 + width), (3.5, 5)], **options)
+    assert ended.params[1] - 1 == pytest.approx(np.pi, abs=1e-3)
+    assert np.isfinite(ended.slope)
+
+
+def test_least_squares_that_do_not_end_keep_the_best_so_far(monkeypatch):
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    solve, calls = optimize.nnls, []
+
+    def giving_up(matrix, right):
+        calls.append(right)
+        if len(calls) > 2:
+            raise RuntimeError("Maximum number of iterations reached.")
+        return solve(matrix, right)
+
+    monkeypatch.setattr(optimize, "nnls", giving_up)
+    with pytest.raises(gf.NotConvergedError, match="Maximum number") as raised:
+        gf.refine(disc, [0.0, 2.8], [(0, 1), (1, 4)], friction=0.4, length_scale=0.1)
+    assert raised.value.partial.gain > 0

@@ -181,3 +181,17 @@ def test_normals_of_any_length_have_directions(size):
     np.testing.assert_allclose(curve.normals(np.zeros(1)), [[-np.sqrt(0.5), np.sqrt(0.5)]], rtol=1e-15)
     sheet = ParametricSurface(lambda p: np.zeros((len(p), 3)), lambda p: np.full((len(p), 3), size))
     np.testing.assert_allclose(sheet.normals(np.zeros((1, 2))), [[np.sqrt(1 / 3)] * 3], rtol=1e-15)
+
+
+def test_a_place_need_not_know_friction_and_limits():
+    class Post:
+        """A place with no more than what a place must have."""
+
+        num_params = 1
+
+        def contacts(self, params):
+            return ellipse(1.0, 1.0).contacts(params)
+
+    both = contacts_on(Post(), Post())
+    assert both.grasp_options == {}
+    assert both(np.array([[0.0, np.pi / 2]]))[0].round(12).tolist() == [[[1.0, 0.0], [0.0, 1.0]]]

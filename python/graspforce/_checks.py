@@ -82,8 +82,8 @@ _MAX_NUMBERS = 2**27
 _LARGEST = 1e140
 
 
-def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
+def _real_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Convert `value` to a float64 array of its own, refusing what is not of real numbers."""
     try:
         given = np.asarray(value)
     except (TypeError, ValueError) as error:
@@ -96,7 +96,12 @@ def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
         raise InvalidInputError(f"{argument}: {given.size} numbers, more than the {_MAX_NUMBERS} of one call")
     # Numbers beyond float64 become infinite, and are then refused by name.
     with np.errstate(over="ignore"):
-        array = given.astype(np.float64)
+        return given.astype(np.float64)
+
+
+def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
+    array = _real_array(argument, value)
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         where = f", entry {at[0] if len(at) == 1 else at}" if at else ""
@@ -156,13 +161,10 @@ def checked_contacts(returned: object, params: NDArray[np.float64]) -> dict[str,
 
 
 def _contact_array(name: str, value: ArrayLike, params: NDArray[np.float64]) -> NDArray[np.float64]:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"surface: {name}: {error}") from error
+    array = _real_array(f"surface: {name}", value)
     rows = len(params)
-    if array.ndim != 3 or len(array) != rows or array.shape[2] not in (2, 3):
-        expected = f"({rows}, m, 2) or ({rows}, m, 3)"
+    if array.ndim != 3 or len(array) != rows or array.shape[1] < 1 or array.shape[2] not in (2, 3):
+        expected = f"({rows}, m, 2) or ({rows}, m, 3) with m at least 1"
         raise InvalidInputError(f"surface: {name} of shape {array.shape}, expected {expected}")
     if not np.isfinite(array).all():
         row, contact, _ = (int(i) for i in np.argwhere(~np.isfinite(array))[0])

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .display import Record
 from .errors import InvalidGraspError
+from .records import Record
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -39,7 +39,7 @@ pub struct PyForceBatch {
 impl PyForceBatch {
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("forces_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("forces_dict", (slf,))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -370,7 +370,7 @@ impl PyForceDistributor {
 
     /// Its grasp and its options as plain Python numbers and lists, ready for JSON.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("distributor_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("distributor_dict", (slf,))
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {

@@ -174,7 +174,7 @@ impl PyForceSolution {
 
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("solution_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("solution_dict", (slf,))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -62,7 +62,7 @@ impl PyGradient {
 
     /// Everything as plain Python numbers and lists, ready for JSON.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("gradient_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("gradient_dict", (slf,))
     }
 
     #[staticmethod]

@@ -488,7 +488,7 @@ impl PyGrasp {
     /// >>> gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).to_dict()["positions"]
     /// [[-1.0, 0.0], [1.0, 0.0]]
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("grasp_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("grasp_dict", (slf,))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

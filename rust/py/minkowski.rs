@@ -89,7 +89,7 @@ impl PyMinkowskiSum {
 
     /// Everything as plain Python numbers and lists, ready for JSON.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("minkowski_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("minkowski_dict", (slf,))
     }
 
     #[staticmethod]

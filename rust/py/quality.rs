@@ -131,7 +131,7 @@ impl PyQuality {
     /// >>> grasp.quality("max").to_dict()["closure"]
     /// 'force'
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("quality_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("quality_dict", (slf,))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -118,7 +118,7 @@ impl PyQualityBatch {
 
     /// Everything as plain Python numbers and lists, ready for JSON.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.display")?.call_method1("batch_dict", (slf,))
+        slf.py().import("graspforce.records")?.call_method1("batch_dict", (slf,))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

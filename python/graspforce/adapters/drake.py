@@ -11,8 +11,7 @@ from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
-from .mujoco import ReadingOptions
-from .reading import ContactReading
+from .reading import ContactReading, ReadingOptions
 
 __all__ = ["from_drake"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -11,22 +11,9 @@ from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
-from .reading import ContactReading
+from .reading import ContactReading, ReadingOptions
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-__all__ = ["ReadingOptions", "from_mujoco"]
-
-
-class ReadingOptions(TypedDict, total=False):
-    """What no simulator knows about a grasp; see `graspforce.Grasp`."""
-
-    max_normal_force: ArrayLike
-    edges: int | None
-    origin: ArrayLike
-    length_scale: float
-    friction_margin: float
+__all__ = ["from_mujoco"]
 
 
 def from_mujoco(

@@ -1,19 +1,29 @@
-"""What a simulator says about the contacts on one body."""
+"""What a simulator says about the contacts on one body, and what it does not know."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
-from graspforce.display import Record
+from graspforce.records import Record
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp
 
-__all__ = ["ContactReading"]
+__all__ = ["ContactReading", "ReadingOptions"]
+
+
+class ReadingOptions(TypedDict, total=False):
+    """What no simulator knows about a grasp; see `graspforce.Grasp`."""
+
+    max_normal_force: ArrayLike
+    edges: int | None
+    origin: ArrayLike
+    length_scale: float
+    friction_margin: float
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 from graspforce._core import ForceDistributor
+from graspforce.display import FORCE_COMPONENTS
 from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
 
 from .exit_codes import INFEASIBLE
@@ -81,7 +82,7 @@ def _one(
             (str(i), vector(force, scale), rounded(share), rounded(margin))
             for i, (force, share, margin) in enumerate(columns)
         ]
-        names = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}[file.grasp.force_dim]
+        names = FORCE_COMPONENTS[file.grasp.force_dim]
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
         limits = "within limits" if solution.within_limits else "PAST THE LIMITS"
         print(f"max {solution.sigma_max:.6g}, sum {solution.sigma_sum:.6g}: {limits}")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from graspforce._optional import optional
 from graspforce.datasets import GradeSummary
 from graspforce.datasets import grade as grade_dataset
-from graspforce.errors import GraspForceError, MissingExtraError
+from graspforce.errors import GraspForceError
 
 from .exit_codes import FAILED
 from .output import AsJson, note, print_json, print_table
@@ -31,8 +31,7 @@ def grade(
     criterion: Annotated[
         Literal["max", "sum", "both"], typer.Option(help="Which of rho_max and rho_sum to compute.")
     ] = "both",
-    edges: Annotated[int, typer.Option(help="Edges of the linearised friction cones.")] = 8,
-    true_cones: Annotated[bool, typer.Option("--true-cones", help="True friction cones, no edges.")] = False,
+    edges: Annotated[int, typer.Option(help="Edges of friction cones, 0 for true ones.")] = 8,
     rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
     length_scale: Annotated[
         float | None, typer.Option(help="In m, for datasets without this column; 1 if not given.")
@@ -56,7 +55,7 @@ def grade(
                 source,
                 out,
                 criteria=("max", "sum") if criterion == "both" else criterion,
-                edges=None if true_cones else edges,
+                edges=edges or None,
                 rtol=rtol,
                 length_scale=length_scale,
                 rows_per_part=rows_per_part,
@@ -65,7 +64,9 @@ def grade(
                 progress=report,
             )
         except KeyboardInterrupt:
-            note(f"interrupted; the same command goes on in {out}")
+            # Given again, --overwrite would delete what is done.
+            same = "the same command without --overwrite" if overwrite else "the same command"
+            note(f"interrupted; {same} goes on in {out}")
             raise typer.Exit(FAILED) from None
     if as_json:
         print_json(found.to_dict())
@@ -94,10 +95,7 @@ def _cluster(address: str | None) -> Iterator[Any]:
     if address is None:
         yield None
         return
-    try:
-        distributed: Any = import_module("distributed")
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("dask", error) from error
+    distributed = optional("distributed", "dask")
     try:
         client = distributed.Client(address)
     except (OSError, ValueError) as error:

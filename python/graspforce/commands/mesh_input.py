@@ -16,11 +16,11 @@ from graspforce.files.meshes import FORMATS
 from graspforce.files.schema import GraspModel
 
 __all__ = [
-    "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit", "grasp_from",
-    "is_mesh", "mesh_problem_from", "refuse_with_a_file",
+    "PANEL", "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit",
+    "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file",
 ]  # fmt: skip
 
-_PANEL = "With a mesh in place of a file"
+PANEL = "With a mesh in place of a file"
 
 GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]
 At = Annotated[
@@ -28,27 +28,27 @@ At = Annotated[
     typer.Option(
         metavar="X,Y,Z",
         help="A contact in m, moved to the nearest point of the mesh; once for each.",
-        rich_help_panel=_PANEL,
+        rich_help_panel=PANEL,
     ),
 ]
 Unit = Annotated[
     Literal["m", "dm", "cm", "mm", "in", "ft"] | None,
-    typer.Option(help="Unit of the mesh's vertices.  \\[default: m]", rich_help_panel=_PANEL),
+    typer.Option(help="Unit of the mesh's vertices.  \\[default: m]", rich_help_panel=PANEL),
 ]
 Friction = Annotated[
-    float | None, typer.Option(help="Coulomb coefficient.  \\[default: 0.5]", rich_help_panel=_PANEL)
+    float | None, typer.Option(help="Coulomb coefficient.  \\[default: 0.5]", rich_help_panel=PANEL)
 ]
 MaxNormalForce = Annotated[
     float | None,
-    typer.Option(help="Limit of each normal force in N.  \\[default: 1]", rich_help_panel=_PANEL),
+    typer.Option(help="Limit of each normal force in N.  \\[default: 1]", rich_help_panel=PANEL),
 ]
 Edges = Annotated[
     int | None,
-    typer.Option(help="Edges of friction cones, 0 for true ones.  \\[default: 8]", rich_help_panel=_PANEL),
+    typer.Option(help="Edges of friction cones, 0 for true ones.  \\[default: 8]", rich_help_panel=PANEL),
 ]
 LengthScale = Annotated[
     float | None,
-    typer.Option(help="Length in m that makes torques comparable with forces.", rich_help_panel=_PANEL),
+    typer.Option(help="Length in m that makes torques comparable with forces.", rich_help_panel=PANEL),
 ]
 
 
@@ -84,7 +84,7 @@ def refuse_with_a_file(**options: object) -> None:
 
 def _document(path: Path, unit: str | None, fields: dict[str, Any]) -> Document:
     mesh = {"file": path.name} | ({} if unit is None else {"unit": unit})
-    return Document(path, {"mesh": mesh, **fields}, {})
+    return Document(path, {"mesh": mesh, **fields}, {}, mesh=path)
 
 
 def _given(options: dict[str, float | None]) -> dict[str, Any]:

@@ -32,8 +32,7 @@ def plan_on_mesh(
         _print(file, found, criterion)
     best = found.best.grasp
     if out is not None:
-        options = file.grasp_options
-        save_grasp(out, best, options, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
+        save_grasp(out, best, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
         note(f"wrote {out}")
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for

@@ -9,14 +9,12 @@ import typer
 
 from graspforce.files import MeshPlanFile, PlanFile, load_problem, save_grasp
 
-from .mesh_input import Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
+from .mesh_input import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
 from .mesh_plans import plan_on_mesh
 from .output import AsJson, Criterion, note, print_json, print_table, save, vector
 from .progress import progress
 
 __all__ = ["plan"]
-
-_PANEL = "With a mesh in place of a file"
 
 
 def plan(
@@ -30,15 +28,15 @@ def plan(
         Path | None, typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).")
     ] = None,
     contacts: Annotated[
-        int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=_PANEL)
+        int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=PANEL)
     ] = None,
     starts: Annotated[
         int | None,
-        typer.Option(help="Searches, from all over the mesh.  \\[default: 100]", rich_help_panel=_PANEL),
+        typer.Option(help="Searches, from all over the mesh.  \\[default: 100]", rich_help_panel=PANEL),
     ] = None,
     best: Annotated[
         int | None,
-        typer.Option(help="How many distinct grasps to keep.  \\[default: 3]", rich_help_panel=_PANEL),
+        typer.Option(help="How many distinct grasps to keep.  \\[default: 3]", rich_help_panel=PANEL),
     ] = None,
     unit: Unit = None,
     friction: Friction = None,
@@ -48,11 +46,11 @@ def plan(
         typer.Option(
             "--refine/--no-refine",
             help="Whether to refine the grasps by gradients.  \\[default: refine]",
-            rich_help_panel=_PANEL,
+            rich_help_panel=PANEL,
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Of the starts.  \\[default: 0]", rich_help_panel=_PANEL)
+        int | None, typer.Option(help="Of the starts.  \\[default: 0]", rich_help_panel=PANEL)
     ] = None,
 ) -> None:
     """Search for the best contact positions: the paper's pattern search, on curves, surfaces or a mesh.
@@ -90,7 +88,7 @@ def _plan_on_places(
         print_table(title, ("iteration", "parameters", f"rho_{criterion}", "steps after"), rows)
         print(f"closure {found.quality.closure}, epsilon {found.quality.epsilon:.9g}")
     if out is not None:
-        save_grasp(out, found.grasp, file.grasp_options, name=file.name)
+        save_grasp(out, found.grasp, name=file.name)
         note(f"wrote {out}")
     if plot is not None:
         from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from graspforce.errors import InfeasibleWrenchError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,7 +73,9 @@ def solve_trajectory(
         batch = distributor.solve_many(given.wrenches[rows])
         forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
         for row in start + np.flatnonzero(batch.status > _INFEASIBLE):
-            # Anything but an answer or its proven absence is an error, which solving alone names.
-            distributor.solve(given.wrenches[row])
+            # Alone it may succeed, or be proven to have no answer; anything else is an error that is named.
+            with contextlib.suppress(InfeasibleWrenchError):
+                alone = distributor.solve(given.wrenches[row])
+                forces[row], sigma_max[row], sigma_sum[row] = alone.forces, alone.sigma_max, alone.sigma_sum
         done(min(count, rows.stop))
     return Trajectory(given.wrenches, given.times, forces, sigma_max, sigma_sum)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from graspforce._core import __version__
-from graspforce.errors import GraspForceError, InvalidInputError, MissingExtraError
+from graspforce._optional import optional
+from graspforce.errors import GraspForceError, InvalidInputError
 
 from .parts import grade_part
 
@@ -25,11 +25,7 @@ def grade_parts_on(
 
     `common` are the arguments of `grade_part` that all parts share.
     """
-    try:
-        distributed: Any = import_module("distributed")
-    except ModuleNotFoundError as error:
-        raise MissingExtraError("dask", error) from error
-
+    distributed = optional("distributed", "dask")
     if not isinstance(client, distributed.Client):
         raise InvalidInputError(f"client: {client!r} is not a distributed.Client")
     # Not pure: the same part asked for again, after its file was deleted, is work again.

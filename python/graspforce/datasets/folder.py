@@ -25,6 +25,7 @@ __all__ = ["graded_parts", "identity", "prepare"]
 _MANIFEST = "_grade.json"
 """Readers of Parquet folders pass over names that begin with an underscore or a dot."""
 
+_PARTS = "part-*.parquet"
 _PART_NAME = re.compile(r"part-\d{6,}\.parquet")
 _FORMAT = 1
 _MAX_TOLD = 5
@@ -48,7 +49,8 @@ def prepare(
         "files": [file.identity(root) for file in files],
     }
     manifest = out / _MANIFEST
-    clear_leftovers(out)
+    # Only by our names: whether the folder is ours is not yet known.
+    clear_leftovers(out, (_PARTS, _MANIFEST))
     if overwrite and manifest.exists():
         # The manifest last: a kill in between leaves a folder that still says whose parts it holds.
         for path in (*graded_parts(out), manifest):
@@ -73,7 +75,7 @@ def identity(out: Path) -> str | None:
 
 def graded_parts(out: Path) -> list[Path]:
     """Find the files of parts that are done."""
-    return [path for path in out.glob("part-*.parquet") if _PART_NAME.fullmatch(path.name)]
+    return [path for path in out.glob(_PARTS) if _PART_NAME.fullmatch(path.name)]
 
 
 def _read(manifest: Path) -> dict[str, Any]:
@@ -114,4 +116,9 @@ def _differences(found: dict[str, Any], asked: dict[str, Any]) -> Iterator[str]:
         elif name not in before:
             yield f"{name} is new"
         elif before[name] != now[name]:
-            yield f"{name} has changed"
+            yield f"{name} has changed{_or_anew(before[name], now[name])}"
+
+
+def _or_anew(before: dict[str, Any], now: dict[str, Any]) -> str:
+    alike = {**before, "modified": None} == {**now, "modified": None}
+    return ", or was written or copied anew" if alike else ""

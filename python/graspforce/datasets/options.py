@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 
-from graspforce._core import quality_many
-from graspforce.errors import InvalidInputError
+from graspforce._checks import real_number, whole_number
+from graspforce._core import Grasp, quality_many
+from graspforce.errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,14 +47,31 @@ class GradeOptions:
         if not self.criteria or len(set(self.criteria)) != len(self.criteria):
             raise InvalidInputError(f"criteria: {self.criteria!r}, expected some of {_CRITERIA}, each once")
         nothing = np.empty((0, 1, 3))
-        for criterion in self.criteria:
-            quality_many(nothing, nothing, criterion=criterion, **self.arguments())
+        try:
+            # Edges are looked at contact by contact, which no grasps at all do not have.
+            Grasp([(1, 0, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)], edges=self.edges)
+            for criterion in self.criteria:
+                quality_many(nothing, nothing, criterion=criterion, **self.arguments())
+        except InvalidGraspError as error:
+            raise InvalidInputError(str(error)) from None
 
     @classmethod
-    def of(cls, criteria: Sequence[str] | str, **others: Any) -> GradeOptions:
-        """Take one criterion or several."""
+    def of(
+        cls,
+        criteria: Sequence[str] | str,
+        *,
+        edges: int | None = 8,
+        rtol: float | None = None,
+        length_scale: float | None = None,
+    ) -> GradeOptions:
+        """Take one criterion or several, and numbers of any kind, as plain ones that JSON can hold."""
         given = (criteria,) if isinstance(criteria, str) else tuple(criteria)
-        return cls(cast("tuple[Criterion, ...]", given), **others)
+        return cls(
+            cast("tuple[Criterion, ...]", given),
+            None if edges is None else whole_number("edges", edges, least=3),
+            None if rtol is None else real_number("rtol", rtol),
+            None if length_scale is None else real_number("length_scale", length_scale),
+        )
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `graspforce.quality_many` but the criterion."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,6 +113,10 @@ def grade_part(
                 writer.write_batch(graded, row_group_size=at_once)
                 report += _counted(pa.Table.from_batches([graded]))
                 done += batch.num_rows
+        if done != part.rows:
+            raise InvalidFileError(
+                part.source, f"{done} rows from row {part.start} on, not {part.rows}: it has changed"
+            )
         # A machine that lost its client may end when the folder is another run's already.
         if identity(out) != run:
             raise GraspForceError(f"{out}: not, or no longer, the folder of this run")
@@ -142,6 +147,19 @@ def _opened(path: Path) -> pq.ParquetFile:
 def _batches(file: pq.ParquetFile, part: Part, at_once: int) -> Iterator[pa.RecordBatch]:
     """Yield the rows of a part, decoding only the row groups that hold them."""
     stop = part.start + part.rows
+    at, groups = _groups_of(file, part)
+    for batch in _decoded(file, part.source, at_once, groups):
+        begin, end = max(part.start - at, 0), min(stop - at, batch.num_rows)
+        at += batch.num_rows
+        if begin < end:
+            yield batch.slice(begin, end - begin)
+        if at >= stop:
+            return
+
+
+def _groups_of(file: pq.ParquetFile, part: Part) -> tuple[int, list[int]]:
+    """Return the first row of the row groups that hold a part, and their numbers."""
+    stop = part.start + part.rows
     groups: list[int] = []
     first = 0
     before = 0
@@ -152,20 +170,31 @@ def _batches(file: pq.ParquetFile, part: Part, at_once: int) -> Iterator[pa.Reco
                 first = before
             groups.append(group)
         before += rows
-    at = first
-    for batch in file.iter_batches(at_once, row_groups=groups):
-        begin, end = max(part.start - at, 0), min(stop - at, batch.num_rows)
-        at += batch.num_rows
-        if begin < end:
-            yield batch.slice(begin, end - begin)
-        if at >= stop:
-            return
+    return first, groups
+
+
+def _decoded(file: pq.ParquetFile, path: Path, at_once: int, groups: list[int]) -> Iterator[pa.RecordBatch]:
+    try:
+        yield from file.iter_batches(at_once, row_groups=groups)
+    except (pa.ArrowException, OSError) as error:
+        raise InvalidFileError(path, str(error)) from error
 
 
 def _rows_at_once(file: pq.ParquetFile, part: Part) -> int:
     groups = [file.metadata.row_group(group) for group in range(file.metadata.num_row_groups)]
     heaviest = max((group.total_byte_size / max(group.num_rows, 1) for group in groups), default=1.0)
-    return max(1, min(part.rows, int(_BATCH_BYTES / max(heaviest, 1.0))))
+    # Values of a dictionary, however long, take a few bits of each row in the file, but not in memory.
+    first_row = islice(_decoded(file, part.source, 1, _groups_of(file, part)[1][:1]), 1)
+    heaviest = max(heaviest, *map(_bytes_of, first_row), 1.0)
+    return max(1, min(part.rows, int(_BATCH_BYTES / heaviest)))
+
+
+def _bytes_of(row: pa.RecordBatch) -> int:
+    # Rows of a column that stays a dictionary share its values.
+    return sum(
+        (column.indices if pa.types.is_dictionary(column.type) else column).get_total_buffer_size()
+        for column in row.columns
+    )
 
 
 def _counted(table: pa.Table) -> PartReport:

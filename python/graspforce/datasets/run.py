@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graspforce._checks import whole_number
 from graspforce.errors import GraspForceError, InvalidInputError, ResumeError
 
 from .cluster import grade_parts_on
@@ -38,12 +39,11 @@ def grade_files(
 ) -> GradeSummary:
     """Grade the Parquet files of a source into the parts of a folder."""
     begin = time.perf_counter()
-    if rows_per_part < 1:
-        raise InvalidInputError(f"rows_per_part: {rows_per_part} must be positive")
+    rows_per_part = whole_number("rows_per_part", rows_per_part, least=1)
     folder = Path(out).absolute()
     if Path(source).is_dir() and folder.resolve().is_relative_to(Path(source).resolve()):
         raise InvalidInputError(f"out: {out} lies in the source's folder; its parts would become sources")
-    root, paths = find_files(source)
+    root, paths = find_files(source, folder)
     files = look_at(paths, options)
     parts = split([(file.path, file.rows) for file in files], rows_per_part)
     total = sum(file.rows for file in files)

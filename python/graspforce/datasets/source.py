@@ -40,6 +40,8 @@ class SourceFile:
         Where it is.
     rows, bytes : int
         How large it is.
+    modified : int
+        When it was last written, in ns: between least and largest values, a footer tells nothing apart.
     footer : str
         Digest of the footer, which holds the least and largest value of every column in every row group.
     schema : pyarrow.Schema
@@ -49,17 +51,22 @@ class SourceFile:
     path: Path
     rows: int
     bytes: int
+    modified: int
     footer: str
     schema: pa.Schema
 
     def identity(self, root: Path) -> dict[str, Any]:
         """Return what must be the same when a run goes on."""
         name = self.path.relative_to(root).as_posix()
-        return {"name": name, "rows": self.rows, "bytes": self.bytes, "footer": self.footer}
+        size = {"rows": self.rows, "bytes": self.bytes}
+        return {"name": name, **size, "modified": self.modified, "footer": self.footer}
 
 
-def find_files(source: str | os.PathLike[str]) -> tuple[Path, list[Path]]:
-    """Return the folder that holds all files of a source, and the files, in the order of their names."""
+def find_files(source: str | os.PathLike[str], out: Path) -> tuple[Path, list[Path]]:
+    """Return the folder that holds all files of a source, and the files, in the order of their names.
+
+    What a pattern finds in the folder of results are the parts of a run before, not sources.
+    """
     given = Path(source)
     if given.is_file():
         return given.parent.absolute(), [given.absolute()]
@@ -67,7 +74,11 @@ def find_files(source: str | os.PathLike[str]) -> tuple[Path, list[Path]]:
         found = [path for path in given.rglob("*.parquet") if not _is_hidden(path.relative_to(given))]
     else:
         found = [Path(name) for name in glob.glob(os.fspath(source), recursive=True)]  # noqa: PTH207 - may be absolute
-    files = sorted(path.absolute() for path in found if path.is_file())
+    results = out.resolve()
+    ours = {folder for folder in {path.parent for path in found} if folder.resolve().is_relative_to(results)}
+    files = sorted(path.absolute() for path in found if path.parent not in ours and path.is_file())
+    if ours and not files:
+        raise InvalidInputError(f"out: {out} holds all files of the source; its parts would become sources")
     if not files:
         raise InvalidFileError(given, "no such file, and no folder or pattern with Parquet files")
     root = Path(os.path.commonpath([path.parent for path in files]))
@@ -99,15 +110,16 @@ def look_at(paths: list[Path], options: GradeOptions) -> list[SourceFile]:
 
 def _look_at_one(path: Path) -> SourceFile:
     try:
+        # Before it is read: what is written meanwhile makes another file of it.
+        found = path.stat()
         with pq.ParquetFile(path) as file:
             metadata, schema = file.metadata, file.schema_arrow
-        size = path.stat().st_size
         with path.open("rb") as stream:
-            stream.seek(size - metadata.serialized_size - _FOOTER_END)
+            stream.seek(found.st_size - metadata.serialized_size - _FOOTER_END)
             footer = hashlib.blake2b(stream.read(), digest_size=16).hexdigest()
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
-    return SourceFile(path, metadata.num_rows, size, footer, schema)
+    return SourceFile(path, metadata.num_rows, found.st_size, found.st_mtime_ns, footer, schema)
 
 
 def _described(schema: pa.Schema) -> list[str]:

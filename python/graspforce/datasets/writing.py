@@ -57,10 +57,11 @@ def appearing(path: Path) -> Iterator[IO[bytes]]:
     _sync(path.parent)
 
 
-def clear_leftovers(folder: Path) -> None:
-    """Delete what killed writers have left; the folder must be owned."""
-    for path in folder.glob(".*.tmp"):
-        path.unlink(missing_ok=True)
+def clear_leftovers(folder: Path, names: tuple[str, ...]) -> None:
+    """Delete what killed writers of files of these names or patterns have left; the folder must be owned."""
+    for name in names:
+        for path in folder.glob(f".{name}.*.tmp"):
+            path.unlink(missing_ok=True)
 
 
 def _sync(folder: Path) -> None:

@@ -35,6 +35,7 @@ MAX_TEXT_BYTES = 1_000_000
 _MAX_DEPTH = 16
 _MAX_REPORTED = 5
 _MAX_SHOWN = 60
+_SURROGATES = re.compile(r"\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2}")
 _Field = tuple[str | int, ...]
 _Model = TypeVar("_Model", bound=BaseModel)
 _BASE: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -65,11 +66,15 @@ _Loader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(loader
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """The data of a file, and where each field of it stands."""
+    """The data of a file, and where each field of it stands.
+
+    `mesh` is the mesh that a user named in place of a file; a mesh that a file names lies beside it.
+    """
 
     path: Path
     data: Any
     lines: dict[_Field, int]
+    mesh: Path | None = None
 
     def error(self, field: Sequence[str | int], message: str) -> InvalidFileError:
         """Return an error that names the line and the field."""
@@ -110,13 +115,14 @@ def read_document(path: Path) -> Document:
         raise InvalidFileError(path, f"not JSON: {error.msg}", error.lineno) from None
     except (ValueError, RecursionError) as error:
         raise InvalidFileError(path, f"not JSON: {error}") from None
-    # JSON is YAML but for its tabs, so one reader finds the lines of both.
-    return Document(path, data, _from_yaml(path, text.replace("\t", " ")).lines)
+    # JSON is YAML but for its tabs and its pairs of surrogates, so one reader finds the lines of both.
+    text = _SURROGATES.sub(lambda pair: json.loads(f'"{pair[0]}"'), text.replace("\t", " "))
+    return Document(path, data, _from_yaml(path, text).lines)
 
 
 def _from_yaml(path: Path, text: str) -> Document:
     try:
-        _refuse_nesting(path, text)
+        _refuse_what_is_not_plain(path, text)
         loader = _Loader(text)
         try:
             root = loader.get_single_node()
@@ -136,12 +142,16 @@ def _from_yaml(path: Path, text: str) -> Document:
         raise InvalidFileError(path, f"not YAML: {error}") from None
 
 
-def _refuse_nesting(path: Path, text: str) -> None:
+def _refuse_what_is_not_plain(path: Path, text: str) -> None:
     depth = 0
     for event in yaml.parse(text, Loader=_Loader):
         line = event.start_mark.line + 1 if event.start_mark else None
         if isinstance(event, yaml.AliasEvent):
             raise InvalidFileError(path, "aliases (*name) are not read; write the values out", line)
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            message = f"tags ({_shortened(tag)}) are not read; write plain values"
+            raise InvalidFileError(path, message, line)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _MAX_DEPTH:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._checks import real_number
 from graspforce._core import Grasp
-from graspforce.errors import InvalidFileError, InvalidGraspError
+from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
 
 from .document import Document, read_document
@@ -20,7 +21,7 @@ from .kinds import is_plan
 from .limits import limited_bytes
 from .mesh_surfaces import contact_places, mesh_path
 from .meshes import load_mesh
-from .schema import GraspModel
+from .schema import GraspModel, of_each_contact
 
 if TYPE_CHECKING:
     import os
@@ -158,14 +159,14 @@ def grasp_of(document: Document, model: GraspModel) -> GraspFile:
 def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
     contacts = model.contacts
     arguments: dict[str, Any] = {
-        "friction": [_own(contact.friction, model.friction) for contact in contacts],
-        "max_normal_force": [_own(contact.max_normal_force, model.max_normal_force) for contact in contacts],
+        "friction": of_each_contact(model, "friction"),
+        "max_normal_force": of_each_contact(model, "max_normal_force"),
         "edges": model.edges,
         "origin": model.origin,
         "length_scale": model.length_scale,
         "friction_margin": model.friction_margin,
     }
-    torsion = [_own(contact.torsion, model.torsion) for contact in contacts]
+    torsion = of_each_contact(model, "torsion")
     if any(torsion):
         arguments["torsion"] = torsion
     if any(contact.edges is not None for contact in contacts):
@@ -181,10 +182,6 @@ def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
                 raise document.error(("contacts", given.index(None), field), message)
             arguments[argument] = given
     return arguments
-
-
-def _own(value: float | None, shared: float) -> float:
-    return shared if value is None else value
 
 
 def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
@@ -205,7 +202,7 @@ def _from_npz(path: Path) -> GraspFile:
             members = archive.infolist()
         _check_members(path, members)
         with np.load(content, allow_pickle=False) as arrays:
-            given = {name: arrays[name] for name in arrays.files}
+            given = {name: _array(path, name, arrays[name]) for name in arrays.files}
     except InvalidFileError:
         raise
     except ValueError as error:
@@ -215,11 +212,21 @@ def _from_npz(path: Path) -> GraspFile:
     for name in ("positions", "normals"):
         if name not in given:
             raise InvalidFileError(path, f"{name}: missing")
-    numbers = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
+    numbers: dict[str, Any] = {name: array[()] if array.ndim == 0 else array for name, array in given.items()}
     try:
+        if "friction_margin" in numbers:
+            # The one argument of Grasp that is no array: what else it is given, only Python would say.
+            numbers["friction_margin"] = real_number("friction_margin", numbers["friction_margin"])
         return GraspFile(path, path.name, Grasp(**numbers))
-    except InvalidGraspError as error:
+    except (InvalidGraspError, InvalidInputError) as error:
         raise InvalidFileError(path, str(error)) from None
+
+
+def _array(path: Path, name: str, member: Any) -> NDArray[Any]:
+    # NumPy hands over what is none of its arrays as bytes.
+    if not isinstance(member, np.ndarray):
+        raise InvalidFileError(path, f"{name}: not an array")
+    return member
 
 
 def _check_members(path: Path, members: list[zipfile.ZipInfo]) -> None:

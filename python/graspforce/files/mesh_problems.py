@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.planning import Iterate, plan_many, refine
+from graspforce.planning.distinct import default_distance, distinct_plans
+from graspforce.planning.pattern_search import deadline_after
 from graspforce.surfaces import MeshSurface, contacts_on
 
 from .mesh_surfaces import load_surface, mesh_path
@@ -17,13 +20,13 @@ from .schema import MeshPlanModel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from graspforce.planning import Criterion, Plan, PlanSet, Refinement
+    from graspforce.planning import Criterion, Plan, PlanSet, Refinement, Stopped
     from graspforce.planning.progress import Report
 
     from .document import Document
     from .schema import MeshModel
 
-__all__ = ["MeshPlanFile", "mesh_problem"]
+__all__ = ["MeshPlanFile", "mesh_problem", "of_file"]
 
 _BRACKET = 1e-4
 """Narrow enough to tell grasps apart while the search runs."""
@@ -79,8 +82,11 @@ class MeshPlanFile:
         Returns
         -------
         PlanSet
-            The best distinct grasps, best first; refined ones have the iterate of the refinement last.
+            The best distinct grasps, best first; refined ones have the iterate of the refinement last. Where
+            time is over, or Ctrl-C ends the refinement, the grasps left stay as they were found; one whose
+            refinement fails keeps what it had reached, and is among the failures.
         """
+        began, deadline = time.monotonic(), deadline_after(self.search["time_limit"])
         surface = contacts_on(*[self.surface] * self.num_contacts)
         bounds = np.tile(self.surface.bounds, (self.num_contacts, 1))
         options: dict[str, Any] = {"criterion": criterion, **self.grasp_options}
@@ -90,18 +96,37 @@ class MeshPlanFile:
             found = plan_many(
                 surface, bounds, rtol=_BRACKET, progress=report or False, **self.search, **options
             )
-            if not self.refined or found.stopped == "interrupted":
-                return found
-            plans = []
-            for plan in found.plans:
-                distance = self.search["min_distance"]
-                better = refine(surface, plan.params, bounds, min_distance=distance, **options)
-                plans.append(_refined(plan, better))
-                if report is not None:
-                    report(self.search["starts"] + len(plans), steps, better.quality.epsilon)
         except (InvalidInputError, InvalidGraspError) as error:
-            raise InvalidFileError(self.path, str(error)) from error
-        return replace(found, plans=tuple(sorted(plans, key=lambda plan: plan.quality.rho)))
+            raise of_file(self.path, error) from error
+        if not self.refined or found.stopped == "interrupted":
+            return found
+        plans, failures = list(found.plans), dict(found.failures)
+        stopped: Stopped = found.stopped
+        try:
+            for at, plan in enumerate(found.plans):
+                if time.monotonic() >= deadline:
+                    stopped = "time"
+                    break
+                better: Refinement | None
+                try:
+                    better = refine(
+                        surface, plan.params, bounds, min_distance=self.search["min_distance"], **options
+                    )
+                except GraspForceError as error:
+                    failures.setdefault(_start_of(plan, found), f"refinement: {error}")
+                    better = cast("Refinement | None", error.partial)
+                if better is not None:
+                    plans[at] = _refined(plan, better)
+                if report is not None:
+                    report(self.search["starts"] + at + 1, steps, plans[at].quality.epsilon)
+        except KeyboardInterrupt:
+            stopped = "interrupted"
+        plans.sort(key=lambda plan: plan.quality.rho)
+        # Two may have become one.
+        same = default_distance(surface(found.starts)[0])
+        kept = distinct_plans(plans, len(plans), same, interchangeable=True)
+        seconds = time.monotonic() - began
+        return replace(found, plans=tuple(kept), failures=failures, stopped=stopped, seconds=seconds)
 
 
 def mesh_problem(document: Document) -> MeshPlanFile:
@@ -137,6 +162,17 @@ def mesh_problem(document: Document) -> MeshPlanFile:
             "origin": surface.center.tolist() if model.origin is None else model.origin,
         },
     )
+
+
+def of_file(path: Path, error: InvalidInputError | InvalidGraspError) -> InvalidFileError:
+    """Return the error of a search as one of the file that asked for it, with what was found."""
+    located = InvalidFileError(path, str(error))
+    located.partial = error.partial
+    return located
+
+
+def _start_of(plan: Plan, found: PlanSet) -> int:
+    return int(np.flatnonzero((found.starts == plan.history[0].params).all(axis=1))[0])
 
 
 def _refined(plan: Plan, better: Refinement) -> Plan:

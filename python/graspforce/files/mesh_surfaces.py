@@ -29,6 +29,8 @@ _FAR = 2.0
 
 def mesh_path(document: Document, model: MeshModel) -> Path:
     """Where the mesh is: its name is relative to the file that names it, beside it or below."""
+    if document.mesh is not None:
+        return document.mesh
     try:
         return beside(document.path, model.file)
     except (ValueError, OSError) as error:

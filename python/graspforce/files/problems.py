@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce import planning
-from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
+from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.surfaces import (
     ParametricSurface,
     PlanarCurve,
@@ -23,7 +23,7 @@ from graspforce.surfaces import (
 
 from .document import Document, read_document
 from .kinds import is_grasp
-from .mesh_problems import MeshPlanFile, mesh_problem
+from .mesh_problems import MeshPlanFile, mesh_problem, of_file
 from .schema import (
     CylinderModel,
     EllipseModel,
@@ -32,6 +32,7 @@ from .schema import (
     PlanContactModel,
     PlaneModel,
     PlanModel,
+    of_each_contact,
 )
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class PlanFile:
         try:
             return planning.plan(surface, criterion=criterion, **self.search, **self.grasp_options)
         except (InvalidInputError, InvalidGraspError) as error:
-            raise InvalidFileError(self.path, str(error)) from error
+            raise of_file(self.path, error) from error
 
 
 def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:
@@ -130,10 +131,8 @@ def _place_problem(document: Document, model: PlanModel) -> PlanFile:
         tuple(places),
         search,
         {
-            "friction": [_own(contact.friction, model.friction) for contact in model.contacts],
-            "max_normal_force": [
-                _own(contact.max_normal_force, model.max_normal_force) for contact in model.contacts
-            ],
+            "friction": of_each_contact(model, "friction"),
+            "max_normal_force": of_each_contact(model, "max_normal_force"),
             "edges": model.edges,
             "length_scale": model.length_scale,
             "friction_margin": model.friction_margin,
@@ -180,7 +179,3 @@ def _place(document: Document, i: int, contact: PlanContactModel) -> PlanarCurve
     except InvalidInputError as error:
         raise document.error(("contacts", i, field), str(error)) from None
     raise AssertionError(field)
-
-
-def _own(value: float | None, shared: float) -> float:
-    return shared if value is None else value

@@ -24,6 +24,7 @@ __all__ = [
     "PlanContactModel",
     "PlanModel",
     "PlaneModel",
+    "of_each_contact",
 ]
 
 _MAX_CONTACTS = 1000
@@ -216,6 +217,12 @@ class PlanModel(_Scaled):
     outline: list[_Planar] | None = Field(None, description="corners of the object, for pictures, in m")
 
 
+def of_each_contact(model: GraspModel | PlanModel, field: str) -> list[float]:
+    """Return what each contact gives, or the file says of all."""
+    given = (getattr(contact, field) for contact in model.contacts)
+    return [getattr(model, field) if value is None else value for value in given]
+
+
 class MeshPlanModel(_Shared):
     """A planning problem on a mesh: any number of contacts anywhere on its surface, from many starts."""
 
@@ -237,4 +244,4 @@ class MeshPlanModel(_Shared):
     )
     refine: bool = Field(True, description="whether the grasps kept are refined by gradients")
     seed: int = Field(0, ge=0, description="of the starts: the same seed gives the same grasps")
-    time_limit: _Positive | None = Field(None, description="seconds after which the search ends")
+    time_limit: _Positive | None = Field(None, description="seconds after which search and refinement end")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._checks import finite_array
+from graspforce._checks import finite_array, whole_number
 from graspforce.errors import InvalidFileError, InvalidInputError
 
 from .grasps import MAX_ARRAY_BYTES
@@ -72,6 +72,8 @@ def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
     ------
     InvalidFileError
         The file cannot be read, is too large, or does not hold finite wrenches; the message names the line.
+    InvalidInputError
+        `wrench_dim` is neither 3 nor 6.
 
     Examples
     --------
@@ -84,8 +86,8 @@ def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
     >>> lift.wrenches.tolist(), lift.times.tolist()
     ([[0.0, -1.0, 0.0], [0.0, -2.0, 0.0]], [0.0, 0.5])
     """
-    path = Path(path)
-    found = _from_npy(path) if path.suffix.lower() == ".npy" else _from_csv(path, COLUMNS[wrench_dim])
+    path, columns = Path(path), _columns(wrench_dim)
+    found = _from_npy(path) if path.suffix.lower() == ".npy" else _from_csv(path, columns)
     if found.wrenches.ndim != 2 or found.wrenches.shape[1] != wrench_dim or len(found.wrenches) == 0:
         raise InvalidFileError(path, f"shape {found.wrenches.shape}, expected (T, {wrench_dim})")
     return found
@@ -96,14 +98,21 @@ def parse_wrench(text: str, wrench_dim: int) -> NDArray[np.float64]:
 
     Threads may call this at once.
     """
+    columns = _columns(wrench_dim)
     try:
         wrench = finite_array("wrench", [float(number) for number in text.replace(",", " ").split()] or [0])
     except ValueError as error:
         raise InvalidInputError(f"wrench: {text!r}: {error}") from None
-    if wrench.size != wrench_dim:
-        names = ",".join(COLUMNS[wrench_dim])
-        raise InvalidInputError(f"wrench: {text!r} is not {wrench_dim} numbers {names}")
+    if wrench.size != len(columns):
+        raise InvalidInputError(f"wrench: {text!r} is not {len(columns)} numbers {','.join(columns)}")
     return wrench
+
+
+def _columns(wrench_dim: int) -> tuple[str, ...]:
+    columns = COLUMNS.get(whole_number("wrench_dim", wrench_dim, least=3))
+    if columns is None:
+        raise InvalidInputError(f"wrench_dim: {wrench_dim} is neither 3 nor 6")
+    return columns
 
 
 def _from_npy(path: Path) -> WrenchFile:

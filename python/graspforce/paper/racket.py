@@ -12,8 +12,8 @@ import numpy as np
 from graspforce._core import ForceDistributor, Grasp
 from graspforce.errors import InfeasibleWrenchError
 from graspforce.planning import Criterion, Plan, plan
-from graspforce.planning.pattern_search import completed
 
+from .completed import completed
 from .examples import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ import numpy as np
 
 from graspforce._core import Grasp
 from graspforce.planning import Criterion, Plan, plan
-from graspforce.planning.pattern_search import completed
 
+from .completed import completed
 from .examples import TILE
 from .tile_forces import TrajectoryForces, tile_forces
 

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._checks import finite_array, real_number, search_bounds, whole_number
+from graspforce._checks import finite_array, finite_vector, real_number, search_bounds, whole_number
 from graspforce._core import BoxBound
 from graspforce._vectors import unit
-from graspforce.display import Record
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+from graspforce.records import Record
 
 from .pattern_search import deadline_after
 from .problem import SearchProblem, read_only
@@ -172,7 +172,8 @@ def plan_global(
             f"bounds: {len(box)} parameters, but boxes are bounded by their 2^p vertices for up to "
             f"{_MAX_PARAMS}"
         )
-    start = box[:, 0] / 2 + box[:, 1] / 2 if initial is None else finite_array("initial", initial)
+    middle = box[:, 0] / 2 + box[:, 1] / 2
+    start = middle if initial is None else finite_vector("initial", initial, len(box))
     lower, upper = search_bounds(box, start)
     if not 0 < real_number("gap", gap) < 1:
         raise InvalidInputError(f"gap: {gap} must lie between 0 and 1")
@@ -370,7 +371,8 @@ def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
     for axis in range(len(lower)):
         lines = np.repeat(lower + np.outer([0.21, 0.5, 0.83], width), len(shares), axis=0)
         lines[:, axis] = lower[axis] + np.tile(shares, 3) * width[axis]
-        contacts = source.contacts(lines)
+        # Rounding must not carry the last of them over the bounds, where the surface may end.
+        contacts = source.contacts(np.clip(lines, lower, upper))
         positions = contacts["positions"]
         size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
         ends = np.concatenate([positions / size, unit(contacts["normals"])], axis=-1)

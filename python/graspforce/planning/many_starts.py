@@ -11,16 +11,16 @@ import numpy as np
 from graspforce._checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._core import quality_many
 from graspforce._optional import optional
-from graspforce.display import plan_set_dict, plan_set_html
+from graspforce.display import plan_set_html
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.records import plan_set_dict
 
+from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import deadline_after, pattern_search
 from .problem import SearchProblem, read_only
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import ArrayLike, NDArray
 
     from .pattern_search import Plan
@@ -183,7 +183,7 @@ def plan_many(
         criterion=criterion, rtol=rtol, center=center, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
-    order, reach = _ranked(problem, points)
+    order, near = _ranked(problem, points)
     points = points[order]
     epsilon = np.full(len(points), np.nan)
     plans: list[Plan] = []
@@ -218,8 +218,8 @@ def plan_many(
     if not plans:
         raise first_error or InvalidInputError("starts: no search was run")
     plans.sort(key=lambda plan: plan.history[-1].rho)
-    same = reach / 50 if distinct is None else distinct
-    kept = _distinct(plans, best, same, interchangeable=_interchangeable(problem.source))
+    same = near if distinct is None else distinct
+    kept = distinct_plans(plans, best, same, interchangeable=interchangeable_contacts(problem.source))
     seconds = time.monotonic() - began
     return PlanSet(tuple(kept), read_only(points), read_only(epsilon), failures, stopped, seconds)
 
@@ -268,7 +268,7 @@ def _halton(size: int, seed: int) -> Any:
 
 
 def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
-    """Which starts to take first, and the distance in m that contacts range over."""
+    """Which starts to take first, and the distance in m up to which two grasps are the same."""
     contacts, failed = problem.source.answered(points)
     # Rows that are no grasp go last; their searches will say why.
     epsilon = np.full(len(points), -np.inf)
@@ -278,35 +278,4 @@ def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], fl
     given: dict[str, Any] = {**problem.source.options, **contacts}
     answered = np.delete(np.arange(len(points)), list(failed))
     epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)
-    places = contacts["positions"].reshape(-1, contacts["positions"].shape[-1])
-    return np.argsort(-epsilon, kind="stable"), float(np.linalg.norm(np.ptp(places, axis=0)))
-
-
-def _interchangeable(source: CandidateSource) -> bool:
-    """Whether contacts may be matched in any order: where nothing but their place tells them apart."""
-    if source.gives_tangents:
-        return False
-    forces = source.options.get("extreme_forces")
-    if forces is not None and any(not np.array_equal(other, forces[0]) for other in forces):
-        return False
-    values = [source.options.get(name) for name in ("friction", "max_normal_force", "torsion", "edges")]
-    return all(value is None or np.ptp(np.asarray(value, dtype=float)) == 0 for value in values)
-
-
-def _distinct(plans: Sequence[Plan], best: int, same: float, *, interchangeable: bool) -> list[Plan]:
-    kept: list[Plan] = []
-    for plan in plans:
-        if all(_distance(plan, other, interchangeable) > same for other in kept):
-            kept.append(plan)
-        if len(kept) == best:
-            break
-    return kept
-
-
-def _distance(one: Plan, other: Plan, interchangeable: bool) -> float:
-    """Largest distance in m between matched contacts of two grasps."""
-    apart = np.linalg.norm(one.grasp.positions[:, None] - other.grasp.positions[None], axis=-1)
-    if not interchangeable:
-        return float(np.diagonal(apart).max())
-    assignment = optional("scipy.optimize", "search").linear_sum_assignment
-    return float(apart[assignment(apart)].max())
+    return np.argsort(-epsilon, kind="stable"), default_distance(contacts["positions"])

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce.display import Record, plan_dict, plan_html
+from graspforce.display import plan_html
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.records import Record, plan_dict
 
 from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only
@@ -229,13 +230,6 @@ def deadline_after(seconds: float | None) -> float:
     """When, by `time.monotonic`, a search that may take so long must end."""
     limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
     return time.monotonic() + limit
-
-
-def completed(found: Plan) -> Plan:
-    """Return the plan, or pass on the Ctrl-C that ended it: for those to whom half a search is no use."""
-    if found.stopped == "interrupted":
-        raise KeyboardInterrupt
-    return found
 
 
 @dataclass(slots=True)

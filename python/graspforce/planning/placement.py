@@ -10,8 +10,8 @@ import numpy as np
 from graspforce._checks import chosen, finite_array, real_number, whole_number
 from graspforce._core import quality_many
 from graspforce._vectors import unit
-from graspforce.display import Record
 from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.records import Record
 
 from .scoring import TIE, Choice, SearchCounts
 
@@ -31,6 +31,9 @@ _ROWS = 65_536
 
 _MAX_SAMPLES = 1_000_000
 _MAX_NUMBERS = 2**27  # of all noisy positions: a gibibyte
+
+# What `quality_many` also takes with a row for each grasp, and how many axes it then has.
+_OF_EACH_GRASP = {"friction": 2, "max_normal_force": 2, "torsion": 2, "origin": 2, "length_scale": 1}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -134,6 +137,8 @@ class Placement(Record):
     ) -> PlacementQuality:
         """Measure grasps (B, m, dim) under this noise; options as for `graspforce.quality_many`.
 
+        An option with a row for each grasp holds for all noisy copies of that grasp.
+
         Raises
         ------
         InvalidInputError, InvalidGraspError
@@ -146,6 +151,7 @@ class Placement(Record):
                 f"tangents: shape {given.shape}, expected {where.shape} or {where.shape[1:]}"
             )
         batch, samples, shape = len(where), self.samples, where.shape[1:]
+        own = _of_each_grasp(options, batch)
         step = max(1, _ROWS // samples)
         parts = []
         # One empty part where there is no grasp at all.
@@ -157,7 +163,8 @@ class Placement(Record):
                 along = given[rows, None] if given.ndim == 3 else given
                 contacts["tangents"] = np.broadcast_to(along, noisy.shape)
             flat: dict[str, Any] = {name: array.reshape(-1, *shape) for name, array in contacts.items()}
-            found = quality_many(**flat, **options)
+            flat |= {name: np.repeat(array[rows], samples, axis=0) for name, array in own.items()}
+            found = quality_many(**{**options, **flat})
             for row, reason in sorted(found.errors.items()):
                 error = InvalidGraspError(reason)
                 error.row = start + row // samples
@@ -191,6 +198,21 @@ class PlacementScore:
         index = center if good[center] else int(np.argmax(good))
         counts = SearchCounts(polytopes=found.epsilon.size, converged=int(found.converged.sum()))
         return Choice(index, -float(values[index]), -float(values[center]), counts)
+
+
+def _of_each_grasp(options: Mapping[str, Any], grasps: int) -> dict[str, NDArray[Any]]:
+    """Pick the options with a row for each grasp; what is wrong with their values, the core finds."""
+    found = {}
+    for name in options.keys() & _OF_EACH_GRASP.keys():
+        try:
+            array = np.asanyarray(options[name])
+        except ValueError:
+            continue
+        if array.ndim == _OF_EACH_GRASP[name]:
+            if len(array) != grasps:
+                raise InvalidInputError(f"{name}: {len(array)} rows for {grasps} grasps")
+            found[name] = array
+    return found
 
 
 def _contacts(positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:

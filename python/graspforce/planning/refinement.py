@@ -17,8 +17,8 @@ from graspforce._checks import finite_vector, real_number, search_bounds, whole_
 from graspforce._core import Grasp
 from graspforce._optional import optional
 from graspforce._vectors import unit
-from graspforce.display import Record
-from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
+from graspforce.records import Record
 
 from .problem import SearchProblem, read_only
 
@@ -118,6 +118,8 @@ def refine(
     ------
     InvalidInputError
         As for `graspforce.plan`, with a `Refinement` as ``partial``; or the start is infeasible.
+    NotConvergedError
+        SciPy gave up on a least-squares problem; with the `Refinement` so far as ``partial``.
     MissingExtraError
         SciPy is not installed.
 
@@ -156,10 +158,11 @@ class _Ascent:
     ) -> None:
         self._source, self._tolerance = problem.source, tolerance
         self._question = problem.question
-        self._lower, self._range = lower, upper - lower
+        self._lower, self._upper, self._range = lower, upper, upper - lower
         self._random = np.random.default_rng(seed)
-        # A parameter without a range has nowhere to go.
-        self._free = np.flatnonzero(self._range > 0)
+        # A parameter whose bounds are so close that rounding swallows the difference has nowhere to go.
+        rounding = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
+        self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
         self._start = start
         self.evaluations = 0
 
@@ -210,7 +213,7 @@ class _Ascent:
         places = [params]
         for _ in range(len(self._free) + 1):
             offset = self._random.uniform(-radius, radius, len(params)) * self._range
-            places.append(np.clip(params + offset, self._lower, self._lower + self._range))
+            places.append(np.clip(params + offset, self._lower, self._upper))
         return np.array([self._gradient(place) for place in places])
 
     def _gradient(self, params: Array) -> Array:
@@ -218,11 +221,10 @@ class _Ascent:
         self.evaluations += 1
         question = {name: value for name, value in self._question.items() if name != "rtol"}
         gradient = self._source.grasp(params)._gradient(**question)  # noqa: SLF001 - the quality is not wanted
-        upper = self._lower + self._range
         step = _DIFFERENCE * self._range[self._free]
         moves = np.zeros((len(self._free), len(params)))
         moves[np.arange(len(self._free)), self._free] = step
-        ends = [np.clip(params + sign * moves, self._lower, upper) for sign in (1, -1)]
+        ends = [np.clip(params + sign * moves, self._lower, self._upper) for sign in (1, -1)]
         spans = (ends[0] - ends[1]).sum(axis=1) / self._range[self._free]
         after, before = (self._source.contacts(np.atleast_2d(end)) for end in ends)
         slopes = np.zeros(len(params))
@@ -267,7 +269,7 @@ class _Ascent:
         optimize = optional("scipy.optimize", "search")
         edge = 1e-12 * self._range
         at_lower = np.flatnonzero(params <= self._lower + edge)
-        at_upper = np.flatnonzero(params >= self._lower + self._range - edge)
+        at_upper = np.flatnonzero(params >= self._upper - edge)
         identity = np.eye(len(params))
         # At a lower bound a negative slope is no way to go: its multiplier takes it away; upper ones
         # likewise.
@@ -276,7 +278,10 @@ class _Ascent:
         heavy = 1e4
         columns = np.concatenate([gradients / scale, outward]).T
         sums = np.concatenate([np.full(len(gradients), heavy), np.zeros(len(outward))])
-        weights, _ = optimize.nnls(np.vstack([columns, sums]), np.append(np.zeros(len(params)), heavy))
+        try:
+            weights, _ = optimize.nnls(np.vstack([columns, sums]), np.append(np.zeros(len(params)), heavy))
+        except RuntimeError as error:
+            raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
         shares = weights[: len(gradients)] / weights[: len(gradients)].sum()
         direction = shares @ gradients
         direction[at_lower] = np.maximum(direction[at_lower], 0.0)
@@ -289,7 +294,7 @@ class _Ascent:
         step = 0.1
         while step > 1e-9:
             move = step * direction / slope
-            place = np.clip(params + move * self._range, self._lower, self._lower + self._range)
+            place = np.clip(params + move * self._range, self._lower, self._upper)
             if self._source.feasible(self._source.contacts(place[None]))[0]:
                 quality = self._quality(place)
                 if quality.epsilon > epsilon + _SUFFICIENT * step * slope:

@@ -9,8 +9,8 @@ import numpy as np
 
 from graspforce._checks import checked_contacts, real_number
 from graspforce._core import CandidateSearch, Grasp
-from graspforce.display import Record
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+from graspforce.records import Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

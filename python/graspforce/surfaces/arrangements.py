@@ -111,7 +111,7 @@ def contacts_on(*places: Place) -> Arrangement:
     num_params = sum(place.num_params for place in places)
     options = {}
     for name in ("friction", "max_normal_force"):
-        values = [getattr(place, name) for place in places]
+        values: list[Any] = [getattr(place, name, None) for place in places]
         known = [value is not None for value in values]
         if any(known) and not all(known):
             raise InvalidInputError(f"{name}: contact {known.index(False)} has none, but others do")

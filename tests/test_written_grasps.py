@@ -1,0 +1,97 @@
+"""Grasp files that are written: read again they are the same grasps, wherever their meshes lay."""
+
+import json
+
+import numpy as np
+import pytest
+
+import graspforce as gf
+from graspforce.files import load_grasp, save_grasp
+
+TRIANGLE = [(0.04, 0, 0), (-0.02, 0.035, 0), (-0.02, -0.035, 0.01)]
+INWARD = [(-1, 0, 0), (0.5, -0.866, 0), (0.5, 0.866, 0.1)]
+FLAT = [(-1.0, 0.0), (1.0, 0.5)], [(3.0, 0.0), (-1.0, 0.1)]
+LISTED = [[(1, 0.2, 0), (1, -0.1, 0.1), (0.5, 0, -0.2)], [(1, 0, 0)], [(2, 0.1, 0.1), (1, 0, -0.3)]]
+
+GRASPS = {
+    "planar": gf.Grasp(*FLAT, friction=0.4),
+    "planar with other edges": gf.Grasp(*FLAT, friction=[0.4, 0.2], edges=[2, 5]),
+    "planar as true cones": gf.Grasp(*FLAT, edges=None, origin=(0.1, -0.2)),
+    "planar with listed forces": gf.Grasp(*FLAT, extreme_forces=[[(1, 0.3), (1, -0.1)], [(2, 0)]]),
+    "one for all": gf.Grasp(TRIANGLE, INWARD, friction=0.6, max_normal_force=20, edges=6, length_scale=0.04),
+    "one for each": gf.Grasp(
+        TRIANGLE, INWARD, friction=np.array([0.6, 0.5, 0.4]), max_normal_force=[20, 10, 20], edges=[3, 8, 5],
+        torsion=[0, 0.01, 0.02], origin=(0, 0, 0.1), friction_margin=1.5,
+    ),
+    "tangents": gf.Grasp(TRIANGLE, INWARD, edges=3, tangents=[(0, 0, 1), (0.1, 0, 1), (1, 0, 1)]),
+    "true cones": gf.Grasp(TRIANGLE, INWARD, edges=None, torsion=0.01),
+    "listed forces": gf.Grasp(TRIANGLE, INWARD, edges=None, extreme_forces=LISTED),
+    "no numbers of few digits": gf.Grasp(np.array(TRIANGLE) / 3, np.array(INWARD) / 7, friction=1 / 3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("grasp", GRASPS.values(), ids=GRASPS)
+def test_a_grasp_read_again_is_the_same_to_the_last_bit(tmp_path, grasp):
+    save_grasp(str(tmp_path / "new" / "grasp.json"), grasp, name="cup \N{GRINNING FACE}")
+    file = load_grasp(tmp_path / "new" / "grasp.json")
+    assert file.name == "cup \N{GRINNING FACE}"
+    again, given = file.grasp.to_dict(), grasp.to_dict()
+    # The edges that planar cones and listed forces ignore are nobody's.
+    if given["edges"] is not None and (grasp.wrench_dim == 3 or given["extreme_forces"] is not None):
+        del again["edges"], given["edges"]
+    assert again == given
+    for criterion in ("max", "sum"):
+        assert file.grasp.quality(criterion).to_dict() == grasp.quality(criterion).to_dict()
+
+
+def test_what_could_not_be_read_again_is_not_written(tmp_path):
+    many = gf.Grasp(TRIANGLE, INWARD, edges=5000)
+    with pytest.raises(gf.InvalidFileError, match=r"a\.json: edges: .*4096, given 5000"):
+        save_grasp(tmp_path / "a.json", many, name="many")
+    ring = np.linspace(0, 2 * np.pi, 4000)
+    long = [np.stack([np.ones(4000), np.cos(ring) / 3, np.sin(ring) / 3], axis=1)] * 3
+    with pytest.raises(gf.InvalidFileError, match=r"a\.json: the grasp takes \d+ bytes, more than 1000000"):
+        save_grasp(tmp_path / "a.json", gf.Grasp(TRIANGLE, INWARD, extreme_forces=long), name="long")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def egg(tmp_path):
+    trimesh = pytest.importorskip(
+        "trimesh", reason="trimesh is not installed: pip install 'graspforce[mesh]'"
+    )
+    (tmp_path / "meshes").mkdir()
+    path = tmp_path / "meshes" / "egg.stl"
+    trimesh.creation.icosphere(subdivisions=2, radius=0.03).export(path)
+    return path
+
+
+def saved(folder, mesh):
+    """Return the name under which a grasp file names its mesh, which can be read through it."""
+    save_grasp(folder / "best.json", GRASPS["one for all"], name="egg", mesh=mesh)
+    vertices, _ = load_grasp(folder / "best.json").object_mesh()
+    assert np.ptp(vertices, axis=0) == pytest.approx(0.06)
+    return json.loads((folder / "best.json").read_text())["mesh"]["file"]
+
+
+def test_a_mesh_is_named_where_it_is_or_copied_beside_its_grasp(tmp_path, egg):
+    assert saved(tmp_path, egg) == "meshes/egg.stl"
+    (tmp_path / "out").mkdir()
+    assert saved(tmp_path / "out", str(egg)) == "egg.stl"
+    assert saved(tmp_path / "out", egg) == "egg.stl"
+    (tmp_path / "out" / "egg.stl").write_text("another")
+    with pytest.raises(gf.InvalidFileError, match=r"egg\.stl: in the way of a copy of .*meshes"):
+        saved(tmp_path / "out", egg)
+
+
+def test_a_mesh_whose_name_could_be_an_address_is_named_as_a_file(egg):
+    assert saved(egg.parent, egg.rename(egg.with_name("left:egg.stl"))) == "./left:egg.stl"
+
+
+def test_a_link_out_of_the_folder_is_copied_beside_itself(tmp_path, egg):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "egg.stl").symlink_to(egg)
+    for _ in range(2):
+        assert saved(out, out / "egg.stl") == "best-egg.stl"
+    assert (out / "best-egg.stl").read_bytes() == egg.read_bytes()
