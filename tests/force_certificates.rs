@@ -2,6 +2,7 @@
 
 mod force_cases;
 
+use force_cases::friction_cone::slip;
 use force_cases::{close, value};
 use graspforce::{
     Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel,
@@ -38,7 +39,7 @@ fn wrong<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, answer: &Distri
     let mut worst = residual / effort;
     for (contact, f) in grasp.contacts().iter().zip(&answer.forces) {
         if !matches!(contact.forces, ForceModel::Extreme(_)) {
-            let slip = (f[1].hypot(f[2]) - contact.friction * f[0]).max(-f[0]);
+            let slip = slip(contact, D == 3, f);
             worst = worst.max(slip / (answer.sigma_max * contact.max_normal_force));
         }
     }

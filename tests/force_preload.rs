@@ -4,6 +4,7 @@ mod force_cases;
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use force_cases::friction_cone::slip;
 use force_cases::{close, seeded, value};
 use graspforce::{
     Contact, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
@@ -56,7 +57,7 @@ fn assert_sound(grasp: &Grasp<6>, external: &Wrench<6>, bounds: &[f64], answer: 
     let scale = external.amax().max(answer.sigma_sum);
     assert!((resultant + external).amax() <= 1e-9 * scale, "{:e}", (resultant + external).amax());
     for ((contact, force), bound) in grasp.contacts().iter().zip(&answer.forces).zip(bounds) {
-        let slip = force[1].hypot(force[2]) - contact.friction * force[0];
+        let slip = slip(contact, false, force);
         assert!(slip <= 1e-9 * contact.max_normal_force * answer.sigma_max, "{slip:e}");
         let normal = force[0] / contact.max_normal_force;
         assert!(normal >= bound - 1e-9 * answer.sigma_max && normal <= answer.sigma_max * (1.0 + 1e-12));

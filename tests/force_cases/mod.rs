@@ -1,7 +1,10 @@
 //! Grasps and wrenches that the force distribution tests share.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use graspforce::{Contact, ContactForce, Criterion, Grasp, Wrench};
+pub(crate) mod friction_cone;
+
+use friction_cone::slip;
+use graspforce::{Contact, Criterion, Grasp, Wrench};
 use nalgebra::Vector3;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use serde_json::Value;
@@ -116,21 +119,11 @@ pub(crate) fn assert_sound<const D: usize>(
         let share = force[0] / contact.max_normal_force;
         largest = largest.max(share);
         sum += share;
-        assert!(slip(contact, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force, "{force}");
+        assert!(slip(contact, D == 3, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force, "{force}");
     }
     assert!(close(largest, answer.sigma_max, 1e-9), "{largest} {}", answer.sigma_max);
     assert!(close(sum, answer.sigma_sum, 1e-9), "{sum} {}", answer.sigma_sum);
     assert!(answer.gap <= 1e-9);
-}
-
-/// By how much a force leaves its true friction cone.
-fn slip(contact: &Contact, force: &ContactForce) -> f64 {
-    let tangential = force[1].hypot(force[2]);
-    if contact.torsion == 0.0 {
-        return (tangential - contact.friction * force[0]).max(-force[0]);
-    }
-    let load = if contact.friction == 0.0 { 0.0 } else { tangential / contact.friction };
-    load.hypot(force[3] / contact.torsion) - force[0]
 }
 
 /// The objective's value of an answer.
