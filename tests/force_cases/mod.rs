@@ -1,6 +1,7 @@
 //! Grasps and wrenches that the force distribution tests share.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
+pub(crate) mod balance;
 pub(crate) mod friction_cone;
 
 use friction_cone::slip;
