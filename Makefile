@@ -70,8 +70,9 @@ docs: build $(VENV)/docs
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
 
-# What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried.
-dist: $(VENV)/ready
+# What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried, beside
+# the package as it is developed: with every extra there, an import must still load none of them.
+dist: build
 	$(PY) -m pip install --quiet --group release
 	rm -rf dist
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --sdist --zig --compatibility manylinux2014 --out dist
