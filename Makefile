@@ -1,4 +1,4 @@
-# Each target starts from nothing but Python 3.11+ and Rust: it makes .venv, installs what it needs and builds.
+# Each target starts from nothing but Python 3.11+ and Rust 1.89+: it makes .venv, installs what it needs and builds.
 PYTHON ?= python3
 VENV := .venv
 PY := $(VENV)/bin/python
