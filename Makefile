@@ -37,7 +37,6 @@ target/tools/bin/cargo-fuzz:
 	cargo install --quiet --root target/tools --locked cargo-fuzz
 
 bench: build
-	$(PY) -m pip install --group bench
 	cargo bench
 	$(PY) benches/force_sweep.py
 	$(PY) benches/grade.py --rows 100000

@@ -65,7 +65,8 @@ def commands():
             *re.findall(r"code-block:: (?:sh|bash|console)\n\n((?: {3}.*\n|\n)+)", text),
         ]
         lines = [line.strip().removeprefix("$ ") for block in blocks for line in block.splitlines()]
-        lines += re.findall(r"`+((?:[A-Z_]+=\S+ )*(?:python|graspforce|make|pip|cargo|pytest|valgrind) [^`]+)`", text)
+        programs = "python|graspforce|make|pip|cargo|pytest|valgrind"
+        lines += re.findall(rf"`+((?:[A-Z_]+=\S+ )*(?:{programs}) [^`]+)`", text)
         for line in lines:
             command = " ".join(line.partition("  #")[0].partition(" # ")[0].split())
             # Options without values describe a command and are none.

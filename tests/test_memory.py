@@ -29,8 +29,8 @@ def test_repeated_calls_keep_no_memory(name):
     )
     assert child.returncode == 0, child.stderr
     times, growth = child.stdout.split()
-    # One forgotten float in each of the watched calls; or, where those are too few to show in what the system counts, a
-    # megabyte: of twenty thousand calls a hundred bytes each.
+    # One forgotten float in each of the watched calls; or, where those are too few to show in what the system
+    # counts, a megabyte: of twenty thousand calls a hundred bytes each.
     assert float(growth) < max(1.0, int(times) * 4e-6), f"{growth} MB in {times} calls"
 
 
