@@ -59,7 +59,7 @@ def egg(count):
 
 
 def watched(surface):
-    """Return the surface, and hold Ctrl-C back until its sixth question: a search has then found something."""
+    """Return the surface; hold Ctrl-C back until its sixth question, when a search has found something."""
     UNDER_WAY.clear()
     questions = itertools.count(1)
 
