@@ -3,6 +3,7 @@
 mod force_cases;
 
 use force_cases::friction_cone::slip;
+use force_cases::random::Random;
 use force_cases::{close, value};
 use graspforce::{
     Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel,
@@ -11,25 +12,6 @@ use graspforce::{
 use nalgebra::Vector3;
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
-
-/// A cheap sequence of numbers between zero and one.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> Vector3<f64> {
-        loop {
-            let v = Vector3::from_fn(|_, _| 2.0 * self.next() - 1.0);
-            if (0.1..1.0).contains(&v.norm()) {
-                return v.normalize();
-            }
-        }
-    }
-}
 
 /// How far an answer is from balance and from its cones, relative to its strongest contact.
 fn wrong<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, answer: &Distribution<D>) -> f64 {

@@ -1,8 +1,10 @@
-//! Grasps and wrenches that the force distribution tests share.
+//! Reference grasps and wrenches, and what the tests of force distribution share.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
 pub(crate) mod balance;
 pub(crate) mod friction_cone;
+pub(crate) mod interior_point;
+pub(crate) mod random;
 
 use friction_cone::slip;
 use graspforce::{Contact, Criterion, Grasp, Wrench};
@@ -20,10 +22,14 @@ pub(crate) fn seeded(cases: u32) -> ProptestConfig {
     }
 }
 
-/// One grasp of `spatial.json` with its wrenches and their least sums and maxima (`None`: infeasible).
+/// One grasp of `spatial.json` with its class, its quality, and wrenches with their least sums and maxima (`None`:
+/// infeasible).
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) contacts: Vec<Contact>,
+    pub(crate) closure: String,
+    pub(crate) rho_sum: f64,
+    pub(crate) rho_max: f64,
     pub(crate) wrenches: Vec<(Wrench<6>, Option<f64>, Option<f64>)>,
 }
 
@@ -61,6 +67,9 @@ fn spatial_case(case: &Value) -> Case {
     Case {
         name: case["name"].as_str().unwrap().into(),
         contacts: contacts.collect(),
+        closure: case["closure"].as_str().unwrap().into(),
+        rho_sum: case["rho_sum"].as_f64().unwrap(),
+        rho_max: case["rho_max"].as_f64().unwrap(),
         wrenches: wrenches.collect(),
     }
 }
@@ -97,6 +106,17 @@ pub(crate) fn racket(params: &[f64]) -> Vec<Contact> {
         ],
         _ => panic!("three or four parameters"),
     }
+}
+
+/// Three fingers under a plate, pressing upward.
+pub(crate) fn plate() -> Grasp<6> {
+    let fingers: Vec<_> = (0..3)
+        .map(|i| {
+            let (s, c) = (2.1 * f64::from(i)).sin_cos();
+            Contact::new(Vector3::new(c, s, 0.0), Vector3::z()).friction(0.5).max_normal_force(10.0).edges(12)
+        })
+        .collect();
+    Grasp::new(&fingers).unwrap()
 }
 
 /// Whether `a` and `b` agree to a relative tolerance.
