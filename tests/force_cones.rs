@@ -89,7 +89,8 @@ fn more_edges_approach_the_true_cone_from_above_and_with_their_square() {
             for (edges, grasp) in &pyramids {
                 let more = 1.0 / (PI / *edges as f64).cos() - 1.0;
                 let most = answer.sigma + more * (answer.sigma + pushed.norm() / radius);
-                let sigma = ForceDistributor::new(grasp, Criterion::Max).unwrap().solve(external).unwrap().sigma;
+                let sigma =
+                    ForceDistributor::new(grasp, Criterion::Max).unwrap().solve(external).unwrap().sigma;
                 assert!(
                     answer.sigma <= sigma * (1.0 + 1e-8) && sigma <= most * (1.0 + 1e-8),
                     "{} {edges}: {} {sigma} {most}",

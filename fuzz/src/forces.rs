@@ -50,7 +50,8 @@ fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Dist
         }
         assert!(force[0] >= -ROUNDING * size, "pulls: {found:?}");
         // A coefficient of nearly nothing turns rounding into slip: that much of the force is left out then.
-        let kept = |part: f64, all: f64| if part > 0.0 { (1.0 - ROUNDING * all / part).max(0.0) } else { 1.0 };
+        let kept =
+            |part: f64, all: f64| if part > 0.0 { (1.0 - ROUNDING * all / part).max(0.0) } else { 1.0 };
         let (along, about) = (kept(force[1].hypot(force[2]), size), kept(force[3].abs(), torque));
         let less = force.component_mul(&ContactForce::new(1.0, along, along, about));
         let slip = load(contact, D == 3, force);

@@ -140,7 +140,10 @@ pub(crate) fn assert_sound<const D: usize>(
         let share = force[0] / contact.max_normal_force;
         largest = largest.max(share);
         sum += share;
-        assert!(slip(contact, D == 3, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force, "{force}");
+        assert!(
+            slip(contact, D == 3, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force,
+            "{force}"
+        );
     }
     assert!(close(largest, answer.sigma_max, 1e-9), "{largest} {}", answer.sigma_max);
     assert!(close(sum, answer.sigma_sum, 1e-9), "{sum} {}", answer.sigma_sum);
