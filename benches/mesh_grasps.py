@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from pybullet_meshes import named
 from matplotlib.figure import Figure
+from pybullet_meshes import named
 
 import graspforce as gf
 from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view
