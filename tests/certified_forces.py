@@ -47,7 +47,7 @@ def random_wrenches(rng, columns, count):
 def check_grasp(grasp, primitives, arguments, external, objective, counts, worst):
     distributor = gf.ForceDistributor(grasp, objective)
     status = distributor.solve_many(external).status
-    solved, solutions, refused, directions = [], [], [], []
+    solved, solutions, refused, directions, unknown = [], [], [], [], []
     for row, w in enumerate(external):
         try:
             solutions.append(distributor.solve(w))
@@ -55,9 +55,13 @@ def check_grasp(grasp, primitives, arguments, external, objective, counts, worst
         except gf.InfeasibleWrenchError as error:
             directions.append(error.direction)
             refused.append(row)
+        except gf.NotConvergedError:
+            unknown.append(row)
     counts["solved"] += len(solved)
     counts["infeasible"] += len(refused)
-    counts["status of solve_many differs"] += int((status[solved] != 0).sum() + (status[refused] != 1).sum())
+    counts["not converged"] += len(unknown)
+    differs = (status[solved] != 0).sum() + (status[refused] != 1).sum() + (status[unknown] != 3).sum()
+    counts["status of solve_many differs"] += int(differs)
     columns = np.vstack(primitives)
     if refused:
         e = np.array(directions)
