@@ -1,4 +1,4 @@
-# Each target starts from nothing but Python 3.11+ and Rust: it makes .venv, installs what it needs and builds.
+# Each target starts from nothing but Python 3.11+ and Rust 1.89+: it makes .venv, installs what it needs and builds.
 PYTHON ?= python3
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -37,7 +37,6 @@ target/tools/bin/cargo-fuzz:
 	cargo install --quiet --root target/tools --locked cargo-fuzz
 
 bench: build
-	$(PY) -m pip install --group bench
 	cargo bench
 	$(PY) benches/force_sweep.py
 	$(PY) benches/grade.py --rows 100000
@@ -70,8 +69,9 @@ docs: build $(VENV)/docs
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
 
-# What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried.
-dist: $(VENV)/ready
+# What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried, beside
+# the package as it is developed: with every extra there, an import must still load none of them.
+dist: build
 	$(PY) -m pip install --quiet --group release
 	rm -rf dist
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --sdist --zig --compatibility manylinux2014 --out dist

@@ -44,6 +44,7 @@ fn report(name: &str, grasp: &Grasp<6>, calls: usize, mut next: impl FnMut() -> 
         times.push(start.elapsed().as_nanos() as u64);
         black_box(&sigma).as_ref().expect("the grasp balances every wrench");
     }
+    // The timed call does not report them: counted on a second pass over the same wrenches.
     let pivots =
         wrenches.iter().filter_map(|w| distributor.solve(w).ok()).map(|s| s.pivots).max().unwrap_or(0);
     let mean = times.iter().sum::<u64>() as f64 / calls as f64;

@@ -9,6 +9,7 @@ import numpy as np
 
 import graspforce as gf
 from graspforce.paper import RACKET, TILE
+from graspforce.paper.tile import INFERRED_FRICTION
 
 
 def compare(name, problem, criterion, **options):
@@ -36,7 +37,7 @@ def main():
         for criterion in ("max", "sum"):
             compare(f"racket, {problem.name}", problem, criterion, **limits)
     # The default frames switch axes on the tile; first tangents along x make its wrenches smooth.
-    tile = {"friction": 0.68, "max_normal_force": TILE.max_normal_force, "edges": TILE.edges}
+    tile = {"friction": INFERRED_FRICTION, "max_normal_force": TILE.max_normal_force, "edges": TILE.edges}
     tangents = np.tile([1.0, 0.0, 0.0], (4, 1))
     for criterion in ("max", "sum"):
         compare("tile", TILE, criterion, tangents=tangents, **tile)

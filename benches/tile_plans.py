@@ -10,8 +10,7 @@ import time
 
 import graspforce as gf
 from graspforce.paper import TILE
-
-FRICTION = 0.68  # inferred: with the printed 0.2 the printed ends are not force closure
+from graspforce.paper.tile import INFERRED_FRICTION
 
 
 def plan(criterion, prune):
@@ -23,7 +22,7 @@ def plan(criterion, prune):
         TILE.tolerance,
         TILE.bounds,
         criterion,
-        friction=FRICTION,
+        friction=INFERRED_FRICTION,
         max_normal_force=TILE.max_normal_force,
         edges=TILE.edges,
         prune=prune,

@@ -19,7 +19,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "matplotlib.sphinxext.mathmpl",
-    "myst_parser",
     "sphinx_gallery.gen_gallery",
     "myst_parser",
 ]
@@ -35,7 +34,6 @@ html_title = f"graspforce {version}"
 html_theme_options = {"sidebar_hide_name": False}
 html_static_path = ["_static"]
 html_css_files = ["blocks.css"]
-templates_path = ["_templates"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
@@ -71,7 +69,7 @@ def print_commands(_app: object) -> None:
     for name, arguments in COMMANDS.items():
         command = [sys.executable, "-m", "graspforce", *arguments]
         done = subprocess.run(command, cwd=EXAMPLES, capture_output=True, text=True, check=True)
-        text = "\n".join(line.rstrip() for line in done.stdout.splitlines() if not line.startswith("wrote "))
+        text = "\n".join(line.rstrip() for line in done.stdout.splitlines())
         (folder / f"{name}.txt").write_text(text + "\n", encoding="utf-8")
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 
 import graspforce as gf
-from oracles import least_max, least_sum, primitive_wrenches
+from oracles import least_max, least_sum, outside_cones, primitive_wrenches
 from random_grasps import random_grasp
 
 FLIP = 1e-6
@@ -47,7 +47,7 @@ def random_wrenches(rng, columns, count):
 def check_grasp(grasp, primitives, arguments, external, objective, counts, worst):
     distributor = gf.ForceDistributor(grasp, objective)
     status = distributor.solve_many(external).status
-    solved, solutions, refused, directions = [], [], [], []
+    solved, solutions, refused, directions, unknown = [], [], [], [], []
     for row, w in enumerate(external):
         try:
             solutions.append(distributor.solve(w))
@@ -55,9 +55,13 @@ def check_grasp(grasp, primitives, arguments, external, objective, counts, worst
         except gf.InfeasibleWrenchError as error:
             directions.append(error.direction)
             refused.append(row)
+        except gf.NotConvergedError:
+            unknown.append(row)
     counts["solved"] += len(solved)
     counts["infeasible"] += len(refused)
-    counts["status of solve_many differs"] += int((status[solved] != 0).sum() + (status[refused] != 1).sum())
+    counts["not converged"] += len(unknown)
+    differs = (status[solved] != 0).sum() + (status[refused] != 1).sum() + (status[unknown] != 3).sum()
+    counts["status of solve_many differs"] += int(differs)
     columns = np.vstack(primitives)
     if refused:
         e = np.array(directions)
@@ -73,17 +77,17 @@ def check_grasp(grasp, primitives, arguments, external, objective, counts, worst
     forces = np.array([s.forces for s in solutions])
     z = np.array([s.dual for s in solutions])
     shares = forces[:, :, 0] / arguments["max_normal_force"]
-    slip = np.linalg.norm(forces[:, :, 1:], axis=2) - arguments["friction"] * forces[:, :, 0]
     value = shares.sum(axis=1) if objective == "sum" else shares.max(axis=1)
     gains = np.array([(p @ z.T).max(axis=0) for p in primitives])
     support = gains.max(axis=0) if objective == "sum" else np.maximum(gains, 0).sum(axis=0)
+    outside = outside_cones(forces, arguments["friction"], arguments["edges"])
     size = np.abs(forces).max(axis=(1, 2))
     effort = np.abs(grasp.grasp_matrix).max() * size + np.abs(w).max(axis=1)
     unbalanced = np.abs(forces.reshape(len(w), -1) @ grasp.grasp_matrix.T + w).max(axis=1)
     found = {
         "gap as reported": np.array([s.gap for s in solutions]),
         "sum of contact wrenches + external": unbalanced / effort,
-        "forces outside their cones": (np.maximum(slip, -forces[:, :, 0]).max(axis=1)) / size,
+        "forces outside their cones": outside.max(axis=1) / size,
         "objective of the forces - sigma": np.abs(value - sigma) / sigma,
         "p(z) - 1": support - 1,
         "sigma - (-w.z)": np.abs(sigma + (w * z).sum(axis=1)) / sigma,

@@ -1,5 +1,8 @@
 //! Degenerate grasps are the normal case: each is classified and bracketed.
 
+mod force_cases;
+
+use force_cases::plate;
 use graspforce::{
     Closure, Contact, Criterion, Error, Grasp, Metric, Quality, QualityOptions, QualityWorkspace, Wrench,
 };
@@ -198,17 +201,6 @@ fn coplanar_contacts_and_a_far_origin() {
         c
     });
     check::<6>("torques about a point 100 m away", &away, Closure::Force);
-}
-
-/// Three fingers under a plate, pressing upward.
-fn plate() -> Grasp<6> {
-    let fingers: Vec<_> = (0..3)
-        .map(|i| {
-            let (s, c) = (2.1 * f64::from(i)).sin_cos();
-            Contact::new(Vector3::new(c, s, 0.0), Vector3::z()).friction(0.5).max_normal_force(10.0).edges(12)
-        })
-        .collect();
-    Grasp::new(&fingers).unwrap()
 }
 
 fn about<const D: usize>(grasp: &Grasp<D>, criterion: Criterion, center: Wrench<D>) -> Quality<D> {

@@ -2,6 +2,8 @@
 
 mod force_cases;
 
+use force_cases::friction_cone::slip;
+use force_cases::random::Random;
 use force_cases::{close, value};
 use graspforce::{
     Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel,
@@ -11,25 +13,6 @@ use nalgebra::Vector3;
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
 
-/// A cheap sequence of numbers between zero and one.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> Vector3<f64> {
-        loop {
-            let v = Vector3::from_fn(|_, _| 2.0 * self.next() - 1.0);
-            if (0.1..1.0).contains(&v.norm()) {
-                return v.normalize();
-            }
-        }
-    }
-}
-
 /// How far an answer is from balance and from its cones, relative to its strongest contact.
 fn wrong<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, answer: &Distribution<D>) -> f64 {
     let wrenches = answer.contact_wrenches(grasp);
@@ -38,7 +21,7 @@ fn wrong<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, answer: &Distri
     let mut worst = residual / effort;
     for (contact, f) in grasp.contacts().iter().zip(&answer.forces) {
         if !matches!(contact.forces, ForceModel::Extreme(_)) {
-            let slip = (f[1].hypot(f[2]) - contact.friction * f[0]).max(-f[0]);
+            let slip = slip(contact, D == 3, f);
             worst = worst.max(slip / (answer.sigma_max * contact.max_normal_force));
         }
     }

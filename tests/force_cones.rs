@@ -2,8 +2,14 @@
 
 mod force_cases;
 
+use std::f64::consts::PI;
+
+use force_cases::friction_cone::load;
 use force_cases::{close, numbers, reference, spatial_cases};
-use graspforce::{Contact, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Wrench};
+use graspforce::{
+    Contact, ContactForce, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Wrench,
+};
+use nalgebra::Vector3;
 
 fn cones(contacts: &[Contact]) -> Grasp<6> {
     Grasp::new(&contacts.iter().cloned().map(Contact::cone).collect::<Vec<_>>()).unwrap()
@@ -24,12 +30,7 @@ fn assert_in_cones(grasp: &Grasp<6>, external: &Wrench<6>, answer: &graspforce::
         (resultant + external).amax()
     );
     for (contact, f) in grasp.contacts().iter().zip(&answer.forces) {
-        let load = if contact.torsion == 0.0 {
-            assert_eq!(f[3], 0.0);
-            f[1].hypot(f[2]) / contact.friction
-        } else {
-            (f[1].hypot(f[2]) / contact.friction).hypot(f[3] / contact.torsion)
-        };
+        let load = load(contact, false, f);
         assert!(load <= f[0] * (1.0 + 1e-9) + 1e-15, "{load} {}", f[0]);
     }
 }
@@ -69,19 +70,54 @@ fn every_spatial_case_has_its_least_sum_and_maximum_over_true_cones() {
 }
 
 #[test]
-fn more_edges_approach_the_true_cone_from_above() {
+fn more_edges_approach_the_true_cone_from_above_and_with_their_square() {
     for case in spatial_cases().iter().take(7) {
-        let exact = with_tolerance(&cones(&case.contacts), Criterion::Max, 1e-8);
+        let exact = cones(&case.contacts);
+        let distributor = with_tolerance(&exact, Criterion::Max, 1e-8);
+        // Each of these pyramids holds the one before.
+        let pyramids = [8, 16, 32, 64].map(|edges| {
+            let contacts: Vec<_> = case.contacts.iter().map(|c| c.clone().edges(edges)).collect();
+            (edges, Grasp::<6>::new(&contacts).unwrap())
+        });
+        let radius = -pyramids[0].1.quality(Criterion::Max).unwrap().rho;
         for (external, ..) in &case.wrenches {
-            let least = exact.solve(external).unwrap().sigma;
-            let fine: Vec<_> = case.contacts.iter().map(|c| c.clone().edges(64)).collect();
-            let fine = ForceDistributor::new(&Grasp::<6>::new(&fine).unwrap(), Criterion::Max).unwrap();
-            let approximate = fine.solve(external).unwrap().sigma;
-            assert!(
-                least <= approximate * (1.0 + 1e-8) && close(least, approximate, 2e-2),
-                "{least} {approximate}"
-            );
+            let answer = distributor.solve(external).unwrap();
+            // Normal forces larger by 1 / cos(pi / l) put each force into its pyramid, and push the object by this.
+            let pushed: Wrench<6> =
+                exact.maps().iter().zip(&answer.forces).map(|(map, f)| map.column(0) * f[0]).sum();
+            let mut before = f64::INFINITY;
+            for (edges, grasp) in &pyramids {
+                let more = 1.0 / (PI / *edges as f64).cos() - 1.0;
+                let most = answer.sigma + more * (answer.sigma + pushed.norm() / radius);
+                let sigma =
+                    ForceDistributor::new(grasp, Criterion::Max).unwrap().solve(external).unwrap().sigma;
+                assert!(
+                    answer.sigma <= sigma * (1.0 + 1e-8) && sigma <= most * (1.0 + 1e-8),
+                    "{} {edges}: {} {sigma} {most}",
+                    case.name,
+                    answer.sigma
+                );
+                assert!(sigma <= before * (1.0 + 1e-9), "{} {edges}: {sigma} after {before}", case.name);
+                before = sigma;
+            }
         }
+    }
+}
+
+#[test]
+fn extreme_forces_lie_on_their_pyramids_and_rays_of_the_true_cone_between_them_outside() {
+    for edges in 3..40 {
+        let hard = Contact::new(Vector3::x(), -Vector3::x()).friction(0.3).max_normal_force(7.0).edges(edges);
+        for contact in [hard.clone(), hard.clone().torsion(0.02)] {
+            let grasp = Grasp::<6>::new(std::slice::from_ref(&contact)).unwrap();
+            for force in grasp.extreme_forces().unwrap() {
+                assert!(close(load(&contact, false, force), 7.0, 1e-13), "{edges} {force}");
+            }
+        }
+        let (s, c) = (PI / edges as f64).sin_cos();
+        let between = ContactForce::new(1.0, 0.3 * c, 0.3 * s, 0.0);
+        assert!(close(load(&hard, false, &between), 1.0 / c, 1e-13), "{edges}");
+        assert!(close(load(&hard.cone(), false, &between), 1.0, 1e-13));
     }
 }
 

@@ -2,8 +2,8 @@
 
 mod force_cases;
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use force_cases::friction_cone::slip;
+use force_cases::interior_point::interior_point;
 use force_cases::{close, seeded, value};
 use graspforce::{
     Contact, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
@@ -56,53 +56,12 @@ fn assert_sound(grasp: &Grasp<6>, external: &Wrench<6>, bounds: &[f64], answer: 
     let scale = external.amax().max(answer.sigma_sum);
     assert!((resultant + external).amax() <= 1e-9 * scale, "{:e}", (resultant + external).amax());
     for ((contact, force), bound) in grasp.contacts().iter().zip(&answer.forces).zip(bounds) {
-        let slip = force[1].hypot(force[2]) - contact.friction * force[0];
+        let slip = slip(contact, false, force);
         assert!(slip <= 1e-9 * contact.max_normal_force * answer.sigma_max, "{slip:e}");
         let normal = force[0] / contact.max_normal_force;
         assert!(normal >= bound - 1e-9 * answer.sigma_max && normal <= answer.sigma_max * (1.0 + 1e-12));
     }
     assert!(answer.gap <= 1e-9, "{:e}", answer.gap);
-}
-
-/// The program over all edges with a row for each bound: `None` unless solved.
-fn interior_point(
-    grasp: &Grasp<6>,
-    criterion: Criterion,
-    bounds: &[f64],
-    external: &Wrench<6>,
-) -> Option<f64> {
-    let wrenches = grasp.primitive_wrenches().unwrap();
-    let (m, n) = (grasp.num_contacts(), wrenches.len());
-    let mut rows: Vec<Vec<f64>> =
-        (0..6).map(|k| wrenches.iter().map(|w| w[k]).chain([0.0]).collect()).collect();
-    let mut right: Vec<f64> = external.iter().map(|x| -x).collect();
-    for (i, bound) in bounds.iter().enumerate().take(m) {
-        let range = grasp.edges(i).unwrap();
-        let row = |sign: f64, last: f64| -> Vec<f64> {
-            (0..n).map(|j| if range.contains(&j) { sign } else { 0.0 }).chain([last]).collect()
-        };
-        rows.extend([row(1.0, -1.0), row(-1.0, 0.0)]);
-        right.extend([0.0, -bound]);
-    }
-    rows.extend((0..n).map(|j| (0..=n).map(|k| if j == k { -1.0 } else { 0.0 }).collect()));
-    right.resize(rows.len(), 0.0);
-    let mut cost = vec![0.0; n + 1];
-    match criterion {
-        Criterion::Max => cost[n] = 1.0,
-        Criterion::Sum => cost[..n].fill(1.0),
-    }
-    let cones = [SupportedConeT::ZeroConeT(6), SupportedConeT::NonnegativeConeT(rows.len() - 6)];
-    let settings = DefaultSettings {
-        verbose: false,
-        tol_gap_abs: 1e-10,
-        tol_gap_rel: 1e-10,
-        tol_feas: 1e-10,
-        ..DefaultSettings::default()
-    };
-    let (p, a) = (CscMatrix::zeros((n + 1, n + 1)), CscMatrix::from(&rows));
-    let mut solver = DefaultSolver::new(&p, &cost, &a, &right, &cones, settings).unwrap();
-    solver.solve();
-    (solver.solution.status == SolverStatus::Solved).then_some(solver.solution.obj_val)
 }
 
 proptest! {

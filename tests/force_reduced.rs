@@ -24,8 +24,8 @@ fn a_reduced_set_answers_like_the_whole_and_says_when_it_cannot() {
     let reduced = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
     let implicit = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
     let kept = reduced.reduced_points().unwrap().len();
-    // Print says 275 of 14,640.
-    assert!((11..600).contains(&kept), "{kept}");
+    // Those on the hyperplanes of the samples; print says 275 of 14,640, with other friction.
+    assert_eq!(kept, 405);
     let mut fell_back = 0;
     for k in 0..1000 {
         let external = wrench(f64::from(k) * 0.01);
@@ -37,7 +37,7 @@ fn a_reduced_set_answers_like_the_whole_and_says_when_it_cannot() {
         fell_back += usize::from(a.fell_back);
     }
     // The samples are the trajectory's own: few wrenches between them need more.
-    assert!(fell_back < 500, "{fell_back}");
+    assert!(fell_back <= 40, "{fell_back}");
     println!("{kept} of 14640 points kept, {fell_back} of 1000 answers by the whole set");
     for t in 1..=10 {
         assert!(!reduced.clone().solve(&wrench(f64::from(t))).unwrap().fell_back, "sample {t}");

@@ -1,8 +1,22 @@
-"""Arguments nobody means, for property tests: any shape, dtype, stride and value."""
+"""Arguments nobody means, for property tests: any shape, dtype, stride and value.
+
+HOSTILE_EXAMPLES sets how many each entry point is given.
+"""
+
+import os
 
 import numpy as np
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+
+HOSTILE = settings(
+    max_examples=int(os.environ.get("HOSTILE_EXAMPLES", "60")),
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    print_blob=True,
+    derandomize="HOSTILE_EXAMPLES" not in os.environ,  # the same inputs every time, unless one looks for more
+)
 
 EXTREMES = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-160, 1e-30, 1e30, 1e160, 1.7e308, np.inf, -np.inf, np.nan]
 NUMBERS = st.one_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import sys
@@ -20,6 +21,10 @@ from graspforce.surfaces import contacts_on, ellipse
 
 # Long enough for the call to be under way, short enough for the tests.
 DELAY = 0.4
+
+# Set while nothing but time is to be waited for.
+UNDER_WAY = threading.Event()
+UNDER_WAY.set()
 
 
 def ball(count, seed=0):
@@ -51,6 +56,19 @@ def egg(count):
         return outward * [0.03, 0.04, 0.05], -outward / [0.03, 0.04, 0.05]
 
     return surface, [(-3.0, 3.0), (-1.4, 1.4)] * count
+
+
+def watched(surface):
+    """Return the surface; hold Ctrl-C back until its sixth question, when a search has found something."""
+    UNDER_WAY.clear()
+    questions = itertools.count(1)
+
+    def answer(params):
+        if next(questions) == 6:
+            UNDER_WAY.set()
+        return surface(params)
+
+    return answer
 
 
 def many(count, repeat):
@@ -131,17 +149,19 @@ def minkowski_sum():
 
 def plan():
     surface, bounds = egg(5)
-    gf.plan(surface, np.zeros(10) + np.arange(10) * 0.1, 0.1, 1e-9, bounds, edges=None, torsion=0.01)
+    start = np.arange(10) * 0.1
+    return gf.plan(watched(surface), start, 0.1, 1e-9, bounds, edges=None, torsion=0.01)
 
 
 def plan_many():
     surface, bounds = egg(4)
-    gf.plan_many(surface, bounds, 0.5, 1e-4, starts=500, edges=8)
+    return gf.plan_many(watched(surface), bounds, 0.5, 1e-4, starts=500, edges=8)
 
 
 def plan_global():
     surface, bounds = egg(2)
-    gf.plan_global(surface, bounds, gap=1e-6, friction=1.0, torsion=0.01, edges=16, max_boxes=10**9)
+    options = {"friction": 1.0, "torsion": 0.01, "edges": 16, "max_boxes": 10**9}
+    return gf.plan_global(watched(surface), bounds, gap=1e-6, **options)
 
 
 def refine():
@@ -152,7 +172,7 @@ def refine():
 def placement():
     surface = contacts_on(*[ellipse(0.05, 0.03)] * 4)
     noise = gf.Placement(position=0.001, samples=2000)
-    gf.plan(surface, [0, 1.5, 3, 4.5], 0.5, 1e-9, [(0, 6.3)] * 4, placement=noise)
+    return gf.plan(watched(surface), [0, 1.5, 3, 4.5], 0.5, 1e-9, [(0, 6.3)] * 4, placement=noise)
 
 
 def metrics():
@@ -178,13 +198,13 @@ def main(name):
 
     def press():
         time.sleep(DELAY)
+        UNDER_WAY.wait()
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=press, daemon=True).start()
-    outcome = "returned"
     try:
-        call()
+        outcome = getattr(call(), "stopped", "returned")
     except KeyboardInterrupt:
         outcome = "raised"
     ended = time.monotonic()

@@ -45,6 +45,20 @@ def primitive_wrenches(
     return wrenches
 
 
+def outside_cones(forces, friction, edges=None):
+    """By how much forces (..., m, k) in contact frames leave the cones of Eq. 3, in N; (..., m).
+
+    A linearised cone is checked by its planes, each halfway between two edges.
+    """
+    if forces.shape[-1] == 2:
+        planes = np.array([[1.0], [-1.0]])
+    else:
+        angles = 2 * np.pi * (np.arange(edges) + 0.5) / edges
+        planes = np.column_stack([np.cos(angles), np.sin(angles)]) / np.cos(np.pi / edges)
+    needed = (forces[..., 1:] @ planes.T).max(axis=-1)
+    return np.maximum(needed - np.asarray(friction) * forces[..., 0], -forces[..., 0])
+
+
 def minkowski_points(wrenches: list[np.ndarray]) -> np.ndarray:
     """Every sum of at most one wrench of each contact, at least one in all."""
     dim = wrenches[0].shape[1]

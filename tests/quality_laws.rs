@@ -2,13 +2,15 @@
 
 #[path = "../benches/common/mod.rs"]
 mod common;
+mod force_cases;
 
 use common::Random;
+use force_cases::plate;
 use graspforce::{
     Closure, Contact, Criterion, Grasp, GraspOptions, Metric, Quality, QualityOptions, QualityWorkspace,
     Wrench,
 };
-use nalgebra::{Rotation3, SMatrix, Vector3};
+use nalgebra::{Rotation3, SMatrix};
 use rayon::prelude::*;
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
@@ -173,14 +175,8 @@ fn a_metric_is_a_change_of_coordinates() {
 
 #[test]
 fn a_plate_on_three_fingers_resists_what_its_weight_allows() {
-    // Three fingers under a plate press upward: no closure, but with the weight a disturbance can be resisted.
-    let fingers: Vec<_> = (0..3)
-        .map(|i| {
-            let (s, c) = (2.1 * f64::from(i)).sin_cos();
-            Contact::new(Vector3::new(c, s, 0.0), Vector3::z()).friction(0.5).max_normal_force(10.0).edges(12)
-        })
-        .collect();
-    let plate = Grasp::<6>::new(&fingers).unwrap();
+    // No closure, but with the weight a disturbance can be resisted.
+    let plate = plate();
     let weight = Wrench::<6>::from_row_slice(&[0.0, 0.0, -9.0, 0.0, 0.0, 0.0]);
     let ask = |center| {
         let options = QualityOptions { center, ..QualityOptions::new(Criterion::Max) };

@@ -1,7 +1,9 @@
 """Every example in a docstring and in the README runs and prints what it says."""
 
+import contextlib
 import doctest
 import importlib
+import io
 import pkgutil
 import re
 from pathlib import Path
@@ -68,7 +70,11 @@ def test_the_examples_of_markdown_pages_run(page):
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     assert blocks or page.stem != "README"
     for block in blocks:
-        exec(compile(block, page.name, "exec"), {})
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(block, page.name, "exec"), {})
+        promised = re.findall(r"# prints: (.*)", block)
+        assert not promised or printed.getvalue().splitlines() == promised
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ NOT_RUN = {
     "pip install .": INSTALLS,
     "pip install '.[all]'": INSTALLS,
     "graspforce --install-completion": INSTALLS,
-    "graspforce view cup.yaml --wrenches lift.csv": WAITS,
+    "graspforce view pinched_egg.yaml --wrenches lift.csv": WAITS,
     "graspforce view best.json": WAITS,
     "make demo": CI,
     "make test": CI,
@@ -36,6 +36,12 @@ NOT_RUN = {
     "make compare": LONG,
     "make fuzz": LONG,
     "make fuzz FUZZ_SECONDS=600": LONG,
+    "HOSTILE_EXAMPLES=1500 pytest tests/test_hostile_arguments.py": LONG,
+    "HOSTILE_EXAMPLES=150 pytest tests/test_hostile_files.py": LONG,
+    "LEAK_SHARE=1 pytest tests/test_memory.py": LONG,
+    "PYTHONMALLOC=malloc valgrind python tests/every_binding.py": "needs Valgrind",
+    'RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR=target/asan PATH="target/tools/bin:$PATH" cargo fuzz run '
+    "--sanitizer address forces target/fuzz/corpus/forces -- -runs=0": LONG,
     "pip install 'graspforce[datasets]'": INSTALLS,
     "dask scheduler": WAITS,
     "RAYON_NUM_THREADS=8 dask worker HEAD:8786 --nworkers 2 --nthreads 1": CLUSTER,
@@ -59,7 +65,8 @@ def commands():
             *re.findall(r"code-block:: (?:sh|bash|console)\n\n((?: {3}.*\n|\n)+)", text),
         ]
         lines = [line.strip().removeprefix("$ ") for block in blocks for line in block.splitlines()]
-        lines += re.findall(r"`+((?:python|graspforce|make|pip|cargo) [^`]+)`", text)
+        programs = "python|graspforce|make|pip|cargo|pytest|valgrind"
+        lines += re.findall(rf"`+((?:[A-Z_]+=\S+ )*(?:{programs}) [^`]+)`", text)
         for line in lines:
             command = " ".join(line.partition("  #")[0].partition(" # ")[0].split())
             # Options without values describe a command and are none.

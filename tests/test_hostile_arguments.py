@@ -3,26 +3,16 @@
 HOSTILE_EXAMPLES sets how many inputs each entry point is given.
 """
 
-import os
 import pickle
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import graspforce as gf
 from graspforce._core import BoxBound, CandidateSearch, TriangleTree
-from hostile_values import NUMBERS, arrays, counts, scalars, words
-
-EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "60"))
-HOSTILE = settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-    print_blob=True,
-    derandomize="HOSTILE_EXAMPLES" not in os.environ,  # the same inputs every time, unless one looks for more
-)
+from hostile_values import HOSTILE, NUMBERS, arrays, counts, scalars, words
 
 # What a caller may expect to catch; OverflowError is Python's own for whole numbers out of range.
 REFUSALS = (gf.GraspForceError, TypeError, ValueError, OverflowError)

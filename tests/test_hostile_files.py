@@ -8,21 +8,13 @@ import zipfile
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import graspforce as gf
 from graspforce.files import load_grasp, load_mesh, load_problem, load_wrenches
+from hostile_values import HOSTILE
 from test_files import CURVE, PINCH
-
-EXAMPLES = int(os.environ.get("HOSTILE_EXAMPLES", "60"))
-HOSTILE = settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-    print_blob=True,
-    derandomize="HOSTILE_EXAMPLES" not in os.environ,  # the same inputs every time, unless one looks for more
-)
 
 
 def npz(**arrays):

@@ -13,7 +13,7 @@ import pytest
 
 import graspforce as gf
 
-pytest.importorskip("viser", reason="viser is not installed: pip install 'graspforce[viewer]'")
+viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'graspforce[viewer]'")
 trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[viewer]'")
 
 from graspforce.viewer import ViewState, view
@@ -70,6 +70,28 @@ def test_given_forces_are_not_scaled():
     state.scale(friction=2.0, limits=2.0)
     assert not state.has_cones
     assert state.quality("max").epsilon == before
+
+
+@pytest.mark.parametrize("size", [None, 0.01, 1.0, 500.0])
+def test_cones_are_as_long_as_the_object_allows_whatever_the_forces_given(size, monkeypatch):
+    rims = {}
+    draw = viser.SceneApi.add_mesh_simple
+
+    def record(scene, name, vertices, *arguments, **options):
+        rims[name] = vertices
+        return draw(scene, name, vertices, *arguments, **options)
+
+    monkeypatch.setattr(viser.SceneApi, "add_mesh_simple", record)
+    forces = [[(1, 0.3, 0), (1, -0.3, 0.3), (1, 0, -0.3)], [(0.5, 0, 0)], [(0.25, 0.1, 0), (-1, 0, 0)]]
+    given = {} if size is None else {"extreme_forces": [size * np.array(rows) for rows in forces]}
+    grasp = cup(**given)
+    viewer = view(grasp, port=18082)
+    viewer.stop()
+    longest = 0.3 * np.ptp(grasp.positions, axis=0).max()
+    shares = [1, 1, 1] if size is None else [1, 0.5, 0.25]
+    for i, share in enumerate(shares):
+        tip, *rim = rims[f"/cones/{i}"]
+        assert (tip - rim) @ grasp.normals[i] == pytest.approx(np.full(len(rim), share * longest))
 
 
 def test_what_cannot_be_shown_is_refused():

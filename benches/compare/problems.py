@@ -10,7 +10,7 @@ import numpy as np
 
 import graspforce as gf
 from graspforce.paper import RACKET, TABLE_1, TILE, TILE_WRENCHES
-from graspforce.paper.tile import INFERRED_FRICTION
+from graspforce.paper.tile import INFERRED_FRICTION, tile_grasp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -99,9 +99,7 @@ def racket() -> Contacts:
 
 def tile(edges: int | None = TILE.edges) -> gf.Grasp:
     """Return the printed optimum of Example 2 for the maximum, with the inferred friction."""
-    positions, normals = (x[0] for x in TILE.surface(np.array([TILE.published["max"].params])))
-    limit = TILE.max_normal_force
-    return gf.Grasp(positions, normals, friction=INFERRED_FRICTION, max_normal_force=limit, edges=edges)
+    return tile_grasp(TILE.published["max"].params, INFERRED_FRICTION, edges)
 
 
 def trajectory(count: int) -> list[np.ndarray]:

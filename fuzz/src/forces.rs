@@ -1,8 +1,16 @@
 //! Laws of force distribution: forces balance, lie in their cones, and the dual proves them least; where there
 //! are none, the witness separates.
 
+#[path = "../../tests/force_cases/balance.rs"]
+mod balance;
+#[path = "../../tests/force_cases/friction_cone.rs"]
+mod friction_cone;
+
+use balance::assert_balanced;
+use friction_cone::load;
 use graspforce::{
-    Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp, Wrench,
+    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
+    Wrench,
 };
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.
@@ -33,44 +41,23 @@ fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Dist
     for number in [found.sigma, found.sigma_max, found.sigma_sum, found.gap] {
         assert!(number.is_finite(), "{found:?}");
     }
-    let wrenches = found.contact_wrenches(grasp);
-    let split = if D == 3 { 2 } else { 3 };
-    // Forces and torques are balanced each in its own unit.
-    for rows in [0..split, split..D] {
-        let part = |w: &Wrench<D>| w.rows_range(rows.clone()).norm();
-        let lever = |i: usize| grasp.maps()[i].columns(0, 3).rows_range(rows.clone()).amax();
-        let effort: f64 = found.forces.iter().enumerate().map(|(i, f)| lever(i) * f.amax()).sum();
-        let effort = effort + wrenches.iter().map(part).sum::<f64>() + part(external);
-        let rest = part(&(wrenches.iter().sum::<Wrench<D>>() + external));
-        // The library's own allowance: a share of the whole wrench, in units of the longest lever.
-        let allowed = ROUNDING * effort + 1e-8 * whole(grasp, external, rows.start == 0);
-        assert!(rest <= allowed, "unbalanced by {rest:e} of {effort:e}: {found:?}");
-    }
+    assert_balanced(grasp, external, found);
+    let largest = |row: usize| found.forces.iter().map(|f| f[row].abs()).fold(0.0, f64::max);
+    let (size, torque) = (largest(0), largest(3));
     for (contact, force) in grasp.contacts().iter().zip(&found.forces) {
         if matches!(contact.forces, ForceModel::Extreme(_)) {
             continue;
         }
-        let (mu, gamma) = (contact.friction, contact.torsion);
-        let share = |load: f64, limit: f64| if load == 0.0 { 0.0 } else { load / limit };
-        let slip = share(force[1].hypot(force[2]), mu).hypot(share(force[3], gamma));
-        let size = found.forces.iter().map(|f| f[0].abs()).fold(0.0, f64::max);
         assert!(force[0] >= -ROUNDING * size, "pulls: {found:?}");
-        // A coefficient of nearly nothing turns rounding into slip: measured in forces then.
-        let tangential = force[1].hypot(force[2]);
-        let outside = slip > force[0] + ROUNDING * size && tangential > mu * force[0] + ROUNDING * size;
+        // A coefficient of nearly nothing turns rounding into slip: that much of the force is left out then.
+        let kept =
+            |part: f64, all: f64| if part > 0.0 { (1.0 - ROUNDING * all / part).max(0.0) } else { 1.0 };
+        let (along, about) = (kept(force[1].hypot(force[2]), size), kept(force[3].abs(), torque));
+        let less = force.component_mul(&ContactForce::new(1.0, along, along, about));
+        let slip = load(contact, D == 3, force);
+        let outside = slip > force[0] + ROUNDING * size && load(contact, D == 3, &less) > force[0];
         assert!(!outside, "slips by {slip:e} at {:e}: {found:?}", force[0]);
     }
-}
-
-/// The size of a wrench as a force, or as a torque.
-fn whole<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, as_force: bool) -> f64 {
-    let split = if D == 3 { 2 } else { 3 };
-    let lever = |i: usize| grasp.maps()[i].columns(0, 3).rows_range(split..).amax();
-    let torsion = grasp.contacts().iter().map(|contact| contact.torsion).fold(0.0, f64::max);
-    let lever = (0..grasp.num_contacts()).map(lever).fold(torsion, f64::max);
-    let lever = if lever > 1e-140 { lever } else { 1.0 };
-    let (force, torque) = (external.rows_range(..split).norm(), external.rows_range(split..).norm());
-    if as_force { force + torque / lever } else { force * lever + torque }
 }
 
 /// No forces need less: the dual's plane bounds the objective.

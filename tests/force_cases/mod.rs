@@ -1,7 +1,13 @@
-//! Grasps and wrenches that the force distribution tests share.
+//! Reference grasps and wrenches, and what the tests of force distribution share.
 #![allow(dead_code, reason = "each test binary uses its part")]
 
-use graspforce::{Contact, ContactForce, Criterion, Grasp, Wrench};
+pub(crate) mod balance;
+pub(crate) mod friction_cone;
+pub(crate) mod interior_point;
+pub(crate) mod random;
+
+use friction_cone::slip;
+use graspforce::{Contact, Criterion, Grasp, Wrench};
 use nalgebra::Vector3;
 use proptest::test_runner::{Config as ProptestConfig, RngSeed};
 use serde_json::Value;
@@ -16,10 +22,14 @@ pub(crate) fn seeded(cases: u32) -> ProptestConfig {
     }
 }
 
-/// One grasp of `spatial.json` with its wrenches and their least sums and maxima (`None`: infeasible).
+/// One grasp of `spatial.json` with its class, its quality, and wrenches with their least sums and maxima (`None`:
+/// infeasible).
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) contacts: Vec<Contact>,
+    pub(crate) closure: String,
+    pub(crate) rho_sum: f64,
+    pub(crate) rho_max: f64,
     pub(crate) wrenches: Vec<(Wrench<6>, Option<f64>, Option<f64>)>,
 }
 
@@ -57,6 +67,9 @@ fn spatial_case(case: &Value) -> Case {
     Case {
         name: case["name"].as_str().unwrap().into(),
         contacts: contacts.collect(),
+        closure: case["closure"].as_str().unwrap().into(),
+        rho_sum: case["rho_sum"].as_f64().unwrap(),
+        rho_max: case["rho_max"].as_f64().unwrap(),
         wrenches: wrenches.collect(),
     }
 }
@@ -95,6 +108,17 @@ pub(crate) fn racket(params: &[f64]) -> Vec<Contact> {
     }
 }
 
+/// Three fingers under a plate, pressing upward.
+pub(crate) fn plate() -> Grasp<6> {
+    let fingers: Vec<_> = (0..3)
+        .map(|i| {
+            let (s, c) = (2.1 * f64::from(i)).sin_cos();
+            Contact::new(Vector3::new(c, s, 0.0), Vector3::z()).friction(0.5).max_normal_force(10.0).edges(12)
+        })
+        .collect();
+    Grasp::new(&fingers).unwrap()
+}
+
 /// Whether `a` and `b` agree to a relative tolerance.
 pub(crate) fn close(a: f64, b: f64, relative: f64) -> bool {
     (a - b).abs() <= relative * a.abs().max(b.abs())
@@ -116,21 +140,14 @@ pub(crate) fn assert_sound<const D: usize>(
         let share = force[0] / contact.max_normal_force;
         largest = largest.max(share);
         sum += share;
-        assert!(slip(contact, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force, "{force}");
+        assert!(
+            slip(contact, D == 3, force) <= 1e-9 * answer.sigma_max * contact.max_normal_force,
+            "{force}"
+        );
     }
     assert!(close(largest, answer.sigma_max, 1e-9), "{largest} {}", answer.sigma_max);
     assert!(close(sum, answer.sigma_sum, 1e-9), "{sum} {}", answer.sigma_sum);
     assert!(answer.gap <= 1e-9);
-}
-
-/// By how much a force leaves its true friction cone.
-fn slip(contact: &Contact, force: &ContactForce) -> f64 {
-    let tangential = force[1].hypot(force[2]);
-    if contact.torsion == 0.0 {
-        return (tangential - contact.friction * force[0]).max(-force[0]);
-    }
-    let load = if contact.friction == 0.0 { 0.0 } else { tangential / contact.friction };
-    load.hypot(force[3] / contact.torsion) - force[0]
 }
 
 /// The objective's value of an answer.

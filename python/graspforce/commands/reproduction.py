@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from typing import TYPE_CHECKING, Any
 
 from graspforce._optional import optional
@@ -29,7 +30,7 @@ def reproduce(example: str, *, json_file: Path | None = None, out: Path | None =
         path.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
         written = [path, *written]
     for path in written:
-        print(f"wrote {path}")
+        print(f"wrote {path}", file=sys.stderr)
 
 
 def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:

@@ -113,11 +113,13 @@ def run_tile() -> TileRun:
     return TileRun(plans, tuple(tile_forces((mu, tile_grasp(optimum, mu)) for mu in frictions)))
 
 
-def tile_grasp(params: NDArray[np.float64] | tuple[float, ...], friction: float) -> Grasp:
-    """Grasp of the tile at ``[phi_1, psi_1, phi_3, psi_3]`` (m), other inputs as printed."""
+def tile_grasp(
+    params: NDArray[np.float64] | tuple[float, ...], friction: float, edges: int | None = TILE.edges
+) -> Grasp:
+    """Grasp of the tile at ``[phi_1, psi_1, phi_3, psi_3]`` (m), else as printed; no edges: true cones."""
     positions, normals = TILE.surface(np.asarray(params, dtype=np.float64)[None])
     return Grasp(
-        positions[0], normals[0], friction=friction, max_normal_force=TILE.max_normal_force, edges=TILE.edges
+        positions[0], normals[0], friction=friction, max_normal_force=TILE.max_normal_force, edges=edges
     )
 
 

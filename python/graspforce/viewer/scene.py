@@ -85,7 +85,6 @@ class Viewer:
     def update(self) -> None:
         """Show the state as it is now."""
         with self._turn, self._server.atomic():
-            grasp = self.state.grasp
             quality = {criterion: self.state.quality(criterion) for criterion in ("max", "sum")}
             solution = self.state.forces(self._row.value) if len(self.state.wrenches) else None
             lines = [f"**epsilon {name}** {found.epsilon:.6g} N" for name, found in quality.items()]
@@ -95,8 +94,7 @@ class Viewer:
             elif len(self.state.wrenches):
                 lines.append("**forces** none balance this wrench")
             self._numbers.content = "\n\n".join(lines)
-            limits = grasp.max_normal_force if self.state.has_cones else grasp.extreme_forces[:, 0]
-            self._draw_cones(_LONGEST * self._size / float(limits.max()))
+            self._draw_cones()
             self._draw_forces(None if solution is None else solution.world_forces)
             self._draw_worst(quality[self._criterion.value].direction)
 
@@ -152,20 +150,29 @@ class Viewer:
                 event.target.position = tuple(self.state.grasp.positions[contact])
             self.update()
 
-    def _draw_cones(self, scale: float) -> None:
+    def _normal_limits(self) -> NDArray[np.float64]:
+        """Of each contact the largest normal force in N: its limit, or that of the forces given for it."""
         grasp = self.state.grasp
+        if self.state.has_cones:
+            return grasp.max_normal_force
+        normals = np.split(grasp.extreme_forces[:, 0], np.cumsum(grasp.num_edges)[:-1])
+        return np.array([of_contact.max(initial=0.0) for of_contact in normals])
+
+    def _draw_cones(self) -> None:
+        grasp, limits = self.state.grasp, self._normal_limits()
         # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
         cones = Grasp(
             grasp.positions,
             grasp.normals,
             grasp.friction,
-            grasp.max_normal_force,
-            _CONE_EDGES,
+            edges=_CONE_EDGES,
             friction_margin=grasp.friction_margin,
         )
+        lengths = _LONGEST * self._size * limits / (limits.max() or 1.0)
         fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
-        for i, (fan, frame, tip) in enumerate(zip(fans, cones.frames, cones.positions, strict=True)):
-            rim = tip - scale * fan @ frame
+        parts = zip(fans, cones.frames, cones.positions, lengths, strict=True)
+        for i, (fan, frame, tip, length) in enumerate(parts):
+            rim = tip - length * fan @ frame
             count = len(rim)
             triangles = [(0, 1 + h, 1 + (h + 1) % count) for h in range(count)]
             self._server.scene.add_mesh_simple(

@@ -1,6 +1,6 @@
 """Plan four contacts on meshes somebody downloaded: 200 starts, true friction cones, the best ten grasps.
 
-Run by ``python examples/mesh_grasps.py --out pictures``. The best grasp of each object is compared with the
+Run by ``python benches/mesh_grasps.py --out pictures``. The best grasp of each object is compared with the
 best of 1,000 random force-closure grasps, and drawn.
 """
 
@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from _meshes import named
 from matplotlib.figure import Figure
+from pybullet_meshes import named
 
 import graspforce as gf
 from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view

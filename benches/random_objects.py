@@ -1,6 +1,6 @@
 """Plan grasps of random objects, unattended: 3 and 4 contacts, both criteria, a plan or a reason for each.
 
-Run by ``python examples/random_objects.py``; ``--refine 50`` measures instead what gradients add to the
+Run by ``python benches/random_objects.py``; ``--refine 50`` measures instead what gradients add to the
 pattern search's result on fifty objects.
 """
 
@@ -8,7 +8,7 @@ import argparse
 import time
 
 import numpy as np
-from _meshes import random_object
+from pybullet_meshes import random_object
 
 import graspforce as gf
 from graspforce.surfaces import contacts_on

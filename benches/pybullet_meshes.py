@@ -13,7 +13,7 @@ def data_folder():
     """Return where pybullet keeps its meshes, without importing it."""
     found = importlib.util.find_spec("pybullet_data")
     if found is None or not found.submodule_search_locations:
-        raise SystemExit("these examples read meshes of pybullet: pip install pybullet")
+        raise SystemExit("these objects are meshes of pybullet: pip install --group objects")
     return Path(found.submodule_search_locations[0])
 
 
