@@ -177,9 +177,16 @@ impl<const R: usize> Region<R> {
             && (self.equations.count == 0 || self.balances(b))
     }
 
+    /// Whether no share of a law whose multipliers are not yet written is negative by more than `inside`, and no force.
+    pub(crate) fn nonnegative(&self, b: &SVector<f64, R>, inside: f64) -> bool {
+        let (largest, sum) = self.totals(b);
+        let floor = -inside * self.objective.value(largest, sum);
+        self.conditions.all(b, |x| x >= floor) && self.pushes(b, inside)
+    }
+
     /// Whether no force is negative by more than `inside`, relative to the largest force. A share of a strong contact
     /// that is nothing beside the share of a weak one may be more than all its force.
-    pub(crate) fn pushes(&self, b: &SVector<f64, R>, inside: f64) -> bool {
+    fn pushes(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let mut largest: f64 = 0.0;
         for (block, strengths) in self.normals.blocks.iter().zip(self.strengths.chunks(LANES)) {
             let forces = block.times(b).into_iter().zip(strengths).map(|(share, strength)| share * strength);

@@ -158,7 +158,7 @@ impl<const D: usize> RegionReader<D> {
             let (unbalanced, mismatch) = mismatch(face, coefficients);
             if mismatch <= trusted && unbalanced <= UNBALANCED {
                 law::write_region(region, face, coefficients, &level, map, extremes);
-                if region.pushes(b, FEASIBLE) {
+                if region.nonnegative(b, FEASIBLE) {
                     region.unique = true;
                     return mismatch;
                 }
@@ -174,7 +174,7 @@ impl<const D: usize> RegionReader<D> {
                 for equation in &law.equations {
                     region.equations.push(&map.tr_mul(equation));
                 }
-                if region.pushes(b, FEASIBLE) {
+                if region.nonnegative(b, FEASIBLE) {
                     return mismatch;
                 }
             }
