@@ -325,3 +325,19 @@ fn a_witness_along_which_a_weak_contact_pushes_is_none_whatever_solver_found_it(
         assert!(most.as_ref().map_or(true, |most| most[0] > 0.1), "{most:?}");
     }
 }
+
+#[test]
+fn a_grasp_that_is_thinner_than_its_longest_wrench_can_tell_is_not_certified_thick() {
+    let contact = |r: [f64; 2], n: [f64; 2], friction: f64, limit: f64| {
+        let planar = |v: [f64; 2]| Vector3::new(v[0], v[1], 0.0);
+        Contact::new(planar(r), planar(n)).friction(friction).max_normal_force(limit)
+    };
+    let contacts =
+        [contact([0.75; 2], [-0.75; 2], 3.1875, 3.1875), contact([1e13, 6.5625], [1.0; 2], 4.8125, 9.518e-7)];
+    let grasp = Grasp::<3>::new(&contacts).unwrap();
+    for criterion in [Criterion::Max, Criterion::Sum] {
+        let quality = grasp.quality(criterion).unwrap();
+        // Across the weak contact's forces the grasp reaches no further than a few of these.
+        assert!(-quality.upper <= 1e-5, "{quality:?}");
+    }
+}

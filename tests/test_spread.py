@@ -75,3 +75,46 @@ def test_the_bracket_of_an_open_grasp_contains_the_exact_distance_however_limits
         assert quality.lower - rounding <= distance <= quality.upper + rounding
         assert quality.converged
     assert outside >= (20 if dim == 2 else 4)
+
+
+def exact_radius(points):
+    """Return the radius of the largest ball about the origin in the hull of points in space.
+
+    The hull's facets are the planes through three points that have all others on one side.
+    """
+    exact = [[Fraction(x) for x in point] for point in points]
+    best = None
+    for a, b, c in combinations(exact, 3):
+        u, v = ([x - y for x, y in zip(other, a, strict=True)] for other in (b, c))
+        normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        if not any(normal):
+            continue
+        heights = [dot(normal, point) - dot(normal, a) for point in exact]
+        if min(heights) >= 0 or max(heights) <= 0:
+            square = dot(normal, a) ** 2 / dot(normal, normal)
+            best = square if best is None else min(best, square)
+    return float(best) ** 0.5
+
+
+@pytest.mark.parametrize("decades", [0, 2, 4, 6, 8, 12])
+def test_the_bracket_of_a_closed_grasp_contains_the_exact_radius_however_limits_and_levers_spread(decades):
+    rng = np.random.default_rng(decades)
+    inside, converged = 0, 0
+    for _ in range(60):
+        count = rng.integers(3, 5)
+        positions = rng.normal(size=(count, 2)) * 10.0 ** rng.uniform(-decades / 4, decades / 4, (count, 1))
+        normals = (
+            -positions + rng.normal(size=(count, 2)) * np.linalg.norm(positions, axis=1, keepdims=True) / 3
+        )
+        limits = 10.0 ** rng.uniform(-decades / 2, decades / 2, count)
+        grasp = gf.Grasp(positions, normals, friction=0.6, max_normal_force=limits)
+        quality = grasp.quality("sum")
+        if quality.closure != "force":
+            continue
+        inside += 1
+        converged += quality.converged
+        radius = exact_radius(grasp.primitive_wrenches)
+        rounding = 1e-9 * radius + 1e-14 * np.abs(grasp.primitive_wrenches).max()
+        assert -quality.upper - rounding <= radius <= -quality.lower + rounding
+    assert inside >= 15
+    assert converged >= 0.8 * inside

@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 
 use crate::facet::{Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges};
 use crate::grasp::Wrench;
-use crate::linear::plane_through;
+use crate::linear::{pierces, plane_through};
 use crate::ridge_table::{RidgeTable, Side};
 
 /// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
@@ -241,6 +241,15 @@ impl<const D: usize> Boundary<D> {
             return plane_through(&vertices).unwrap_or(plane);
         }
         plane
+    }
+
+    /// Whether the facets still surround the origin: a cycle does where a ray meets it an odd number of times, and if one
+    /// ray does, all do. Rounding may have removed the piece that holds the origin where points differ by many orders.
+    pub(crate) fn surrounds_origin(&self) -> bool {
+        let ray = Wrench::<D>::from_fn(|row, _| (1.7 * row as f64 + 0.9).sin());
+        let live = self.facets.iter().filter(|facet| facet.round != 0);
+        let met = live.filter(|facet| pierces(&ray, &facet.vertices.map(|v| self.points[v as usize])));
+        met.count() % 2 == 1
     }
 
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain.

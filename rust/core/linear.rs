@@ -3,13 +3,23 @@
 //! nalgebra's decompositions of `SMatrix<f64, D, D>` need type-level bounds on `D` that would spread through
 //! every public signature; these few lines keep `const D` the only parameter.
 
-use crate::grasp::Wrench;
+use crate::grasp::{Wrench, unit};
 
 /// The vector `y` with `y . v_k = 1` for all `D` vertices, by elimination with full pivoting; `None` where
 /// the vertices do not span.
 pub(crate) fn plane_through<const D: usize>(vertices: &[Wrench<D>; D]) -> Option<Wrench<D>> {
-    let mut rows: [[f64; D]; D] = std::array::from_fn(|k| std::array::from_fn(|c| vertices[k][c]));
-    let mut right = [1.0; D];
+    solve(std::array::from_fn(|k| std::array::from_fn(|c| vertices[k][c])), [1.0; D])
+}
+
+/// Whether a ray from the origin passes through the simplex of `D` vertices.
+pub(crate) fn pierces<const D: usize>(ray: &Wrench<D>, vertices: &[Wrench<D>; D]) -> bool {
+    let units = vertices.map(|vertex| unit(&vertex));
+    let rows = std::array::from_fn(|c| std::array::from_fn(|k| units[k][c]));
+    solve(rows, std::array::from_fn(|c| ray[c]))
+        .is_some_and(|shares: Wrench<D>| shares.iter().all(|share| *share > 0.0))
+}
+
+fn solve<const D: usize>(mut rows: [[f64; D]; D], mut right: [f64; D]) -> Option<Wrench<D>> {
     let mut columns: [usize; D] = std::array::from_fn(|c| c);
     // Rows of very different length (a tiny simplex beside large wrenches) pivot fairly once scaled.
     for (row, right) in rows.iter_mut().zip(&mut right) {

@@ -26,6 +26,9 @@ pub(crate) const POLISH: usize = 8;
 /// What part of the plain cut a polished vertex must cut.
 const DEEP: f64 = 0.3;
 
+/// Rounding of more than this part of the radius may have misled the boundary.
+const DOUBTFUL: f64 = 1e-10;
+
 /// When to stop, and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
@@ -146,7 +149,8 @@ impl<const D: usize> Polytope<D> {
         // What lies beyond the upper bound was never ranked, so no facet is known to be further out than both bounds.
         let reached = lower.min(upper);
         // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
-        let certified = if reached > size {
+        let doubtful = self.boundary.noise() > DOUBTFUL * upper;
+        let certified = if reached > size && (!doubtful || self.boundary.surrounds_origin()) {
             self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0
