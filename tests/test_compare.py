@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from benches.compare import certificates, page, table
 from benches.compare.asking import Answers
 from benches.compare.problems import any_grasps, closed_grasps
-from benches.compare.timing import Call, Measured, UnsolvedError, measure
+from benches.compare.timing import Apart, Call, Measured, UnsolvedError, measure
 
 import graspforce as gf
 
@@ -53,26 +54,34 @@ def test_a_peer_that_cannot_be_imported_is_shown_with_the_reason():
     assert "| absent | not run: ModuleNotFoundError: No module named 'absent' |" in lines
 
 
-def test_a_peer_apart_answers_as_one_in_this_process_and_may_die(tmp_path):
-    def dies_once():
-        def ask(x):
-            if x == 150 and not (tmp_path / "died").exists():
-                (tmp_path / "died").touch()
-                os.kill(os.getpid(), signal.SIGKILL)
-            return unsolved_above_100(x)
+def answering():
+    return unsolved_above_100
 
-        return ask
 
-    def dies():
-        return lambda _: os.kill(os.getpid(), signal.SIGKILL)
+def dying_once(flag):
+    def ask(x):
+        if x == 150 and not flag.exists():
+            flag.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return unsolved_above_100(x)
 
-    calls = [Call("here", "peer", lambda: unsolved_above_100, 1e-6)]
-    calls += [Call("apart", "peer", make, 1e-6, apart=True) for make in (dies_once, dies)]
+    return ask
+
+
+def dying():
+    return lambda _: os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_peer_apart_answers_as_one_in_this_process_and_may_die(tmp_path, monkeypatch):
+    monkeypatch.setattr(Apart, "LIVES", 3)
+    calls = [Call("here", "peer", answering, 1e-6)]
+    makes = (partial(dying_once, tmp_path / "died"), dying)
+    calls += [Call("apart", "peer", make, 1e-6, apart=True) for make in makes]
     here, apart, dead = measure(calls, list(range(200)))
     np.testing.assert_array_equal(apart.answers, here.answers)
     assert (apart.unsolved, apart.deaths) == (99, 1)
     assert all(apart.seconds > 0)
-    assert dead.failure == "ChildProcessError: died 20 times"
+    assert dead.failure == "ChildProcessError: died 3 times"
 
 
 def test_ratios_are_of_the_problems_that_both_were_asked():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -61,7 +62,7 @@ def held(weight: tuple[float, float, float]) -> Callable[[Planes], bool]:
 def held_calls(weight: tuple[float, float, float]) -> list[Call]:
     # Apart, as `closure.calls` says: beside other peers it ended a whole run, too.
     name, package = "Klampt com_equilibrium", "klampt"
-    return [Call(name, package, lambda: held(weight), 0, friction_planes, apart=True)]
+    return [Call(name, package, partial(held, weight), 0, friction_planes, apart=True)]
 
 
 def klampt_forces(
@@ -71,7 +72,7 @@ def klampt_forces(
     if not any(one.call.package == "klampt" and not one.failure for one in answers.measured):
         return ""
     excess, unbalanced = 1.0, 0.0
-    timed = Apart(lambda: klampt(weight)).timed([friction_planes(contacts) for contacts in grasps], np.inf)
+    timed = Apart(partial(klampt, weight)).timed([friction_planes(contacts) for contacts in grasps], np.inf)
     for contacts, least_sum, (_, found) in zip(grasps, least, timed, strict=True):
         if found is not None:
             forces = np.array(found)

@@ -166,9 +166,10 @@ class Apart:
         self._start()
 
     def _start(self) -> None:
-        fork = multiprocessing.get_context("fork")
-        self.connection, theirs = fork.Pipe()
-        process = fork.Process(target=_serve, args=(self.make, theirs), daemon=True)
+        # Not a fork, which would begin with all that other peers have loaded.
+        spawn = multiprocessing.get_context("spawn")
+        self.connection, theirs = spawn.Pipe()
+        process = spawn.Process(target=_serve, args=(self.make, theirs), daemon=True)
         process.start()
         theirs.close()
         self._expect()
