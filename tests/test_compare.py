@@ -81,7 +81,7 @@ def test_a_peer_apart_answers_as_one_in_this_process_and_may_die(tmp_path, monke
     np.testing.assert_array_equal(apart.answers, here.answers)
     assert (apart.unsolved, apart.deaths) == (99, 1)
     assert all(apart.seconds > 0)
-    assert dead.failure == "ChildProcessError: died 3 times"
+    assert dead.failure == "ChildProcessError: died 3 times, at last with exit code -9"
 
 
 def test_ratios_are_of_the_problems_that_both_were_asked():

@@ -169,8 +169,8 @@ class Apart:
         # Not a fork, which would begin with all that other peers have loaded.
         spawn = multiprocessing.get_context("spawn")
         self.connection, theirs = spawn.Pipe()
-        process = spawn.Process(target=_serve, args=(self.make, theirs), daemon=True)
-        process.start()
+        self.process = spawn.Process(target=_serve, args=(self.make, theirs), daemon=True)
+        self.process.start()
         theirs.close()
         self._expect()
 
@@ -183,7 +183,9 @@ class Apart:
             except (EOFError, OSError) as error:
                 self.deaths += 1
                 if self.deaths == self.LIVES:
-                    raise ChildProcessError(f"died {self.LIVES} times") from error
+                    self.process.join(1)
+                    how = f"died {self.LIVES} times, at last with exit code {self.process.exitcode}"
+                    raise ChildProcessError(how) from error
                 self._start()
 
     def _expect(self) -> Any:
