@@ -12,7 +12,7 @@ use crate::grasp::{Grasp, Wrench, length};
 use crate::interrupt;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{PreloadProgram, PreloadWorkspace, checked_bounds};
-use crate::wrench_set::{Criterion, WrenchSet};
+use crate::wrench_set::{Criterion, cone_support};
 
 /// A wrench this far along a unit direction, as a share of its length, is not separated by it.
 const SEPARATED: f64 = 1e-9;
@@ -212,10 +212,10 @@ impl<const D: usize> ForceDistributor<D> {
         let Error::InfeasibleWrench { direction } = &error else { return error };
         let z = Wrench::<D>::from_column_slice(direction);
         let behind = |w: &Wrench<D>| w.dot(&z) <= SEPARATED * length(w);
-        let set = WrenchSet::new(&self.grasp, Criterion::Sum);
-        let separated = (0..self.grasp.num_contacts()).all(|i| match self.grasp.edges(i) {
+        let mut contacts = self.grasp.contacts().iter().zip(self.grasp.maps()).enumerate();
+        let separated = contacts.all(|(i, (contact, map))| match self.grasp.edges(i) {
             Some(edges) => self.grasp.finite_wrenches()[edges].iter().all(behind),
-            None => behind(&set.contact_support(i, &z).wrench),
+            None => behind(&(map * cone_support(&map.tr_mul(&z), contact.friction, contact.torsion))),
         });
         let stalled = Error::NotConverged { solver: "simplex", iterations: 0, gap: f64::INFINITY };
         if separated { error } else { stalled }

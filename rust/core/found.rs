@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
 
 /// How much may be missing to balance, or to a contact's least force, relative to what counts.
-pub(crate) const MISSING: f64 = 1e-9;
+const MISSING: f64 = 1e-9;
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug, Clone)]

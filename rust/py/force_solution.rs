@@ -6,9 +6,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arrays::{as_array, matrix};
 use crate::errors::invalid_input;
-use crate::grasp::{AnyGrasp, PyGrasp, with_grasp};
+use crate::grasp::PyGrasp;
 
 /// Least contact forces for one external wrench, with their certificate.
 ///

@@ -1,11 +1,12 @@
 //! `graspforce.Grasp`.
 
-use graspforce::{Closure, Contact, DEFAULT_MAX_POINTS, Error, Grasp, GraspOptions, MinkowskiSum};
+use graspforce::{Closure, DEFAULT_MAX_POINTS, MinkowskiSum};
 use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
+use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arguments::{Argument, Arguments, Raw};
 use crate::arrays::{contents, float_array, matrix};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
@@ -13,26 +14,8 @@ use crate::gradient::PyGradient;
 use crate::interrupt::detached;
 use crate::minkowski::PyMinkowskiSum;
 use crate::quality::PyQuality;
-use crate::quality_options::{AnyOptions, Asked, parse_criterion, quality_options};
+use crate::quality_options::{AnyAsked, Asked, parse_criterion, quality_options};
 use crate::workspace::quality_of;
-
-/// A grasp of either wrench dimension.
-#[derive(Debug, Clone)]
-pub enum AnyGrasp {
-    Planar(Grasp<3>),
-    Spatial(Grasp<6>),
-}
-
-/// Runs the same expression on a grasp of either dimension.
-macro_rules! with_grasp {
-    ($any:expr, $grasp:ident => $body:expr) => {
-        match $any {
-            $crate::grasp::AnyGrasp::Planar($grasp) => $body,
-            $crate::grasp::AnyGrasp::Spatial($grasp) => $body,
-        }
-    };
-}
-pub(crate) use with_grasp;
 
 /// Contacts of a multifingered hand on an object, checked, with everything derived from them.
 ///
@@ -335,17 +318,16 @@ impl PyGrasp {
         let py = slf.py();
         let wrong = |message: String| invalid_input(py, message);
         let owner = slf.clone().unbind();
-        let asked = Asked::new(rtol, center, metric).map_err(wrong)?;
         match &slf.get().inner {
             AnyGrasp::Planar(grasp) => {
-                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
-                let quality = quality_of(py, grasp, &options)?;
-                Ok(PyQuality::new(owner, AnyOptions::Planar(options), asked, &quality))
+                let asked = Asked::parse(criterion, rtol, center, metric).map_err(wrong)?;
+                let quality = quality_of(py, grasp, &asked.options)?;
+                Ok(PyQuality::new(owner, AnyAsked::Planar(asked), &quality))
             }
             AnyGrasp::Spatial(grasp) => {
-                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
-                let quality = quality_of(py, grasp, &options)?;
-                Ok(PyQuality::new(owner, AnyOptions::Spatial(options), asked, &quality))
+                let asked = Asked::parse(criterion, rtol, center, metric).map_err(wrong)?;
+                let quality = quality_of(py, grasp, &asked.options)?;
+                Ok(PyQuality::new(owner, AnyAsked::Spatial(asked), &quality))
             }
         }
     }
@@ -507,15 +489,5 @@ impl PyGrasp {
             Err(_) => "true cones".to_string(),
         });
         format!("Grasp({kind}, {contacts} contact{s}, {forces})")
-    }
-}
-
-impl AnyGrasp {
-    /// A grasp of the dimension of its positions.
-    pub fn new(dim: usize, contacts: &[Contact], options: GraspOptions) -> Result<Self, Error> {
-        match dim {
-            2 => Grasp::with_options(contacts, options).map(Self::Planar),
-            _ => Grasp::with_options(contacts, options).map(Self::Spatial),
-        }
     }
 }

@@ -82,7 +82,7 @@ pub fn on_all_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) ->
                     Ok(result) => break result,
                     Err(RecvTimeoutError::Timeout) if stop.load(Ordering::Relaxed) => {}
                     Err(RecvTimeoutError::Timeout) => stop.store(ask(), Ordering::Relaxed),
-                    // The scope raises that panic again as soon as this returns.
+                    // The worker panicked; the scope raises that panic, rather than this one, as soon as it has ended.
                     Err(RecvTimeoutError::Disconnected) => {
                         std::panic::resume_unwind(Box::new("a worker's panic"))
                     }

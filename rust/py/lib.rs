@@ -10,12 +10,14 @@
 #![allow(clippy::unused_self, reason = "getters take self")]
 #![allow(clippy::large_enum_variant, reason = "the larger variant, spatial, is the usual one")]
 
+mod any_grasp;
 mod arguments;
 mod arrays;
 mod box_bound;
 mod closest_point;
 mod errors;
 mod force_batch;
+mod force_calls;
 mod force_distributor;
 mod force_solution;
 mod force_steps;

@@ -6,10 +6,11 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
+use crate::any_grasp::AnyGrasp;
 use crate::errors::invalid_input;
 use crate::gradient::PyGradient;
-use crate::grasp::{AnyGrasp, PyGrasp};
-use crate::quality_options::{AnyOptions, Asked, criterion_name, parse_criterion, quality_options};
+use crate::grasp::PyGrasp;
+use crate::quality_options::{AnyAsked, Asked, criterion_name};
 
 /// The quality of a grasp, with its certificate.
 ///
@@ -50,8 +51,7 @@ pub struct PyQuality {
     /// "max" or "sum".
     #[pyo3(get)]
     criterion: &'static str,
-    options: AnyOptions,
-    asked: Asked,
+    asked: AnyAsked,
     gradient: PyOnceLock<Py<PyGradient>>,
     /// -epsilon, with the paper's sign: negative means force closure, smaller is better.
     #[pyo3(get)]
@@ -114,9 +114,11 @@ impl PyQuality {
             return Ok(known.clone_ref(py));
         }
         // Not inside the cell: a signal handler that runs meanwhile may ask for the same gradient.
-        let computed = match (&self.grasp.get().inner, &self.options) {
-            (AnyGrasp::Planar(grasp), AnyOptions::Planar(options)) => PyGradient::of(py, grasp, options)?,
-            (AnyGrasp::Spatial(grasp), AnyOptions::Spatial(options)) => PyGradient::of(py, grasp, options)?,
+        let computed = match (&self.grasp.get().inner, &self.asked) {
+            (AnyGrasp::Planar(grasp), AnyAsked::Planar(asked)) => PyGradient::of(py, grasp, &asked.options)?,
+            (AnyGrasp::Spatial(grasp), AnyAsked::Spatial(asked)) => {
+                PyGradient::of(py, grasp, &asked.options)?
+            }
             _ => return Err(invalid_input(py, "the quality belongs to another kind of grasp")),
         };
         Ok(self.gradient.get_or_init(py, || computed).clone_ref(py))
@@ -153,22 +155,18 @@ impl PyQuality {
         py: Python<'_>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
-        let (given_center, given_metric) = (center.as_ref(), metric.as_ref());
-        let options = match grasp.get().inner {
-            AnyGrasp::Planar(_) => {
-                quality_options(criterion, rtol, given_center, given_metric).map(AnyOptions::Planar)
-            }
-            AnyGrasp::Spatial(_) => {
-                quality_options(criterion, rtol, given_center, given_metric).map(AnyOptions::Spatial)
-            }
-        };
+        let (center, metric) = (center.as_ref(), metric.as_ref());
+        let asked = match grasp.get().inner {
+            AnyGrasp::Planar(_) => Asked::parse(criterion, rtol, center, metric).map(AnyAsked::Planar),
+            AnyGrasp::Spatial(_) => Asked::parse(criterion, rtol, center, metric).map(AnyAsked::Spatial),
+        }
+        .map_err(wrong)?;
         let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);
         let closure = classes.into_iter().find(|name| *name == found.1);
         Ok(Self {
             grasp,
-            criterion: criterion_name(parse_criterion("criterion", criterion).map_err(wrong)?),
-            options: options.map_err(wrong)?,
-            asked: Asked::new(rtol, given_center, given_metric).map_err(wrong)?,
+            criterion: criterion_name(asked.criterion()),
+            asked,
             gradient: PyOnceLock::new(),
             rho: bracket.0,
             lower: bracket.1,
@@ -183,13 +181,13 @@ impl PyQuality {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let asked = &this.asked;
+        let (rtol, center, metric) = this.asked.numbers();
         let state = (
             this.grasp.clone_ref(py),
             this.criterion,
-            asked.rtol,
-            asked.center.clone(),
-            asked.metric.clone(),
+            rtol,
+            center,
+            metric,
             (this.rho, this.lower, this.upper),
             (this.converged, this.closure, this.supports),
             this.direction.clone(),
@@ -221,20 +219,10 @@ pub fn closure_name(closure: Closure) -> &'static str {
 
 impl PyQuality {
     /// Hands a quality over, with what its gradient will need.
-    pub fn new<const D: usize>(
-        grasp: Py<PyGrasp>,
-        options: AnyOptions,
-        asked: Asked,
-        quality: &Quality<D>,
-    ) -> Self {
-        let criterion = match &options {
-            AnyOptions::Planar(options) => options.criterion,
-            AnyOptions::Spatial(options) => options.criterion,
-        };
+    pub fn new<const D: usize>(grasp: Py<PyGrasp>, asked: AnyAsked, quality: &Quality<D>) -> Self {
         Self {
             grasp,
-            criterion: criterion_name(criterion),
-            options,
+            criterion: criterion_name(asked.criterion()),
             asked,
             gradient: PyOnceLock::new(),
             rho: quality.rho,

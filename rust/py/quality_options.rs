@@ -8,36 +8,61 @@ use pyo3::prelude::*;
 use crate::arrays::{contents, float_array, float_vector};
 
 /// What a quality was asked with, to ask for its gradient later.
-pub enum AnyOptions {
-    Planar(QualityOptions<3>),
-    Spatial(QualityOptions<6>),
+pub enum AnyAsked {
+    Planar(Asked<3>),
+    Spatial(Asked<6>),
 }
 
-/// The same in numbers as Python passed them, to pickle.
-pub struct Asked {
-    pub rtol: Option<f64>,
-    pub center: Option<Vec<f64>>,
-    pub metric: Option<Vec<Vec<f64>>>,
+/// Tolerance, center and metric, to pickle.
+pub type Numbers = (Option<f64>, Option<Vec<f64>>, Option<Vec<Vec<f64>>>);
+
+/// The options of a query, and the metric as Python passed it, which its factor does not give back to the last bit.
+pub struct Asked<const D: usize> {
+    pub options: QualityOptions<D>,
+    metric: Option<SMatrix<f64, D, D>>,
 }
 
-impl Asked {
-    /// What `quality_options` accepted.
-    pub fn new(
+impl<const D: usize> Asked<D> {
+    /// The query, or what is wrong with it.
+    pub fn parse(
+        criterion: &str,
         rtol: Option<f64>,
         center: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
     ) -> Result<Self, String> {
-        let center = center.map(|value| float_array("center", value)).transpose()?;
-        let metric = metric.map(|value| float_array("metric", value)).transpose()?;
-        let rows = |metric: &[f64]| {
-            let size = metric.len().isqrt().max(1);
-            metric.chunks(size).map(<[f64]>::to_vec).collect()
+        let criterion = parse_criterion("criterion", criterion)?;
+        let center = center.map(|value| float_vector("center", value, D)).transpose()?;
+        let matrix = metric.map(parse_metric).transpose()?;
+        let metric = matrix.as_ref().map(Metric::from_matrix).transpose();
+        let metric = metric.map_err(|error| error.to_string())?;
+        let center = center.map(Wrench::from_vec);
+        let options = QualityOptions { rtol, center, metric, ..QualityOptions::new(criterion) };
+        Ok(Self { options, metric: matrix })
+    }
+
+    fn numbers(&self) -> Numbers {
+        let center = self.options.center.map(|center| center.as_slice().to_vec());
+        let rows = |matrix: &SMatrix<f64, D, D>| {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
-        Ok(Self {
-            rtol,
-            center: center.map(|center| contents(&center).to_vec()),
-            metric: metric.map(|metric| rows(contents(&metric))),
-        })
+        (self.options.rtol, center, self.metric.as_ref().map(rows))
+    }
+}
+
+impl AnyAsked {
+    /// Tolerance, center and metric in numbers, to pickle.
+    pub fn numbers(&self) -> Numbers {
+        match self {
+            Self::Planar(asked) => asked.numbers(),
+            Self::Spatial(asked) => asked.numbers(),
+        }
+    }
+
+    pub fn criterion(&self) -> Criterion {
+        match self {
+            Self::Planar(asked) => asked.options.criterion,
+            Self::Spatial(asked) => asked.options.criterion,
+        }
     }
 }
 
@@ -48,11 +73,7 @@ pub fn quality_options<const D: usize>(
     center: Option<&Bound<'_, PyAny>>,
     metric: Option<&Bound<'_, PyAny>>,
 ) -> Result<QualityOptions<D>, String> {
-    let criterion = parse_criterion("criterion", criterion)?;
-    let center = center.map(|value| float_vector("center", value, D)).transpose()?;
-    let metric = metric.map(parse_metric).transpose()?;
-    let center = center.map(Wrench::from_vec);
-    Ok(QualityOptions { rtol, center, metric, ..QualityOptions::new(criterion) })
+    Asked::parse(criterion, rtol, center, metric).map(|asked| asked.options)
 }
 
 /// The word for a criterion.
@@ -72,10 +93,10 @@ pub fn parse_criterion(argument: &str, criterion: &str) -> Result<Criterion, Str
     }
 }
 
-fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<Metric<D>, String> {
+fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<SMatrix<f64, D, D>, String> {
     let array = float_array("metric", value)?;
     if array.shape() != [D, D] {
         return Err(format!("metric: shape {:?}, expected ({D}, {D})", array.shape()));
     }
-    Metric::from_matrix(&SMatrix::from_row_slice(contents(&array))).map_err(|error| error.to_string())
+    Ok(SMatrix::from_row_slice(contents(&array)))
 }
