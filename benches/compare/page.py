@@ -30,7 +30,7 @@ call of this library; below 1 it is faster. "Largest difference" is relative to 
 what is allowed: it depends on what the peer was asked for, as first-order and interior-point methods stop
 short. Where answers differ by more, a certificate that NumPy checks decides who is wrong: the peer's answer
 is "refuted", or the run fails. A call that is slow is asked fewer of the problems, in the same order, and
-compared on these. A call that has "crashed" ended its process. Calls that take many problems at once show
+compared on these. A call that "crashed" ended its process. Calls that take many problems at once show
 means over them.
 
 """

@@ -48,7 +48,7 @@ def disagreements(answers: Answers, measured: Measured) -> int:
 def failings(answers: Answers, measured: Measured) -> list[str]:
     wrong, still_open = len(differing(answers, measured)), disagreements(answers, measured)
     counts = {
-        "not solved": measured.unsolved,
+        "not solved": measured.unsolved - measured.deaths,
         "refuted": wrong - still_open,
         "**disagree**": still_open,
         "crashed": measured.deaths,

@@ -101,6 +101,7 @@ class _Running:
         self.seconds: list[float] = []
         self.answers: list[float] = []
         self.failure = ""
+        self.deaths = 0
         self.spent = 0.0
         try:
             self.asked = Apart(call.make) if call.apart else _Here(call.make)
@@ -108,9 +109,8 @@ class _Running:
             self.failed(error)
 
     def measured(self) -> Measured:
-        deaths = 0 if self.failure else self.asked.deaths
         answers = np.array(self.answers, dtype=float)
-        return Measured(self.call, np.array(self.seconds), answers, self.failure, deaths)
+        return Measured(self.call, np.array(self.seconds), answers, self.failure, self.deaths)
 
     def failed(self, error: Exception) -> None:
         self.failure = f"{type(error).__name__}: {' '.join(str(error).split())[:80]}"
@@ -125,16 +125,18 @@ class _Running:
             self.failed(error)
             return
         for seconds, answer in timed:
+            if record:
+                self.answers.extend(np.atleast_1d(answer))
+            if np.isnan(seconds):
+                self.deaths += record
+                continue
             self.spent += seconds
             if record:
                 self.seconds.append(seconds / (len(problems) if self.call.whole else 1))
-                self.answers.extend(np.atleast_1d(answer))
 
 
 class _Here:
     """Asks in this process."""
-
-    deaths = 0
 
     def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
         self.ask = make()
@@ -156,9 +158,9 @@ class _Here:
 
 
 class Apart:
-    """Asks, and times, in a process of its own; one that dies is replaced."""
+    """Asks, and times, in a process of its own; one that dies costs a problem and is replaced."""
 
-    LIVES = 20
+    LIVES = 100
 
     def __init__(self, make: Callable[[], Callable[[Any], Any]]) -> None:
         self.make = make
@@ -175,18 +177,24 @@ class Apart:
         self._expect()
 
     def timed(self, problems: Sequence[Any], budget: float) -> list[tuple[float, Any]]:
-        """As `_Here.timed`."""
-        while True:
+        """As `_Here.timed`; what ended the process has no seconds and no answer."""
+        timed: list[tuple[float, Any]] = []
+        while len(timed) < len(problems):
             try:
-                self.connection.send((problems, budget))
-                return self._expect()
+                self.connection.send((problems[len(timed) :], budget))
+                while (one := self._expect()) is not None:
+                    timed.append(one)
+                    budget -= one[0]
+                break
             except (EOFError, OSError) as error:
                 self.deaths += 1
                 if self.deaths == self.LIVES:
                     self.process.join(1)
                     how = f"died {self.LIVES} times, at last with exit code {self.process.exitcode}"
                     raise ChildProcessError(how) from error
+                timed.append((np.nan, np.nan))
                 self._start()
+        return timed
 
     def _expect(self) -> Any:
         answer = self.connection.recv()
@@ -201,7 +209,12 @@ def _serve(make: Callable[[], Callable[[Any], Any]], connection: Connection) -> 
         connection.send(None)
         gc.disable()
         while True:
-            connection.send(here.timed(*connection.recv()))
+            problems, budget = connection.recv()
+            for problem in problems:
+                for one in here.timed([problem], budget):
+                    connection.send(one)
+                    budget -= one[0]
+            connection.send(None)
     except EOFError:
         return
     except Exception as error:  # noqa: BLE001 - told to who asks
