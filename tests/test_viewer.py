@@ -113,7 +113,7 @@ def opened():
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=flags)
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="light")
-        page.goto(f"http://127.0.0.1:{viewer.port}")
+        page.goto(viewer.address)
         page.get_by_text("epsilon max").wait_for(timeout=60_000)
         yield viewer, page
         browser.close()
@@ -241,6 +241,6 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path):
         "18081",
     ]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
-        assert "http://127.0.0.1:" in running.stderr.readline()
+        assert re.match(r"http://127\.0\.0\.1:\d+/\?token=\S{32}  ", running.stderr.readline())
         running.send_signal(signal.SIGINT)
         assert running.wait(timeout=20) == 0
