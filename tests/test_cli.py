@@ -46,7 +46,7 @@ def call(capsys):
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     folder = tmp_path_factory.mktemp("racket")
-    return folder / "deep" / "out", run("reproduce", "racket", "--out", "deep/out", cwd=folder).stdout
+    return folder / "out", run("reproduce", "racket", "--out", "out", cwd=folder).stdout
 
 
 def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
