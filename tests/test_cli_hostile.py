@@ -1,4 +1,4 @@
-"""The command line with names that attack the terminal, terminals that know few letters, folders not there."""
+"""The command line: names that attack the terminal, terminals that lack letters, folders not there."""
 
 import json
 import os
@@ -54,7 +54,7 @@ def test_names_from_files_reach_no_terminal_as_they_are(tmp_path, capsys):
 
 def test_errors_that_quote_a_file_reach_no_terminal_as_they_are(tmp_path, capsys):
     odd = tmp_path / "a\x1b[2Jb.json"
-    for text in ('{"contacts": [{"position": "%s"}]}' % "\\u001b[2J", "{", '{"\\u001b[31m": 1}'):
+    for text in (r'{"contacts": [{"position": "\u001b[2J"}]}', "{", r'{"\u001b[31m": 1}'):
         odd.write_text(text)
         assert main(["quality", str(odd)]) == BAD_FILE
         shown = capsys.readouterr()

@@ -171,8 +171,9 @@ def test_records_that_contradict_themselves_are_refused():
     make, state = state_of(SPATIAL.minkowski_sum())
     starts, ends, contacts, edges = (np.array(array) for array in state[1])
     for indices in [
-        (starts, ends, contacts + 1, edges), (starts, ends, contacts, edges + 90), (starts, ends, contacts, -edges),
-        (starts[:-1], ends, contacts, edges), (starts + 1, ends, contacts, edges), (starts, ends + 1, contacts, edges),
+        (starts, ends, contacts + 1, edges), (starts, ends, contacts, edges + 90),
+        (starts, ends, contacts, -edges), (starts[:-1], ends, contacts, edges),
+        (starts + 1, ends, contacts, edges), (starts, ends + 1, contacts, edges),
         (ends, starts, contacts, edges), (starts, ends, contacts[:-1], edges),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
@@ -183,12 +184,14 @@ def test_records_that_contradict_themselves_are_refused():
     make, state = state_of(gf.ForceDistributor(PLANAR).solve_many([[0, -1, 0], [math.nan] * 3]))
     forces, largest, sums, status = state
     for changed in [
-        (forces[:1], largest, sums, status), (forces, largest[:1], sums, status), (forces, largest, sums, 1 - status),
-        (forces, largest, sums, status + 4), (forces * math.nan, largest, sums, status), (forces[:, :, :1], *state[1:]),
+        (forces[:1], *state[1:]), (forces, largest[:1], sums, status), (forces, largest, sums, 1 - status),
+        (forces, largest, sums, status + 4), (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
             make(*changed)
-    make, ((good, bad),) = gf.quality_many([PLANAR.positions] * 2, [PLANAR.normals, [(0, 0)] * 2]).__reduce__()
+    make, ((good, bad),) = gf.quality_many(
+        [PLANAR.positions] * 2, [PLANAR.normals, [(0, 0)] * 2]
+    ).__reduce__()
     for rows in [
         [(good[0], good[2] + 1, good[2], *good[3:])], [(*good[:3], -2, *good[4:])], [(*good[:4], 3, None)],
         [(*good[:5], "why")], [(*bad[:5], None)], [(0.0, *bad[1:])],

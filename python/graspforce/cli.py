@@ -78,5 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser("reproduce", help=description, description=description)
     command.add_argument("example", choices=list(EXAMPLES))
     command.add_argument("--json", type=_in_a_folder, metavar="FILE", help="write the same numbers to FILE")
-    command.add_argument("--out", type=_in_a_folder, metavar="DIR", help="write the numbers and pictures into DIR")
+    command.add_argument(
+        "--out", type=_in_a_folder, metavar="DIR", help="write the numbers and pictures into DIR"
+    )
     return parser

@@ -197,7 +197,7 @@ impl PyForceSolution {
                 "the array of forces is made anew each time: a copy cannot be avoided",
             ));
         }
-        as_array(self.forces(py)?.as_any(), dtype, None)
+        as_array(self.forces(py)?.as_any(), dtype, copy)
     }
 
     #[staticmethod]

@@ -149,8 +149,7 @@ impl PyQualityBatch {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // The numbers are copied out in any case.
-        as_array(self.epsilon(py).as_any(), dtype, copy.filter(|&copy| !copy))
+        as_array(self.epsilon(py).as_any(), dtype, copy)
     }
 
     #[staticmethod]

@@ -28,10 +28,12 @@ def forces(
     objective: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write all forces into FILE (npz).", callback=in_a_folder)
+        Path | None,
+        typer.Option(metavar="FILE", help="Write all forces into FILE (npz).", callback=in_a_folder),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder)
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     at: At = None,
     unit: Unit = None,

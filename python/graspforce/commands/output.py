@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path  # noqa: TC003 - Typer reads the annotation of a callback
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -19,7 +19,17 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-__all__ = ["AsJson", "Criterion", "in_a_folder", "note", "print_json", "print_table", "rounded", "save", "vector"]
+__all__ = [
+    "AsJson",
+    "Criterion",
+    "in_a_folder",
+    "note",
+    "print_json",
+    "print_table",
+    "rounded",
+    "save",
+    "vector",
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[

@@ -22,10 +22,14 @@ def plan(
     criterion: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).", callback=in_a_folder)
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).", callback=in_a_folder
+        ),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder)
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     contacts: Annotated[
         int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=PANEL)

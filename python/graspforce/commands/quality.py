@@ -36,7 +36,8 @@ def quality(
     rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
     as_json: AsJson = False,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder)
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     at: At = None,
     unit: Unit = None,
