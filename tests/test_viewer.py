@@ -1,10 +1,12 @@
 """The viewer: its state without a page, and its page in a real browser."""
 
+import http.server
 import re
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -227,6 +229,39 @@ def test_forces_move_with_the_wrench_that_is_scrubbed_to(opened):
         wait_for(lambda share=share: f"up to {100 * share:.3g} %" in page.inner_text("body"))
         shown.append(share)
     assert shown[0] < shown[1]
+
+
+def test_another_page_in_the_same_browser_cannot_connect(opened):
+    viewer, page = opened
+
+    class OtherPage(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):  # noqa: N802 - the library's name
+            self.send_response(200)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    script = """address => new Promise(done => {
+        const socket = new WebSocket(address, ["viser-v%s"]);
+        socket.onopen = () => done("open");
+        socket.onerror = () => done("refused");
+    })"""
+    token = viewer.address.partition("?")[2]
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), OtherPage) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        other = page.context.browser.new_context()
+        for where, tried in (("here", "open"), ("elsewhere", "refused")):
+            visited = other.new_page()
+            visited.goto(viewer.address)  # whose cookie this browser has from now on
+            # A port is no other site for a cookie; it is another origin.
+            if where == "elsewhere":
+                visited.goto(f"http://127.0.0.1:{server.server_address[1]}/")
+            for query in ("", f"/?{token}"):
+                address = f"ws://127.0.0.1:{viewer.port}{query}"
+                assert visited.evaluate(script % viser.__version__, address) == tried
+        other.close()
+        server.shutdown()
 
 
 def test_the_command_serves_until_it_is_interrupted(tmp_path):

@@ -16,6 +16,9 @@ const ROUNDING: f64 = 1e-9;
 /// Why a record is refused.
 pub type Checked<T = ()> = Result<T, String>;
 
+/// The numbers of an array, and an array of them that nobody else can write.
+pub type Owned<'py, T, D> = (Vec<T>, Bound<'py, PyArray<T, D>>);
+
 /// Refuses unless `holds`.
 pub fn expect(holds: bool, field: &str, value: impl Display, expected: &str) -> Checked {
     if holds { Ok(()) } else { Err(format!("state: {field} {value}, expected {expected}")) }
@@ -79,8 +82,8 @@ pub fn within<T: PartialOrd + Display>(field: &str, value: T, range: RangeInclus
     expect(range.contains(&value), field, value, &expected)
 }
 
-/// The numbers of an array, and a read-only copy that nobody else can write.
-pub fn copied<'py, T, D>(array: &Bound<'py, PyArray<T, D>>) -> PyResult<(Vec<T>, Bound<'py, PyArray<T, D>>)>
+/// The numbers of an array and a read-only copy.
+pub fn copied<'py, T, D>(array: &Bound<'py, PyArray<T, D>>) -> PyResult<Owned<'py, T, D>>
 where
     T: Element + Copy,
     D: Dimension,
