@@ -235,7 +235,7 @@ def test_another_page_in_the_same_browser_cannot_connect(opened):
     viewer, page = opened
 
     class OtherPage(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):  # noqa: N802 - the library's name
+        def do_GET(self):
             self.send_response(200)
             self.end_headers()
 
@@ -251,12 +251,11 @@ def test_another_page_in_the_same_browser_cannot_connect(opened):
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), OtherPage) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         other = page.context.browser.new_context()
-        for where, tried in (("here", "open"), ("elsewhere", "refused")):
-            visited = other.new_page()
-            visited.goto(viewer.address)  # whose cookie this browser has from now on
-            # A port is no other site for a cookie; it is another origin.
-            if where == "elsewhere":
-                visited.goto(f"http://127.0.0.1:{server.server_address[1]}/")
+        visited = other.new_page()
+        # The cookie of the viewer's page goes to all ports of the host; other ports are other origins.
+        elsewhere = f"http://127.0.0.1:{server.server_address[1]}/"
+        for where, tried in ((viewer.address, "open"), (elsewhere, "refused")):
+            visited.goto(where)
             for query in ("", f"/?{token}"):
                 address = f"ws://127.0.0.1:{viewer.port}{query}"
                 assert visited.evaluate(script % viser.__version__, address) == tried
