@@ -20,7 +20,7 @@ import threading
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, urlsplit, urlunsplit
 
 import websockets.asyncio.server as websockets_server
 
@@ -89,7 +89,7 @@ class Guard:
     def address(self, port: int) -> str:
         """Return the page's address with its token; the loopback one where it listens at all addresses."""
         host = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)  # noqa: S104 - not bound
-        return f"http://{_bracketed(host)}:{port}/?token={self.token}"
+        return urlunsplit(("http", f"{_bracketed(host)}:{port}", "/", f"token={self.token}", ""))
 
     def options(self, given: dict[str, Any]) -> dict[str, Any]:
         """Change viser's options of ``serve`` into guarded ones."""
