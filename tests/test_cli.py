@@ -46,7 +46,7 @@ def call(capsys):
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     folder = tmp_path_factory.mktemp("racket")
-    return folder / "deep" / "out", run("reproduce", "racket", "--out", "deep/out", cwd=folder).stdout
+    return folder / "out", run("reproduce", "racket", "--out", "out", cwd=folder).stdout
 
 
 def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
@@ -61,8 +61,8 @@ def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
 
 
 def test_the_numbers_are_written_to_the_file_that_is_named(tmp_path):
-    run("reproduce", "racket", "--json", "new/numbers.json", cwd=tmp_path)
-    assert json.loads((tmp_path / "new" / "numbers.json").read_text())["plans"]
+    run("reproduce", "racket", "--json", "numbers.json", cwd=tmp_path)
+    assert json.loads((tmp_path / "numbers.json").read_text())["plans"]
 
 
 def test_json_holds_the_reference_iterates_and_table(reproduced, racket):
@@ -217,7 +217,7 @@ def test_a_criterion_has_two_values(call):
     ids=lambda arguments: "-".join(arguments[::2]).replace(CUP, ""),
 )
 def test_every_command_draws(call, tmp_path, arguments):
-    picture = tmp_path / "deep" / "picture.png"
+    picture = tmp_path / "picture.png"
     assert str(picture) in call(*arguments, "--plot", str(picture)).err
     assert picture.read_bytes().startswith(PNG)
 

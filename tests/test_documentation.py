@@ -76,12 +76,22 @@ def commands():
 
 
 COMMANDS = commands()
-RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN]
+TESTS = [pair for pair in COMMANDS if pair[1].startswith("pytest ")]
+RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN and pair not in TESTS]
 
 
 def test_the_list_of_commands_that_are_not_run_is_no_longer_than_it_must_be():
     assert set(NOT_RUN) - {command for _, command in COMMANDS} == set()
     assert len(RUN) > 15
+
+
+@pytest.mark.parametrize(("page", "command"), TESTS, ids=[f"{page}: {command}" for page, command in TESTS])
+def test_a_test_that_the_documentation_names_exists(page, command):
+    _, file, *chosen = shlex.split(command)
+    tests = re.findall(r"^def (test_\w+)", (ROOT / file).read_text(), re.MULTILINE)
+    words = re.split(r" or | and ", chosen[1]) if chosen[:1] == ["-k"] else []
+    for word in words:
+        assert any(word in test for test in tests), f"{page}: no test of {file} is named by {word}"
 
 
 @pytest.fixture(scope="module")

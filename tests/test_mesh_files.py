@@ -246,6 +246,7 @@ def test_a_mesh_on_the_command_line_is_the_grasp_file_that_says_the_same(folder,
 
 def test_a_plan_on_a_mesh_can_be_measured_again_and_drawn(folder, call):
     out, picture = folder / "new" / "best.json", folder / "best.png"
+    out.parent.mkdir(exist_ok=True)
     search = ("--starts", "3", "--best", "2", "--no-refine", "--contacts", "3", "--friction", "0.8")
     printed = call("plan", folder / "egg.stl", *search, "--out", out, "--plot", picture, "--json").out
     found = json.loads(printed)

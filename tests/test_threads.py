@@ -2,10 +2,14 @@
 
 import contextlib
 import copy
+import os
 import pickle
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -177,3 +181,24 @@ def test_a_planner_in_use_by_another_thread_is_busy():
             seen = True
     worker.join()
     assert seen
+
+
+@pytest.mark.parametrize("asked", ["20000", "3", "0", "many"])
+def test_thousands_of_threads_that_were_asked_for_are_bounded(asked):
+    code = (
+        "import os, numpy as np, graspforce as gf\n"
+        "p = np.tile([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0]], (100, 1, 1))\n"
+        "assert (gf.quality_many(p, -p, torsion=0.1).status == 0).all()\n"
+        "names = [open(f'/proc/self/task/{t}/comm').read() for t in os.listdir('/proc/self/task')]\n"
+        "print(sum(name.startswith('graspforce-') for name in names))\n"
+    )
+    if not Path("/proc/self/task").exists():
+        pytest.skip("counts threads in /proc")
+    environment = {**os.environ, "RAYON_NUM_THREADS": asked}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60, check=True
+    )
+    cores = len(os.sched_getaffinity(0))
+    expected = {"20000": max(64, 4 * cores), "3": 3}
+    assert int(done.stdout) == expected.get(asked, int(done.stdout))
+    assert int(done.stdout) <= max(64, 4 * cores)

@@ -1,10 +1,12 @@
 """The viewer: its state without a page, and its page in a real browser."""
 
+import http.server
 import re
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -113,7 +115,7 @@ def opened():
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=flags)
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="light")
-        page.goto(f"http://127.0.0.1:{viewer.port}")
+        page.goto(viewer.address)
         page.get_by_text("epsilon max").wait_for(timeout=60_000)
         yield viewer, page
         browser.close()
@@ -229,6 +231,38 @@ def test_forces_move_with_the_wrench_that_is_scrubbed_to(opened):
     assert shown[0] < shown[1]
 
 
+def test_another_page_in_the_same_browser_cannot_connect(opened):
+    viewer, page = opened
+
+    class OtherPage(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    script = """address => new Promise(done => {
+        const socket = new WebSocket(address, ["viser-v%s"]);
+        socket.onopen = () => done("open");
+        socket.onerror = () => done("refused");
+    })"""
+    token = viewer.address.partition("?")[2]
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), OtherPage) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        other = page.context.browser.new_context()
+        visited = other.new_page()
+        # The cookie of the viewer's page goes to all ports of the host; other ports are other origins.
+        elsewhere = f"http://127.0.0.1:{server.server_address[1]}/"
+        for where, tried in ((viewer.address, "open"), (elsewhere, "refused")):
+            visited.goto(where)
+            for query in ("", f"/?{token}"):
+                address = f"ws://127.0.0.1:{viewer.port}{query}"
+                assert visited.evaluate(script % viser.__version__, address) == tried
+        other.close()
+        server.shutdown()
+
+
 def test_the_command_serves_until_it_is_interrupted(tmp_path):
     examples = Path(__file__).parents[1] / "examples"
     command = [
@@ -241,6 +275,6 @@ def test_the_command_serves_until_it_is_interrupted(tmp_path):
         "18081",
     ]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
-        assert "http://127.0.0.1:" in running.stderr.readline()
+        assert re.match(r"http://127\.0\.0\.1:\d+/\?token=\S{32}  ", running.stderr.readline())
         running.send_signal(signal.SIGINT)
         assert running.wait(timeout=20) == 0

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import io
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import __version__
+from ._printable import printable
 from .commands.exit_codes import FAILED, MISUSED
 from .commands.reproduction import EXAMPLES, reproduce
 from .errors import GraspForceError
@@ -29,6 +31,9 @@ _INSTALL = "pip install 'graspforce[cli]'"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code, one of `graspforce.commands.exit_codes`."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    # A terminal may know less letters than a name has.
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors in ("strict", "surrogateescape"):
+        sys.stdout.reconfigure(errors="backslashreplace")
     if all(importlib.util.find_spec(package) for package in _NEEDED):
         from .commands.app import run  # noqa: PLC0415
 
@@ -39,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _bare(arguments: list[str]) -> int:
     parser = _parser()
     if arguments and not arguments[0].startswith("-") and arguments[0] != "reproduce":
-        print(f"graspforce: {arguments[0]!r} needs more packages: {_INSTALL}", file=sys.stderr)
+        print(f"graspforce: {arguments[0]!a} needs more packages: {_INSTALL}", file=sys.stderr)
         return FAILED
     options = parser.parse_args(arguments)
     if options.command is None:
@@ -48,9 +53,17 @@ def _bare(arguments: list[str]) -> int:
     try:
         reproduce(options.example, json_file=options.json, out=options.out)
     except (GraspForceError, OSError) as error:
-        print(f"graspforce: {error}", file=sys.stderr)
+        print(printable(f"graspforce: {error}", keep="\n"), file=sys.stderr)
         return FAILED
     return 0
+
+
+def _in_a_folder(text: str) -> Path:
+    path = Path(text)
+    if not path.parent.is_dir():
+        message = printable(f"{path}: there is no folder {path.parent}; make it first")
+        raise argparse.ArgumentTypeError(message)
+    return path
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -64,6 +77,8 @@ def _parser() -> argparse.ArgumentParser:
     description = "Compute an example of the paper and print it beside the published numbers."
     command = commands.add_parser("reproduce", help=description, description=description)
     command.add_argument("example", choices=list(EXAMPLES))
-    command.add_argument("--json", type=Path, metavar="FILE", help="write the same numbers to FILE")
-    command.add_argument("--out", type=Path, metavar="DIR", help="write the numbers and pictures into DIR")
+    command.add_argument("--json", type=_in_a_folder, metavar="FILE", help="write the same numbers to FILE")
+    command.add_argument(
+        "--out", type=_in_a_folder, metavar="DIR", help="write the numbers and pictures into DIR"
+    )
     return parser

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ._printable import printable
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -39,6 +41,10 @@ class GraspForceError(Exception):
     """
 
     partial: Plan | Refinement | GlobalOptimum | None = None
+
+    def __str__(self) -> str:
+        # A message quotes names from files, and is printed.
+        return printable(super().__str__(), keep="\n\t")
 
 
 class InvalidGraspError(GraspForceError, ValueError):

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .planning import Plan, PlanSet
 
 __all__ = [
+    "Owner",
     "Record",
     "batch_dict",
     "distributor_dict",
@@ -40,7 +41,30 @@ __all__ = [
 ]
 
 
-class Record:
+class Owner:
+    """A frozen dataclass whose arrays are read-only, also after a copy or a pickle."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # type: ignore[arg-type] # of dataclasses alone
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                # A view: whoever made the array may go on writing it.
+                owned = value.view()
+                owned.flags.writeable = False
+                object.__setattr__(self, field.name, owned)
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
+        return _made, (type(self), {name: getattr(self, name) for name in names})
+
+
+def _made(kind: type[Owner], fields: dict[str, Any]) -> Owner:
+    return kind(**fields)
+
+
+class Record(Owner):
     """A dataclass that can be written as JSON."""
 
     __slots__ = ()

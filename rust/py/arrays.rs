@@ -1,7 +1,9 @@
 //! Arrays from whatever a NumPy user passes: lists, integers, float32, strides.
 
+use numpy::ndarray::Dimension;
 use numpy::{
-    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
@@ -87,6 +89,15 @@ pub fn matrix(
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let flat = PyArray1::from_iter(py, values);
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// An array that a result owns: a caller who wants to change it makes a copy.
+pub fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {
+    // Nobody else has borrowed an array that was made just now.
+    if let Ok(view) = array.try_readwrite() {
+        let _ = view.make_nonwriteable();
+    }
+    array
 }
 
 /// What `__array__` answers for an array that is there already.

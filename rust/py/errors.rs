@@ -5,6 +5,7 @@ use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
 
+use crate::arrays::read_only;
 use crate::interrupt;
 
 /// The Python exception for a core error.
@@ -20,7 +21,7 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let raised = raise(py, class, &error.to_string());
     if let Error::InfeasibleWrench { direction } = error
         && let Err(failed) =
-            raised.value(py).setattr(intern!(py, "direction"), PyArray1::from_slice(py, direction))
+            raised.value(py).setattr(intern!(py, "direction"), read_only(PyArray1::from_slice(py, direction)))
     {
         return failed;
     }

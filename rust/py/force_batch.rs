@@ -5,7 +5,9 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::as_array;
+use crate::arrays::{as_array, read_only};
+use crate::errors::invalid_input;
+use crate::restored::{Checked, copied, expect, within};
 
 /// Least contact forces for many wrenches.
 ///
@@ -57,13 +59,37 @@ impl PyForceBatch {
     }
 
     #[staticmethod]
-    fn _restore(
-        forces: Py<PyArray3<f64>>,
-        sigma_max: Py<PyArray1<f64>>,
-        sigma_sum: Py<PyArray1<f64>>,
-        status: Py<PyArray1<i8>>,
-    ) -> Self {
-        Self { forces, sigma_max, sigma_sum, status }
+    fn _restore<'py>(
+        forces: Bound<'py, PyArray3<f64>>,
+        sigma_max: Bound<'py, PyArray1<f64>>,
+        sigma_sum: Bound<'py, PyArray1<f64>>,
+        status: Bound<'py, PyArray1<i8>>,
+        py: Python<'py>,
+    ) -> PyResult<Self> {
+        let components = forces.shape()[2];
+        let ((numbers, forces), (largest, sigma_max)) = (copied(&forces)?, copied(&sigma_max)?);
+        let ((sums, sigma_sum), (ends, status)) = (copied(&sigma_sum)?, copied(&status)?);
+        let rows = [forces.shape()[0], largest.len(), sums.len(), ends.len()];
+        let check = || -> Checked {
+            expect(rows == [rows[0]; 4], "rows", format!("{rows:?}"), "as many of each")?;
+            within("components of a force", components, 2..=4)?;
+            let stride = forces.shape()[1] * components;
+            for (row, &end) in ends.iter().enumerate() {
+                within("status", end, 0..=3)?;
+                let forces = &numbers[row * stride..(row + 1) * stride];
+                let all = || forces.iter().chain([&largest[row], &sums[row]]);
+                let whole = if end == 0 { all().all(|x| x.is_finite()) } else { all().all(|x| x.is_nan()) };
+                expect(whole, "row", row, "numbers where the status is 0, NaN elsewhere")?;
+            }
+            Ok(())
+        };
+        check().map_err(|message| invalid_input(py, message))?;
+        Ok(Self {
+            forces: forces.unbind(),
+            sigma_max: sigma_max.unbind(),
+            sigma_sum: sigma_sum.unbind(),
+            status: status.unbind(),
+        })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -87,10 +113,11 @@ impl PyForceBatch {
     pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, batch: DistributionBatch) -> PyResult<Self> {
         let shape = [batch.status.len(), grasp.num_contacts(), grasp.force_dim()];
         Ok(Self {
-            forces: PyArray1::from_vec(py, batch.forces).reshape(shape)?.unbind(),
-            sigma_max: PyArray1::from_vec(py, batch.sigma_max).unbind(),
-            sigma_sum: PyArray1::from_vec(py, batch.sigma_sum).unbind(),
-            status: PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)).unbind(),
+            forces: read_only(PyArray1::from_vec(py, batch.forces).reshape(shape)?).unbind(),
+            sigma_max: read_only(PyArray1::from_vec(py, batch.sigma_max)).unbind(),
+            sigma_sum: read_only(PyArray1::from_vec(py, batch.sigma_sum)).unbind(),
+            status: read_only(PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)))
+                .unbind(),
         })
     }
 }

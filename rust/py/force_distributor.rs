@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::any_grasp::AnyGrasp;
-use crate::arrays::{contents, float_array};
+use crate::arrays::{contents, float_array, read_only};
 use crate::errors::{invalid_input, to_python};
 use crate::force_batch::PyForceBatch;
 use crate::force_calls::{solve, solve_into, solve_many};
@@ -204,9 +204,9 @@ impl PyForceDistributor {
             [] => None,
             [all] => {
                 let contacts = self.state(py)?.grasp.get().num_contacts();
-                Some(PyArray1::from_vec(py, vec![all; contacts]))
+                Some(read_only(PyArray1::from_vec(py, vec![all; contacts])))
             }
-            ref each => Some(PyArray1::from_slice(py, each)),
+            ref each => Some(read_only(PyArray1::from_slice(py, each))),
         })
     }
 
@@ -215,7 +215,7 @@ impl PyForceDistributor {
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let state = self.state(py)?;
         let points = with_distributor!(&state.inner, distributor => distributor.reduced_points());
-        Ok(points.map(|points| PyArray1::from_slice(py, points)))
+        Ok(points.map(|points| read_only(PyArray1::from_slice(py, points))))
     }
 
     /// Least contact forces that balance an external wrench (Eq. 11).

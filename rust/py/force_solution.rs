@@ -7,9 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::any_grasp::{AnyGrasp, with_grasp};
-use crate::arrays::{as_array, matrix};
+use crate::arrays::{as_array, matrix, read_only};
 use crate::errors::invalid_input;
 use crate::grasp::PyGrasp;
+use crate::restored;
 
 /// Least contact forces for one external wrench, with their certificate.
 ///
@@ -90,7 +91,7 @@ impl PyForceSolution {
         let components = with_grasp!(&self.grasp.get().inner, grasp => grasp.force_components());
         let forces = self.contact_forces();
         let values = forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
-        matrix(py, forces.len(), components.len(), values)
+        matrix(py, forces.len(), components.len(), values).map(read_only)
     }
 
     /// (m, dim) contact forces in world axes, without torsion, in N.
@@ -101,7 +102,8 @@ impl PyForceSolution {
             AnyDistribution::Spatial(_) => 3,
         };
         let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
-        matrix(py, world.len(), dim, world.iter().flat_map(|force| force.iter().copied().take(dim)))
+        let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
+        matrix(py, world.len(), dim, values).map(read_only)
     }
 
     /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
@@ -109,26 +111,27 @@ impl PyForceSolution {
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         with_both!(py, self, |found, grasp| {
             let wrenches = found.contact_wrenches(grasp);
-            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied())
+            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
         })
     }
 
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice()))
+        read_only(PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice())))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, with_found!(self, found => &found.shares))
+        read_only(PyArray1::from_slice(py, with_found!(self, found => &found.shares)))
     }
 
     /// (m,) unused share of each contact's friction.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_vec(py, with_both!(py, self, |found, grasp| found.slip_margin(grasp))))
+        let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
+        Ok(read_only(PyArray1::from_vec(py, margins)))
     }
 
     /// Largest normalised normal force (Eq. 7).
@@ -194,7 +197,7 @@ impl PyForceSolution {
                 "the array of forces is made anew each time: a copy cannot be avoided",
             ));
         }
-        as_array(self.forces(py)?.as_any(), dtype, None)
+        as_array(self.forces(py)?.as_any(), dtype, copy)
     }
 
     #[staticmethod]
@@ -220,7 +223,10 @@ impl PyForceSolution {
             3 => AnyDistribution::Planar(state.distribution()),
             _ => AnyDistribution::Spatial(state.distribution()),
         };
-        Ok(Self { grasp, found })
+        let restored = Self { grasp, found };
+        with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
+            .map_err(|message| invalid_input(py, message))?;
+        Ok(restored)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {

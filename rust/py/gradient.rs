@@ -6,9 +6,10 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::matrix;
-use crate::errors::to_python;
+use crate::arrays::{matrix, read_only};
+use crate::errors::{invalid_input, to_python};
 use crate::interrupt::detached;
+use crate::restored::{Checked, expect, finite, within};
 use crate::workspace::Workspace;
 
 /// How epsilon changes as contacts move.
@@ -51,7 +52,7 @@ impl PyGradient {
     /// (m,) change of epsilon by rad that each contact frame spins about its normal.
     #[getter]
     fn spins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.gradient.spins)
+        read_only(PyArray1::from_slice(py, &self.gradient.spins))
     }
 
     /// Whether epsilon is differentiable here.
@@ -72,10 +73,12 @@ impl PyGradient {
         spins: Vec<f64>,
         unique: bool,
         dim: usize,
-    ) -> Self {
+        py: Python<'_>,
+    ) -> PyResult<Self> {
         let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vector3::from).collect();
         let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), spins, unique };
-        Self { gradient, dim }
+        check(&gradient, dim).map_err(|message| invalid_input(py, message))?;
+        Ok(Self { gradient, dim })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -108,6 +111,23 @@ impl PyGradient {
     }
 
     fn rows<'py>(&self, py: Python<'py>, vectors: &[Vector3<f64>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, vectors.len(), self.dim, vectors.iter().flat_map(|v| v.iter().copied().take(self.dim)))
+        let values = vectors.iter().flat_map(|v| v.iter().copied().take(self.dim));
+        matrix(py, vectors.len(), self.dim, values).map(read_only)
     }
+}
+
+/// Refuses a record whose parts do not belong together.
+fn check(gradient: &Gradient, dim: usize) -> Checked {
+    let Gradient { positions, normals, spins, .. } = gradient;
+    within("dim", dim, 2..=3)?;
+    let lengths = [positions.len(), normals.len()];
+    let shown = format!("{lengths:?} and {}", spins.len());
+    expect(lengths == [spins.len(); 2], "rows", shown, "one of each for each contact")?;
+    finite("spins", spins)?;
+    for vectors in [positions, normals] {
+        finite("vectors", vectors.iter().flatten())?;
+        let planar = dim == 3 || vectors.iter().all(|vector| vector.z == 0.0);
+        expect(planar, "vectors", "with a third component", "two in the plane")?;
+    }
+    Ok(())
 }

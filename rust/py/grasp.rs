@@ -8,7 +8,7 @@ use pyo3::types::{PyTuple, PyType};
 
 use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{contents, float_array, matrix, read_only};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::gradient::PyGradient;
 use crate::interrupt::detached;
@@ -150,7 +150,7 @@ impl PyGrasp {
         let dim = self.arguments.dim;
         with_grasp!(&self.inner, grasp => {
             let rows = grasp.contacts().iter().flat_map(|contact| contact.position.iter().copied().take(dim));
-            matrix(py, grasp.num_contacts(), dim, rows)
+            matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
         })
     }
 
@@ -160,7 +160,7 @@ impl PyGrasp {
         let dim = self.arguments.dim;
         with_grasp!(&self.inner, grasp => {
             let rows = grasp.contacts().iter().flat_map(|contact| contact.normal.iter().copied().take(dim));
-            matrix(py, grasp.num_contacts(), dim, rows)
+            matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
         })
     }
 
@@ -173,7 +173,7 @@ impl PyGrasp {
             let rows = grasp.frames().iter().flat_map(|frame| {
                 axes.iter().flat_map(move |&axis| (0..dim).map(move |row| frame[(row, axis)]))
             });
-            Ok(PyArray1::from_iter(py, rows).reshape([grasp.num_contacts(), dim, dim])?)
+            Ok(read_only(PyArray1::from_iter(py, rows).reshape([grasp.num_contacts(), dim, dim])?))
         })
     }
 
@@ -185,7 +185,7 @@ impl PyGrasp {
             let rows = (0..d).flat_map(|row| {
                 grasp.maps().iter().flat_map(move |map| columns.iter().map(move |&column| map[(row, column)]))
             });
-            matrix(py, d, grasp.num_contacts() * columns.len(), rows)
+            matrix(py, d, grasp.num_contacts() * columns.len(), rows).map(read_only)
         })
     }
 
@@ -196,7 +196,8 @@ impl PyGrasp {
     fn primitive_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         with_grasp!(&self.inner, grasp => {
             let wrenches = grasp.primitive_wrenches().map_err(|error| to_python(py, &error))?;
-            matrix(py, wrenches.len(), self.wrench_dim(), wrenches.iter().flat_map(|w| w.iter().copied()))
+            let rows = wrenches.iter().flat_map(|w| w.iter().copied());
+            matrix(py, wrenches.len(), self.wrench_dim(), rows).map(read_only)
         })
     }
 
@@ -209,26 +210,26 @@ impl PyGrasp {
             let forces = grasp.extreme_forces().map_err(|error| to_python(py, &error))?;
             let columns = grasp.force_components();
             let rows = forces.iter().flat_map(|force| columns.iter().map(|&row| force[row]));
-            matrix(py, forces.len(), columns.len(), rows)
+            matrix(py, forces.len(), columns.len(), rows).map(read_only)
         })
     }
 
     /// (m,) Coulomb friction coefficients as given, before ``friction_margin``.
     #[getter]
     fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.arguments.friction_of_each(py)
+        read_only(self.arguments.friction_of_each(py))
     }
 
     /// (m,) upper bounds of the normal forces in N.
     #[getter]
     fn max_normal_force<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.arguments.limit_of_each(py)
+        read_only(self.arguments.limit_of_each(py))
     }
 
     /// (m,) torsional friction coefficients in m, as given: before ``friction_margin``; zero for hard contacts.
     #[getter]
     fn torsion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.arguments.torsion_of_each(py)
+        read_only(self.arguments.torsion_of_each(py))
     }
 
     /// What divides the friction coefficients, at least 1.
@@ -243,7 +244,7 @@ impl PyGrasp {
         let AnyGrasp::Spatial(grasp) = &self.inner else { return Ok(None) };
         let rows =
             grasp.frames().iter().flat_map(|frame| frame.column(1).iter().copied().collect::<Vec<_>>());
-        matrix(py, grasp.num_contacts(), 3, rows).map(Some)
+        matrix(py, grasp.num_contacts(), 3, rows).map(read_only).map(Some)
     }
 
     /// (m,) number of extreme forces of each contact; 0 for a true cone.
@@ -251,7 +252,7 @@ impl PyGrasp {
     fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         with_grasp!(&self.inner, grasp => {
             let counts = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.len() as i64));
-            PyArray1::from_iter(py, counts)
+            read_only(PyArray1::from_iter(py, counts))
         })
     }
 
@@ -264,7 +265,7 @@ impl PyGrasp {
     /// (dim,) point about which torques are taken, in m.
     #[getter]
     fn origin<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.arguments.options.origin.as_slice()[..self.arguments.dim])
+        read_only(PyArray1::from_slice(py, &self.arguments.options.origin.as_slice()[..self.arguments.dim]))
     }
 
     /// Whether contact forces can balance every external wrench (``rho < 0``).

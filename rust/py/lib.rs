@@ -29,6 +29,7 @@ mod minkowski;
 mod quality;
 mod quality_many;
 mod quality_options;
+mod restored;
 mod search;
 mod threads;
 mod workspace;

@@ -1,11 +1,13 @@
 //! `graspforce.MinkowskiSum`.
 
 use graspforce::{Grasp, MinkowskiSum};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::as_array;
+use crate::arrays::{as_array, read_only};
+use crate::errors::invalid_input;
+use crate::restored::{Checked, copied, expect, finite, within};
 
 /// The explicit Minkowski sum of the contacts' wrenches, in the order of Algorithm 1.
 ///
@@ -67,8 +69,14 @@ impl PyMinkowskiSum {
         let (starts, ends) = (self.starts.bind(py).try_readonly()?, self.ends.bind(py).try_readonly()?);
         let (contacts, edges) = (self.contacts.bind(py).try_readonly()?, self.edges.bind(py).try_readonly()?);
         let pairs = contacts.as_slice()?.iter().zip(edges.as_slice()?);
-        let rows =
-            PyArray1::from_iter(py, pairs.map(|(&contact, &edge)| self.offsets[contact as usize] + edge));
+        // Whoever made the arrays writable again may have written anything.
+        let row = |(&contact, &edge): (&i32, &i32)| {
+            let offset = usize::try_from(contact).ok().and_then(|contact| self.offsets.get(contact));
+            offset.and_then(|offset| offset.checked_add(edge))
+        };
+        let rows: Option<Vec<i32>> = pairs.map(row).collect();
+        let rows = rows.ok_or_else(|| invalid_input(py, "contacts: an entry was overwritten"))?;
+        let rows = PyArray1::from_vec(py, rows);
         let pointers = starts.as_slice()?.iter().chain(ends.as_slice()?.last()).copied();
         let ones = PyArray1::from_iter(py, std::iter::repeat_n(1.0_f64, contacts.as_slice()?.len()));
         let options = PyDict::new(py);
@@ -94,19 +102,33 @@ impl PyMinkowskiSum {
 
     #[staticmethod]
     fn _restore(
-        wrenches: Py<PyArray2<f64>>,
-        indices: [Py<PyArray1<i32>>; 4],
+        wrenches: Bound<'_, PyArray2<f64>>,
+        indices: [Bound<'_, PyArray1<i32>>; 4],
         offsets: Vec<i32>,
         rows: usize,
         py: Python<'_>,
     ) -> PyResult<Self> {
-        read_only(wrenches.bind(py).as_any())?;
-        for array in &indices {
-            read_only(array.bind(py).as_any())?;
-        }
-        let points = wrenches.bind(py).len()?;
-        let [starts, ends, contacts, edges] = indices;
-        Ok(Self { wrenches, starts, ends, contacts, edges, offsets, rows, points })
+        let (numbers, wrenches) = copied(&wrenches)?;
+        let [starts, ends, contacts, edges] = &indices;
+        let ((first, starts), (last, ends)) = (copied(starts)?, copied(ends)?);
+        let ((owners, contacts), (forces, edges)) = (copied(contacts)?, copied(edges)?);
+        let (points, columns) = (wrenches.shape()[0], wrenches.shape()[1]);
+        let check = || -> Checked {
+            expect(columns == 3 || columns == 6, "columns of wrenches", columns, "3 or 6")?;
+            finite("wrenches", &numbers)?;
+            check_entries(points, [&first, &last, &owners, &forces], &offsets, rows)
+        };
+        check().map_err(|message| invalid_input(py, message))?;
+        Ok(Self {
+            wrenches: wrenches.unbind(),
+            starts: starts.unbind(),
+            ends: ends.unbind(),
+            contacts: contacts.unbind(),
+            edges: edges.unbind(),
+            offsets,
+            rows,
+            points,
+        })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -129,20 +151,17 @@ impl PyMinkowskiSum {
     /// Hands the enumeration over to NumPy.
     pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, sum: &MinkowskiSum<D>) -> PyResult<Self> {
         let offsets = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.start as i32));
-        let indices = |values: &[u32]| {
-            let array = PyArray1::from_iter(py, values.iter().map(|&x| x as i32));
-            read_only(array.as_any()).map(|()| array.unbind())
-        };
+        let indices =
+            |values: &[u32]| read_only(PyArray1::from_iter(py, values.iter().map(|&x| x as i32))).unbind();
         let points = sum.len();
         let wrenches = PyArray1::from_iter(py, sum.wrenches().iter().flat_map(|w| w.iter().copied()));
         let wrenches = wrenches.reshape([points, D])?;
-        read_only(wrenches.as_any())?;
         Ok(Self {
-            wrenches: wrenches.unbind(),
-            starts: indices(sum.starts())?,
-            ends: indices(sum.ends())?,
-            contacts: indices(sum.contacts())?,
-            edges: indices(sum.edges())?,
+            wrenches: read_only(wrenches).unbind(),
+            starts: indices(sum.starts()),
+            ends: indices(sum.ends()),
+            contacts: indices(sum.contacts()),
+            edges: indices(sum.edges()),
             offsets: offsets.collect(),
             rows: grasp.primitive_wrenches().map_or(0, <[_]>::len),
             points,
@@ -150,7 +169,23 @@ impl PyMinkowskiSum {
     }
 }
 
-/// The arrays belong together; a caller who wants to change one makes a copy.
-fn read_only(array: &Bound<'_, PyAny>) -> PyResult<()> {
-    array.call_method1("setflags", (false,)).map(drop)
+/// Refuses entries that are not those of consecutive points, or not of extreme forces that exist.
+fn check_entries(points: usize, indices: [&[i32]; 4], offsets: &[i32], rows: usize) -> Checked {
+    let [starts, ends, contacts, edges] = indices;
+    let counted = starts.len() == points && ends.len() == points && contacts.len() == edges.len();
+    expect(counted, "indices", points, "one start and end for each point, one edge for each contact")?;
+    let count = i32::try_from(contacts.len()).map_err(|_| "state: too many entries".to_string())?;
+    let consecutive = starts.iter().zip(ends).all(|(start, end)| start <= end)
+        && starts.iter().copied().eq([0].into_iter().chain(ends.iter().copied()).take(points))
+        && ends.last().copied().unwrap_or(0) == count;
+    expect(consecutive, "starts and ends", points, "consecutive entries")?;
+    let rows = i32::try_from(rows).map_err(|_| format!("state: {rows} rows are too many"))?;
+    let bounds: Vec<i32> = offsets.iter().copied().chain([rows]).collect();
+    let ordered = bounds[0] == 0 && bounds.is_sorted();
+    expect(ordered, "offsets", format!("{offsets:?}"), "ascending rows from 0")?;
+    contacts.iter().zip(edges).try_for_each(|(&contact, &edge)| {
+        let known = usize::try_from(contact).ok().filter(|&contact| contact < offsets.len());
+        let contact = known.ok_or_else(|| format!("state: contact {contact}, expected one that exists"))?;
+        within("edge", edge, 0..=bounds[contact + 1] - bounds[contact] - 1)
+    })
 }

@@ -7,10 +7,12 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 use crate::any_grasp::AnyGrasp;
+use crate::arrays::read_only;
 use crate::errors::invalid_input;
 use crate::gradient::PyGradient;
 use crate::grasp::PyGrasp;
 use crate::quality_options::{AnyAsked, Asked, criterion_name};
+use crate::restored;
 
 /// The quality of a grasp, with its certificate.
 ///
@@ -87,13 +89,13 @@ impl PyQuality {
     /// (d,) physical wrench of unit norm along which the grasp is weakest.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.direction)
+        read_only(PyArray1::from_slice(py, &self.direction))
     }
 
     /// (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
     #[getter]
     fn wrench<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.wrench)
+        read_only(PyArray1::from_slice(py, &self.wrench))
     }
 
     /// How epsilon changes as contacts move.
@@ -161,6 +163,16 @@ impl PyQuality {
             AnyGrasp::Spatial(_) => Asked::parse(criterion, rtol, center, metric).map(AnyAsked::Spatial),
         }
         .map_err(wrong)?;
+        let (rho, lower, upper) = bracket;
+        let d = match grasp.get().inner {
+            AnyGrasp::Planar(_) => 3,
+            AnyGrasp::Spatial(_) => 6,
+        };
+        restored::bracket(rho, lower, upper)
+            .and_then(|()| restored::worst(rho, &direction, &wrench, d))
+            // The class is the grasp's own, whatever the external wrench.
+            .and_then(|()| if center.is_none() { restored::closure(&found.1, lower, upper) } else { Ok(()) })
+            .map_err(wrong)?;
         let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);
         let closure = classes.into_iter().find(|name| *name == found.1);
         Ok(Self {
@@ -168,9 +180,9 @@ impl PyQuality {
             criterion: criterion_name(asked.criterion()),
             asked,
             gradient: PyOnceLock::new(),
-            rho: bracket.0,
-            lower: bracket.1,
-            upper: bracket.2,
+            rho,
+            lower,
+            upper,
             converged: found.0,
             closure: closure.ok_or_else(|| wrong(format!("closure: {:?} is not a class", found.1)))?,
             supports: found.2,

@@ -11,10 +11,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::as_array;
+use crate::arrays::{as_array, read_only};
 use crate::errors::{invalid_grasp, invalid_input};
 use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
+use crate::restored::{self, Checked, expect, within};
 
 /// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
 /// does not count, on a busy machine either. One grasp takes from microseconds to a second.
@@ -50,6 +51,22 @@ struct Row {
     closure: i8,
     status: i8,
     error: Option<String>,
+}
+
+impl Row {
+    /// Refuses a record whose parts do not belong together.
+    fn check(&self) -> Checked {
+        within("status", self.status, 0..=2)?;
+        let failed = self.status == 2;
+        expect(failed == self.error.is_some(), "error", self.status, "a reason where the status is 2")?;
+        if failed {
+            let empty = [self.rho, self.lower, self.upper].iter().all(|x| x.is_nan());
+            expect(empty, "bracket", self.rho, "NaN where the status is 2")?;
+            return within("closure", self.closure, -2..=-2);
+        }
+        within("closure", self.closure, -1..=1)?;
+        restored::bracket(self.rho, self.lower, self.upper)
+    }
 }
 
 impl From<BatchItem> for Row {
@@ -132,15 +149,16 @@ impl PyQualityBatch {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        // The numbers are copied out in any case.
-        as_array(self.epsilon(py).as_any(), dtype, copy.filter(|&copy| !copy))
+        as_array(self.epsilon(py).as_any(), dtype, copy)
     }
 
     #[staticmethod]
-    fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>) -> Self {
+    fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>, py: Python<'_>) -> PyResult<Self> {
         let row =
             |(rho, lower, upper, closure, status, error)| Row { rho, lower, upper, closure, status, error };
-        Self { items: rows.into_iter().map(row).collect() }
+        let items: Vec<Row> = rows.into_iter().map(row).collect();
+        items.iter().try_for_each(Row::check).map_err(|message| invalid_input(py, message))?;
+        Ok(Self { items })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -170,7 +188,7 @@ impl PyQualityBatch {
         py: Python<'py>,
         value: impl Fn(&Row) -> T,
     ) -> Bound<'py, PyArray1<T>> {
-        PyArray1::from_vec(py, self.items.iter().map(value).collect())
+        read_only(PyArray1::from_vec(py, self.items.iter().map(value).collect()))
     }
 }
 

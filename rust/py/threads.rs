@@ -3,8 +3,9 @@
 //! Threads do not survive a fork, and work that a forked process gave to its parent's would wait for ever. Each
 //! process therefore has a pool of its own, made when it is first needed.
 
+use std::num::NonZero;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use std::{process, thread};
+use std::{env, process, thread};
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
@@ -12,6 +13,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Looks at a lock that is held for a moment before it counts as never to be released.
 const PATIENCE: usize = 10_000;
+
+/// Threads of a pool at most, or four for each core where that is more: with thousands, as `RAYON_NUM_THREADS` may ask
+/// for, they spend their time looking for work and a call never ends.
+const MAX_THREADS: usize = 64;
 
 /// The process that made the pool, and the pool.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
@@ -53,6 +58,10 @@ pub fn lock<T>(mutex: &Mutex<T>) -> Option<MutexGuard<'_, T>> {
 
 fn new_pool() -> PyResult<Arc<ThreadPool>> {
     let name = |index| format!("graspforce-{index}");
-    let built = ThreadPoolBuilder::new().thread_name(name).build();
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    // As rayon reads it: one for each core where it is no number, or zero.
+    let asked = env::var("RAYON_NUM_THREADS").ok().and_then(|asked| asked.parse().ok());
+    let threads = asked.filter(|&asked| asked > 0).unwrap_or(cores).min(MAX_THREADS.max(4 * cores));
+    let built = ThreadPoolBuilder::new().thread_name(name).num_threads(threads).build();
     built.map(Arc::new).map_err(|error| PyOSError::new_err(format!("no threads to compute with: {error}")))
 }

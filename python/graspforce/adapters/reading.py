@@ -53,7 +53,9 @@ class ContactReading(Record):
     @property
     def external_wrench(self) -> NDArray[np.float64]:
         """(d,) wrench that the simulator's forces balance: the opposite of what they exert together."""
-        return -(self.grasp.grasp_matrix @ self.forces.ravel())
+        wrench = -(self.grasp.grasp_matrix @ self.forces.ravel())
+        wrench.flags.writeable = False
+        return wrench
 
     @property
     def sigma_max(self) -> float:

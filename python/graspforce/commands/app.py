@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from graspforce import __version__
+from graspforce._printable import printable
 from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFileError
 
 from . import forces, grade, info, plan, quality, reproduce, view
@@ -51,7 +52,7 @@ def run(arguments: list[str]) -> int:
 
 
 def _failed(error: Exception, code: int) -> int:
-    print(f"graspforce: {error}", file=sys.stderr)
+    print(printable(f"graspforce: {error}", keep="\n"), file=sys.stderr)
     return code
 
 

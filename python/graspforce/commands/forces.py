@@ -14,7 +14,7 @@ from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
 
 from .exit_codes import INFEASIBLE
 from .mesh_input import At, Edges, Friction, GraspArgument, MaxNormalForce, Unit, grasp_from
-from .output import AsJson, Criterion, note, print_json, print_table, rounded, save, vector
+from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -28,10 +28,12 @@ def forces(
     objective: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write all forces into FILE (npz).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write all forces into FILE (npz).", callback=in_a_folder),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     at: At = None,
     unit: Unit = None,
@@ -59,7 +61,6 @@ def forces(
     if wrench is None:
         _many(file, found, objective, as_json=as_json, plot=plot)
     if out is not None:
-        out.parent.mkdir(parents=True, exist_ok=True)
         with out.open("wb") as stream:
             np.savez(stream, **found.arrays())
         note(f"wrote {out}")

@@ -14,7 +14,7 @@ from graspforce.datasets import grade as grade_dataset
 from graspforce.errors import GraspForceError
 
 from .exit_codes import FAILED
-from .output import AsJson, note, print_json, print_table
+from .output import AsJson, in_a_folder, note, print_json, print_table
 from .progress import throughput
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def grade(
     source: Annotated[
         str, typer.Argument(metavar="IN", help="Parquet file, folder of them, or pattern in quotes.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for the graded parts.")],
+    out: Annotated[Path, typer.Option(help="Folder for the graded parts.", callback=in_a_folder)],
     criterion: Annotated[
         Literal["max", "sum", "both"], typer.Option(help="Which of rho_max and rho_sum to compute.")
     ] = "both",

@@ -4,21 +4,32 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
+from graspforce._printable import printable
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from pathlib import Path
 
     from matplotlib.figure import Figure
 
-__all__ = ["AsJson", "Criterion", "note", "print_json", "print_table", "rounded", "save", "vector"]
+__all__ = [
+    "AsJson",
+    "Criterion",
+    "in_a_folder",
+    "note",
+    "print_json",
+    "print_table",
+    "rounded",
+    "save",
+    "vector",
+]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[
@@ -31,7 +42,8 @@ _PIPED_WIDTH = 100
 
 def print_json(value: dict[str, Any]) -> None:
     """Print one JSON object."""
-    print(json.dumps(value, indent=2, allow_nan=False))
+    # Everything else that a terminal might obey is escaped already.
+    print(json.dumps(value, indent=2, allow_nan=False).replace("\x7f", "\\u007f"))
 
 
 def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
@@ -40,24 +52,34 @@ def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]
     for i, column in enumerate(columns):
         table.add_column(column, justify="left" if i == 0 else "right", no_wrap=i > 0)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(printable, row))
     # Brackets are vectors here, not markup.
     console = Console(markup=False, highlight=False)
     if not console.is_terminal:
         # A pipe has no width of its own, and should not depend on the terminal beside it.
         console.width = _PIPED_WIDTH
-    console.print(title, style="bold")
+    console.print(printable(title), style="bold")
     console.print(table)
 
 
 def note(text: str) -> None:
     """Print what is no result, beside the results."""
-    print(text, file=sys.stderr)
+    print(printable(text), file=sys.stderr)
+
+
+def in_a_folder(path: Path | None) -> Path | None:
+    """Refuse, before any work, a file or folder to write whose own folder does not exist."""
+    if path is not None and not path.parent.is_dir():
+        raise typer.BadParameter(printable(f"{path}: there is no folder {path.parent}; make it first"))
+    return path
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a picture in the format of its suffix, making its folder."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a picture in the format of its suffix."""
+    from matplotlib.text import Text  # noqa: PLC0415 - matplotlib only where it is asked for
+
+    for text in figure.findobj(Text):
+        text.set_text(printable(text.get_text(), keep="\n"))
     try:
         figure.savefig(path)
     except ValueError as error:

@@ -11,7 +11,7 @@ from graspforce.files import MeshPlanFile, PlanFile, load_problem, save_grasp
 
 from .mesh_input import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
 from .mesh_plans import plan_on_mesh
-from .output import AsJson, Criterion, note, print_json, print_table, save, vector
+from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, save, vector
 from .progress import progress
 
 __all__ = ["plan"]
@@ -22,10 +22,14 @@ def plan(
     criterion: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).", callback=in_a_folder
+        ),
     ] = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     contacts: Annotated[
         int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=PANEL)

@@ -21,7 +21,7 @@ from .mesh_input import (
     Unit,
     grasp_from,
 )
-from .output import AsJson, print_json, print_table, save
+from .output import AsJson, in_a_folder, print_json, print_table, save
 from .progress import progress
 
 __all__ = ["quality"]
@@ -36,7 +36,8 @@ def quality(
     rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
     as_json: AsJson = False,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     at: At = None,
     unit: Unit = None,

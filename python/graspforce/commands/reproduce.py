@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from . import reproduction
+from .output import in_a_folder
 from .progress import progress
 
 __all__ = ["reproduce"]
@@ -21,9 +22,12 @@ def reproduce(
         _Example, typer.Argument(help="racket: Example 1, in the plane; tile: Example 2, planning in space.")
     ],
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the same numbers to FILE.")
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Write the same numbers to FILE.", callback=in_a_folder),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the numbers and pictures into DIR.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the numbers and pictures into DIR.", callback=in_a_folder)
+    ] = None,
 ) -> None:
     """Compute an example of the paper and print it beside the published numbers.
 

@@ -20,13 +20,12 @@ def reproduce(example: str, *, json_file: Path | None = None, out: Path | None =
     # Before minutes of someone's attention are spent: a missing extra is known from the start.
     if out is not None:
         optional("matplotlib", "plot")
-        out.mkdir(parents=True, exist_ok=True)
+        out.mkdir(exist_ok=True)
     report, numbers, draw = EXAMPLES[example]()
     print(report)
     written = draw(out) if out is not None else []
     files = dict.fromkeys([json_file, out and out / f"{example}.json"])
     for path in (file for file in files if file is not None):
-        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
         written = [path, *written]
     for path in written:

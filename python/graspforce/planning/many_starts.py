@@ -13,7 +13,7 @@ from graspforce._core import quality_many
 from graspforce._optional import optional
 from graspforce.display import plan_set_html
 from graspforce.errors import GraspForceError, InvalidInputError
-from graspforce.records import plan_set_dict
+from graspforce.records import Owner, plan_set_dict
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import deadline_after, pattern_search
@@ -41,7 +41,7 @@ Starts: TypeAlias = "int | ArrayLike"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanSet:
+class PlanSet(Owner):
     """The best distinct grasps of many searches.
 
     Threads may share it; it can be copied and pickled.

@@ -15,7 +15,7 @@ import numpy as np
 from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce.display import plan_html
 from graspforce.errors import GraspForceError, InvalidInputError
-from graspforce.records import Record, plan_dict
+from graspforce.records import Owner, Record, plan_dict
 
 from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only
@@ -54,7 +54,7 @@ class Iterate(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Plan:
+class Plan(Owner):
     """Where the contacts should go, and how the search got there.
 
     Threads may share it; it can be copied and pickled.

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import threading
 import time
+import warnings
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,9 @@ from .state import ViewState
 
 try:
     import viser
+
+    from .guard import Guard, guarded, is_loopback
+    from .messages import Filter, one_of, within
 except ModuleNotFoundError as error:
     raise MissingExtraError("viewer", error) from error
 
@@ -42,17 +48,52 @@ def view(
     host: str = "127.0.0.1",
     port: int = 8080,
 ) -> Viewer:
-    """Serve a grasp on a page of its own; parameters as for `ViewState`, then the address to listen at.
+    """Serve a grasp on a page of its own, at `Viewer.address`.
 
-    Anyone who can reach the address can move the sliders, so by default only this machine can.
+    Parameters
+    ----------
+    grasp, mesh, wrenches
+        As for `ViewState`.
+    host : str, optional
+        The address to listen at. By default only this machine can reach it. Any other address brings a
+        warning: what is sent, the token included, is not encrypted.
+    port : int, optional
+        The port; the next free one where it is taken.
 
-    Threads of its own serve the page; any thread may call this.
+    Returns
+    -------
+    Viewer
+        The running viewer. Threads of its own serve the page; any thread may call this.
+
+    Warns
+    -----
+    UserWarning
+        Other machines can reach `host`.
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> from graspforce.viewer import view
+    >>> viewer = view(gf.Grasp([(-1, 0, 0), (1, 0, 0)], [(1, 0, 0), (-1, 0, 0)]))
+    >>> viewer.address.partition("?token=")[0] == f"http://127.0.0.1:{viewer.port}/"
+    True
+    >>> viewer.stop()
     """
+    if not is_loopback(host):
+        warnings.warn(exposure(host), stacklevel=2)
     return Viewer(ViewState(grasp, mesh, wrenches), host=host, port=port)
 
 
+def exposure(host: str) -> str:
+    """Return the warning for an address that other machines can reach."""
+    return (
+        f"the viewer listens at {host}, where other machines can reach it: whoever has its address with the "
+        "token can see and move the grasp, and nothing is encrypted"
+    )
+
+
 class Viewer:
-    """A running viewer; its callbacks come from viser's threads and take turns.
+    """A running viewer. A thread of its own answers what clients change; the newest values count.
 
     Attributes
     ----------
@@ -60,27 +101,46 @@ class Viewer:
         What is shown.
     port : int
         Where the page is served.
+    address : str
+        The page's address with the token without which the viewer answers nobody.
     """
 
     def __init__(self, state: ViewState, *, host: str = "127.0.0.1", port: int = 8080) -> None:
         self.state = state
         self._turn = threading.RLock()
-        self._server = viser.ViserServer(host=host, port=port, label="graspforce", verbose=False)
+        self._filter = Filter()
+        self._guard = Guard(host, self._filter)
+        with guarded(self._guard) as guarded_host:
+            self._server = viser.ViserServer(host=guarded_host, port=port, label="graspforce", verbose=False)
         self.port = self._server.get_port()
+        self.address = self._guard.address(self.port)
+        if not self._guard.applied:
+            self._server.stop()
+            raise GraspForceError(f"viser {viser.__version__}: its server cannot be guarded; use viser 1.1")
         self._size = self._extent()
         self._metres_per_newton = _LONGEST * self._size / (self.state.largest_force() or 1.0)
         self._stopped = threading.Event()
+        self._changed = threading.Event()
+        self._noting = threading.Lock()
+        self._moved: set[int] = set()
+        self._released: set[int] = set()
         self._add_panel()
         self._add_object()
         self.update()
-        self._player = threading.Thread(target=self._play, daemon=True)
-        self._player.start()
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._play, self._follow)]
+        for thread in self._threads:
+            thread.start()
 
     def stop(self) -> None:
         """Close the page."""
         self._stopped.set()
-        self._player.join()
-        self._server.stop()
+        self._changed.set()
+        self._guard.close()
+        for thread in self._threads:
+            thread.join()
+        # viser prints that it has stopped.
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server.stop()
 
     def update(self) -> None:
         """Show the state as it is now."""
@@ -111,10 +171,14 @@ class Viewer:
         self._row = gui.add_slider("Wrench", 0, max(1, rows - 1), 1, 0, disabled=rows < 2)
         self._playing = gui.add_checkbox("Play", initial_value=False, disabled=rows < 2)
         self._message = gui.add_markdown("")
-        for handle in (self._friction, self._limits):
-            handle.on_update(self._rescale)
-        self._criterion.on_update(lambda _: self.update())
-        self._row.on_update(lambda _: self.update())
+        for handle in (self._friction, self._limits, self._criterion, self._row):
+            handle.on_update(lambda _: self._changed.set())
+        takes: list[tuple[Any, Callable[[Any], bool]]] = [(self._criterion, one_of("max", "sum"))]
+        if not fixed:
+            takes += [(self._friction, within(0.1, 2.0)), (self._limits, within(0.1, 3.0))]
+        if rows > 1:
+            takes += [(self._row, within(0, rows - 1)), (self._playing, one_of(False, True))]
+        self._filter.controls = {identifier(control): values for control, values in takes}
 
     def _add_object(self) -> None:
         scene = self._server.scene
@@ -129,26 +193,42 @@ class Viewer:
             )  # fmt: skip
             handle.on_update(partial(self._drag, i))
             self._handles.append(handle)
+            self._filter.handles.add(handle.name)
         middle = self.state.grasp.positions.mean(axis=0)
         self._server.initial_camera.look_at = tuple(middle)
         self._server.initial_camera.position = tuple(middle + self._size * np.array([1.2, -1.2, 0.9]))
 
-    def _rescale(self, _event: Any) -> None:
-        with self._turn:
-            self.state.scale(self._friction.value, self._limits.value)
-            self.update()
-
     def _drag(self, contact: int, event: Any) -> None:
-        with self._turn:
-            try:
-                self.state.move(contact, event.target.position)
-                self._message.content = ""
-            except GraspForceError as error:
-                self._message.content = str(error)
-            # The handle goes back to where its contact has stayed: on the surface.
+        with self._noting:
+            self._moved.add(contact)
             if event.phase == "end":
-                event.target.position = tuple(self.state.grasp.positions[contact])
-            self.update()
+                self._released.add(contact)
+        self._changed.set()
+
+    def _follow(self) -> None:
+        """Answer what clients have changed: many changes while one is answered are answered as one."""
+        while self._changed.wait() and not self._stopped.is_set():
+            self._changed.clear()
+            with self._turn:
+                try:
+                    self._obey()
+                    self.update()
+                    self._message.content = ""
+                except (GraspForceError, ValueError, ArithmeticError) as error:
+                    self._message.content = str(error)
+
+    def _obey(self) -> None:
+        with self._noting:
+            moved, self._moved = self._moved, set()
+            released, self._released = self._released, set()
+        try:
+            self.state.scale(self._friction.value, self._limits.value)
+            for contact in moved:
+                self.state.move(contact, self._handles[contact].position)
+        finally:
+            # A handle goes back to where its contact has stayed: on the surface.
+            for contact in released:
+                self._handles[contact].position = tuple(self.state.grasp.positions[contact])
 
     def _normal_limits(self) -> NDArray[np.float64]:
         """Of each contact the largest normal force in N: its limit, or that of the forces given for it."""
@@ -215,6 +295,11 @@ class Viewer:
         if self.state.mesh is not None:
             points = np.vstack([points, self.state.mesh[0]])
         return float(np.ptp(points, axis=0).max()) or 1.0
+
+
+def identifier(control: Any) -> str:
+    """Return the identifier by which clients name a control; viser does not publish it."""
+    return str(control._impl.uuid)  # noqa: SLF001 - the tests drag and slide by it
 
 
 def serve(viewer: Viewer, announce: Callable[[], object]) -> None:

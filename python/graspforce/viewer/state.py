@@ -82,20 +82,37 @@ class ViewState:
         return self._given["extreme_forces"] is None
 
     def scale(self, friction: float, limits: float) -> None:
-        """Multiply all friction coefficients and all limits of the grasp as given."""
+        """Multiply all friction coefficients and all limits of the grasp as given.
+
+        Raises
+        ------
+        InvalidGraspError
+            A factor is not positive and finite; nothing has changed then.
+        """
+        self.grasp = self._built(self._given, friction, limits)
         self._friction, self._limits = friction, limits
-        self._rebuild()
 
     def move(self, contact: int, to: ArrayLike) -> NDArray[np.float64]:
-        """Move a contact near a point (3,), on the mesh if there is one, and return where it went."""
+        """Move a contact near a point (3,), on the mesh if there is one, and return where it went.
+
+        Raises
+        ------
+        InvalidInputError, InvalidGraspError
+            There is no such contact, or the point is not three finite numbers; nothing has changed then.
+        """
+        if not 0 <= contact < self.grasp.num_contacts:
+            raise InvalidInputError(f"contact: {contact}, expected 0 to {self.grasp.num_contacts - 1}")
         position = np.asarray(to, dtype=np.float64)
+        if position.shape != (3,) or not np.isfinite(position).all():
+            raise InvalidInputError(f"to: {position.tolist()}, expected three finite numbers")
         positions, normals = self._given["positions"].copy(), self._given["normals"].copy()
         if self.mesh is not None:
             position, normals[contact] = self._on_mesh(self.mesh, position)
         positions[contact] = position
         # Tangents of the old place may be normal to the new one.
-        self._given |= {"positions": positions, "normals": normals, "tangents": None}
-        self._rebuild()
+        given = self._given | {"positions": positions, "normals": normals, "tangents": None}
+        self.grasp = self._built(given, self._friction, self._limits)
+        self._given = given
         return position
 
     def quality(self, criterion: str) -> Quality:
@@ -122,12 +139,12 @@ class ViewState:
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_tree": None}
 
-    def _rebuild(self) -> None:
-        scaled = dict(self._given)
+    def _built(self, given: dict[str, Any], friction: float, limits: float) -> Grasp:
+        scaled = dict(given)
         if self.has_cones:
-            scaled["friction"] = self._friction * scaled["friction"]
-            scaled["max_normal_force"] = self._limits * scaled["max_normal_force"]
-        self.grasp = Grasp(**scaled)
+            scaled["friction"] = friction * scaled["friction"]
+            scaled["max_normal_force"] = limits * scaled["max_normal_force"]
+        return Grasp(**scaled)
 
     def _on_mesh(
         self, mesh: tuple[NDArray[np.float64], NDArray[np.int64]], point: NDArray[np.float64]
