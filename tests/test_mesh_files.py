@@ -98,7 +98,8 @@ BAD = {
     "wrong unit": (
         PINCH.replace("mm", "m") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*say which unit"),
     "unknown unit": (PINCH.replace("mm", "inch") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*'inch'"),
-    "no such mesh": (PINCH.replace("box.ply", "b.ply") + "  - {point: [0, 0, 1]}\n", f"b.ply: {NO_SUCH_FILE}"),
+    "no such mesh": (
+        PINCH.replace("box.ply", "b.ply") + "  - {point: [0, 0, 1]}\n", f"b.ply: {NO_SUCH_FILE}"),
     "number for a mesh": ("mesh: 3\ncontacts: [{point: [0, 0, 1]}]\n", r":1: mesh: "),
 }  # fmt: skip
 

@@ -2,7 +2,7 @@
 
     python tools/build_extension.py build --release --out dist
 
-Panics carry the path of their source file, which for crates begins with the home folder of whoever builds them.
+Panics carry the path of their source file, which for crates lies in the home folder of whoever builds them.
 `--remap-path-prefix` replaces such folders by names. All arguments are maturin's.
 """
 

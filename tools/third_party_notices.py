@@ -3,8 +3,8 @@
     python tools/third_party_notices.py           # write the file
     python tools/third_party_notices.py --check   # exit with 1 if the file is not current
 
-The crates are those that `Cargo.lock` pins for a release on any system; what only tests and build scripts need is
-left out.
+The crates are those that `Cargo.lock` pins for a release on any system; what only tests and build scripts
+need is left out.
 """
 
 import json
