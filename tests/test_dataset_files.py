@@ -254,7 +254,7 @@ def test_a_full_disk_leaves_no_half_part(table, tmp_path):
     pq.write_table(table, tmp_path / "grasps.parquet")
     command = [sys.executable, "-c", SMALL_DISK, str(tmp_path / "grasps.parquet"), str(tmp_path / "out")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert "File too large" in done.stderr
+    assert done.returncode != 0
     assert hidden(tmp_path / "out") == [".lock", "_grade.json"]
     assert contents(tmp_path / "out") == {}
 

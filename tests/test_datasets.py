@@ -243,13 +243,19 @@ def test_other_columns_are_passed_on_as_they_are():
     ("change", "message"),
     [
         (lambda t: t.drop_columns(["friction"]), "column friction: not among the columns, which are id, pos"),
-        (lambda t: t.set_column(3, "friction", pa.array(["a"])), "column friction: string, expected a numb"),
+        (
+            lambda t: t.set_column(3, "friction", pa.array(["a"])),
+            f"column friction: {pa.string()}, expected a numb",
+        ),
         (
             lambda t: t.set_column(1, "positions", pa.array([[1.0]])),
-            "column positions: list<item: double>, e",
+            f"column positions: {pa.list_(pa.float64())}, e",
         ),
         (lambda t: t.set_column(1, "positions", pa.array(["[[1, 2]]"])), "dataframe.convert-string"),
-        (lambda t: t.append_column("origin", pa.array([0.0])), "column origin: double, expected a list of 2"),
+        (
+            lambda t: t.append_column("origin", pa.array([0.0])),
+            f"column origin: {pa.float64()}, expected a list of 2",
+        ),
         (lambda t: t.append_column("rho_sum", pa.array([0.0])), "column rho_sum: grading adds a column"),
         (lambda t: t.append_column("friction", pa.array([0.0])), "column friction: there are 2 of them"),
     ],

@@ -1,6 +1,8 @@
 """Meshes in grasp and plan files and on the command line."""
 
+import errno
 import json
+import os
 import time
 from itertools import pairwise
 
@@ -14,6 +16,9 @@ from graspforce.files import MeshPlanFile, load_grasp, load_problem
 from graspforce.surfaces import MeshSurface, contacts_on, cylinder, ellipsoid, plane
 
 trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[mesh]'")
+
+# The words of the system, not ours.
+NO_SUCH_FILE = os.strerror(errno.ENOENT)
 
 PINCH = """
 mesh: {file: box.ply, unit: mm, normals: face}
@@ -93,7 +98,8 @@ BAD = {
     "wrong unit": (
         PINCH.replace("mm", "m") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*say which unit"),
     "unknown unit": (PINCH.replace("mm", "inch") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*'inch'"),
-    "no such mesh": (PINCH.replace("box.ply", "b.ply") + "  - {point: [0, 0, 1]}\n", r"b.ply: No such file"),
+    "no such mesh": (
+        PINCH.replace("box.ply", "b.ply") + "  - {point: [0, 0, 1]}\n", f"b.ply: {NO_SUCH_FILE}"),
     "number for a mesh": ("mesh: 3\ncontacts: [{point: [0, 0, 1]}]\n", r":1: mesh: "),
 }  # fmt: skip
 
@@ -157,7 +163,7 @@ def test_refinement_never_loses_and_is_the_last_iterate(write):
         ("contacts: 2", "contacts: []", r":2: contacts: "),
         ("starts: 4", "starts: 0", r":3: starts: "),
         ("starts: 4", "bounds: [0, 1]", r":3: bounds: unknown field"),
-        ("egg.stl", "none.stl", r"none.stl: No such file"),
+        ("egg.stl", "none.stl", f"none.stl: {NO_SUCH_FILE}"),
     ],
 )
 def test_an_unusable_plan_on_a_mesh_is_refused_with_its_place(write, old, new, message):

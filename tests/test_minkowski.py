@@ -57,8 +57,7 @@ def test_index_matrices_take_four_bytes_an_index_and_belong_together():
     ms = ragged_grasp().minkowski_sum()
     for array in (ms.starts, ms.ends, ms.contacts, ms.edges):
         assert array.dtype == np.int32
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1
+        assert not array.flags.writeable
 
 
 def test_an_enumeration_too_large_says_how_large_and_takes_no_memory():

@@ -1,8 +1,10 @@
 """What is shipped: a light import, and a wheel that needs nothing but NumPy."""
 
 import os
+import re
 import subprocess
 import sys
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -62,7 +64,7 @@ def wheel(tmp_path_factory):
     if named := os.environ.get("GRASPFORCE_WHEEL"):
         return (ROOT / named).resolve(strict=True)
     folder = tmp_path_factory.mktemp("dist")
-    build = [sys.executable, "-m", "maturin", "build", "--release", "--out", str(folder)]
+    build = [sys.executable, "tools/build_extension.py", "build", "--release", "--out", str(folder)]
     subprocess.run(build, cwd=ROOT, check=True)
     (path,) = folder.glob("*.whl")
     return path
@@ -93,6 +95,25 @@ def test_the_wheel_serves_every_python_from_3_11_and_is_typed(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     assert {"graspforce/py.typed", "graspforce/_core.pyi"} <= set(names)
     assert all(name.startswith(("graspforce/", "graspforce-")) for name in names)
+
+
+def test_the_wheel_carries_the_licences_of_all_it_is_built_from(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        carried = {Path(name).name: archive.read(name) for name in archive.namelist() if "/licenses/" in name}
+    for name in ("LICENSE", "THIRD_PARTY_NOTICES"):
+        assert carried[name] == (ROOT / name).read_bytes()
+
+
+def test_the_extension_module_holds_no_path_of_the_machine_that_built_it(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (module,) = [name for name in archive.namelist() if re.search(r"/_core\..*(so|pyd)$", name)]
+        binary = archive.read(module)
+    cargo = Path(os.environ.get("CARGO_HOME") or Path.home() / ".cargo")
+    for folder in (Path.home(), cargo, ROOT, Path(tempfile.gettempdir())):
+        assert str(folder / "_").encode()[:-1] not in binary, folder
+    # What is left says which crate panicked.
+    assert b"registry/src" not in binary
+    assert b"clarabel-" in binary
 
 
 def test_the_wheel_brings_numpy_and_nothing_else(bare_python, tmp_path):

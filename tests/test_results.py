@@ -96,10 +96,10 @@ def test_an_array_without_a_copy_is_given_or_refused():
     points = planar_grasp().minkowski_sum()
     assert np.array(points, copy=False) is points.wrenches
     with pytest.raises(ValueError, match="without a copy"):
-        np.array(points, dtype=np.float32, copy=False)
+        points.__array__(np.float32, copy=False)
     solution = gf.ForceDistributor(planar_grasp()).solve([0, -1, 0])
     with pytest.raises(ValueError, match="a copy cannot be avoided"):
-        np.array(solution, copy=False)
+        solution.__array__(copy=False)
     assert np.asarray(solution, dtype=np.float32).dtype == np.float32
     assert np.array(points) is not points.wrenches
 
