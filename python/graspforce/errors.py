@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BusyError",
     "GraspForceError",
+    "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
     "InvalidGraspError",
@@ -39,6 +40,10 @@ class GraspForceError(Exception):
     """
 
     partial: Plan | Refinement | GlobalOptimum | None = None
+
+
+class GraspWarning(UserWarning):
+    """Contacts are possible, but look wrong: normals that point out of the object, or lengths in other units."""
 
 
 class InvalidGraspError(GraspForceError, ValueError):

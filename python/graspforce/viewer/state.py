@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import ForceDistributor, Grasp, TriangleTree
+from graspforce._core import ForceDistributor, Grasp, TriangleTree, unwarned_grasp
 from graspforce.errors import InfeasibleWrenchError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ class ViewState:
         if self.has_cones:
             scaled["friction"] = self._friction * scaled["friction"]
             scaled["max_normal_force"] = self._limits * scaled["max_normal_force"]
-        self.grasp = Grasp(**scaled)
+        self.grasp = unwarned_grasp(**scaled)
 
     def _on_mesh(
         self, mesh: tuple[NDArray[np.float64], NDArray[np.int64]], point: NDArray[np.float64]
