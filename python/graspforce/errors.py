@@ -43,7 +43,7 @@ class GraspForceError(Exception):
 
 
 class GraspWarning(UserWarning):
-    """Contacts are possible, but look wrong: normals that point out of the object, or lengths in other units."""
+    """Contacts are possible but look wrong: all normals point outward, or a contact is in another unit."""
 
 
 class InvalidGraspError(GraspForceError, ValueError):

@@ -102,5 +102,7 @@ def from_mujoco(
     )
     given: dict[str, Any] = {"origin": data.xipos[body_id].copy(), **options}
     soft = bool((torsion > 0).any())
-    grasp = unwarned_grasp(positions, normals, friction, tangents=tangents, torsion=torsion if soft else None, **given)
+    grasp = unwarned_grasp(
+        positions, normals, friction, tangents=tangents, torsion=torsion if soft else None, **given
+    )
     return ContactReading(grasp, forces[:, : grasp.force_dim], tuple(ids))

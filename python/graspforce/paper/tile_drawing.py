@@ -95,7 +95,10 @@ def _draw_iterate(axes: Axes3D, run: TilePlanRun, params: NDArray[np.float64]) -
     positions, normals = (array[0] for array in TILE.surface(params[None]))
     # Painter's order by hand: what stands beneath the tile is drawn before it, what stands on top after.
     beneath, above = slice(2, 4), slice(0, 2)
-    grasps = [unwarned_grasp(positions[side], normals[side], run.friction, edges=_SIDES) for side in (beneath, above)]
+    grasps = [
+        unwarned_grasp(positions[side], normals[side], run.friction, edges=_SIDES)
+        for side in (beneath, above)
+    ]
     draw_spatial_grasp(axes, grasps[0], metres_per_newton=_CONE, color=_BENEATH_COLOUR)
     draw_tile(axes)
     draw_spatial_grasp(axes, grasps[1], metres_per_newton=_CONE)

@@ -46,9 +46,9 @@ class MeshSurface:
     normals : {"interpolated", "face"}
         Normals of the corners, interpolated over each face (smooth objects), or those of the faces.
     max_curvature : float, optional
-        Keep contacts away from edges and corners that are sharper than this, in rad/m, by its inverse: the
-        smallest radius a contact may have. An edge is sharp where it turns by more than 34 degrees, or by more
-        than this times the smaller width of the plane faces beside it; a corner likewise.
+        In rad/m: keep contacts at least ``1 / max_curvature`` away from sharper edges and corners. An edge
+        is sharp where it turns by more than 34 degrees, or by more than `max_curvature` times the smaller width
+        of the plane faces beside it; a corner likewise.
     allowed : array_like, optional
         (F,) bool: faces of `mesh` that contacts may touch at all.
     friction, max_normal_force : float, optional
@@ -65,8 +65,8 @@ class MeshSurface:
     vertices, faces : numpy.ndarray
         (V, 3) in m, and (F, 3), as they were given.
     boundary : tuple of numpy.ndarray
-        Vertices (V', 3) in m and faces (F', 3) of the surface itself: the boundary of the parts' union. Where no
-        parts have to be joined they are `vertices` and `faces`.
+        Vertices (V', 3) in m and faces (F', 3) of the boundary of the parts' union. Where no parts have to be
+        joined they are `vertices` and `faces`.
     center : numpy.ndarray
         (3,) centre of mass of the solid at uniform density, in m; of a mesh with holes the middle of its box.
 
@@ -247,8 +247,8 @@ class MeshSurface:
     def check_normals(self, positions: ArrayLike, normals: ArrayLike) -> None:
         """Refuse normals (m, 3) of contacts at positions (m, 3) that point out of the object.
 
-        A normal is compared with the outward normals of the faces nearest to its contact, `allowed` or not; where
-        several are equally near, one of them suffices.
+        A normal is compared with the outward normals of the faces nearest to its contact, `allowed` or not.
+        Where several are equally near, one of them suffices.
 
         Raises
         ------
@@ -282,7 +282,7 @@ class MeshSurface:
         return points, self._inward(rows, points)
 
     def _refuse_inside(self, faces: NDArray[np.int64], points: Array) -> None:
-        """Refuse points (B, 3) of given faces that another part covers, or that are too near a sharp place."""
+        """Refuse points (B, 3) of given faces that another part covers, or that are near a sharp place."""
         near = 1e-6 * float(np.ptp(self.bounds, axis=1).max())
         if self.boundary[1] is not self.faces:
             vertices, pieces = self.boundary
@@ -290,19 +290,19 @@ class MeshSurface:
             if (away > near).any():
                 row = int(np.argmax(away > near))
                 raise InvalidInputError(
-                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} lies inside another part"
+                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} lies in another part"
                 )
         if self._sharp is not None:
             away, radius = self._sharp.distance(points), self._sharp.radius
             if (away < radius - near).any():
                 row = int(np.argmax(away < radius - near))
                 raise InvalidInputError(
-                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} is {away[row]:.4g} m from "
-                    f"a sharp edge or corner, less than the radius {radius:.4g} m"
+                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} is {away[row]:.4g} m "
+                    f"from a sharp edge or corner, less than the radius {radius:.4g} m"
                 )
 
     def _inward(self, faces: NDArray[np.int64], points: Array) -> Array:
-        """Unit normals into the object at points (B, 3) of given faces."""
+        """Return unit normals into the object at points (B, 3) of given faces."""
         outward = self._outward[faces]
         if self._corner_normals is not None:
             weights = barycentric(self.vertices[self.faces[faces]], points)

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._checks import finite_array, real_number
-from graspforce.errors import InvalidInputError
+from graspforce.errors import InvalidInputError, MissingExtraError
 
 from .mesh_parts import parts_of
 from .mesh_union import boundary_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from .mesh_parts import Part
     from .mesh_union import Boundary
 
     Array = NDArray[np.float64]
 
-__all__ = ["CheckedMesh", "checked_mesh", "metres"]
+__all__ = ["CheckedMesh", "checked_mesh", "metres", "outer_surface"]
 
 _UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 # A hand holds nothing smaller or larger: such a mesh is in other units than it says.
@@ -73,10 +73,26 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
             raise InvalidInputError(f"{part}: {part.fault}")
     if len(parts) == 1 and not parts[0].open_edges and parts[0].volume < 0:
         raise InvalidInputError(
-            f"mesh: inside out: its normals point inward (volume {parts[0].volume:.3g} m^3); call mesh.invert() "
-            "first"
+            f"mesh: inside out: its normals point inward (volume {parts[0].volume:.3g} m^3); "
+            "call mesh.invert() first"
         )
     return CheckedMesh(vertices, faces, tuple(parts), boundary_of(vertices, faces, parts))
+
+
+def outer_surface(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices and faces of the union of a mesh's parts, or as they are where some part is no solid.
+
+    For pictures, and for contacts that are moved by hand: a mesh that is not sound is shown all the same.
+    """
+    points, triangles = np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
+    try:
+        parts = parts_of(points, triangles)
+        if not parts or any(part.fault is not None for part in parts):
+            return points, triangles
+        surface = boundary_of(points, triangles, parts)
+    except (InvalidInputError, MissingExtraError):
+        return points, triangles
+    return surface.vertices, surface.faces
 
 
 def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:

@@ -28,7 +28,8 @@ def unit_normals(triangles: Array) -> Array:
     across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(across, axis=1, keepdims=True)
     longest = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2).max(axis=1, keepdims=True)
-    return np.divide(across, length, out=np.zeros_like(across), where=length > 1e-14 * longest**2)
+    normals: Array = np.divide(across, length, out=np.zeros_like(across), where=length > 1e-14 * longest**2)
+    return normals
 
 
 def center_of_mass(triangles: Array) -> Array:
@@ -41,11 +42,13 @@ def center_of_mass(triangles: Array) -> Array:
 
 
 def corner_normals(mesh: CheckedMesh, flat: Array) -> Array:
-    """(F, 3, 3) outward unit normals at the corners of each given face: of its own part's faces there, by angle."""
+    """(F, 3, 3) outward unit normals at the corners of each face: the mean of its part's faces, by angle."""
     normals = np.repeat(flat[:, None], 3, axis=1)
     for part in mesh.parts:
         corners = part.triangles
-        sides = [unit(part.vertices[np.roll(corners, turn, axis=1)] - part.vertices[corners]) for turn in (1, -1)]
+        sides = [
+            unit(part.vertices[np.roll(corners, turn, axis=1)] - part.vertices[corners]) for turn in (1, -1)
+        ]
         cosines = np.nan_to_num((sides[0] * sides[1]).sum(axis=2))
         angles = np.arccos(np.clip(cosines, -1.0, 1.0))
         means = np.zeros_like(part.vertices)
@@ -71,7 +74,7 @@ def barycentric(triangles: Array, points: Array) -> Array:
 def refuse_outward(
     vertices: Array, faces: NDArray[np.int64], outward: Array, positions: ArrayLike, normals: ArrayLike
 ) -> None:
-    """Refuse normals (m, 3) at positions (m, 3) that point out of the surface by all faces nearest to them."""
+    """Refuse normals (m, 3) at positions (m, 3) that point out of all faces nearest to them."""
     places, given = finite_array("positions", positions), finite_array("normals", normals)
     if places.ndim != 2 or places.shape[1] != 3 or given.shape != places.shape:
         raise InvalidInputError(
@@ -89,7 +92,7 @@ def refuse_outward(
     # A normal of no length is refused where the grasp is built.
     for contact in np.flatnonzero((cosines > 1e-9).all(axis=1)):
         raise InvalidInputError(
-            f"normals, contact {contact}: {given[contact].tolist()} points out of the mesh: the outward normal at "
-            f"the nearest point is {(outward[real[rows[contact]]] + 0.0).round(6).tolist()}; turn it round, or pass "
-            "check_normals=False"
+            f"normals, contact {contact}: {given[contact].tolist()} points out of the mesh: the outward normal "
+            f"at the nearest point is {(outward[real[rows[contact]]] + 0.0).round(6).tolist()}; turn it round, "
+            "or pass check_normals=False"
         )

@@ -141,7 +141,9 @@ def _around(
     away = vertices[third] - vertices[first]
     away = away - np.outer(away @ axis, axis)
     side = np.cross(axis, away[0])
-    angles = np.arctan2(away @ side / max(np.linalg.norm(side), 1e-300), away @ away[0] / np.linalg.norm(away[0]))
+    angles = np.arctan2(
+        away @ side / max(np.linalg.norm(side), 1e-300), away @ away[0] / np.linalg.norm(away[0])
+    )
     # From the widest gap on, so that no plane is torn apart at the turn from pi to -pi.
     rank = np.argsort(angles, kind="stable")
     gaps = np.diff(np.append(angles[rank], angles[rank[0]] + 2 * np.pi))
@@ -159,7 +161,7 @@ def _around(
 
 
 def components(count: int, joins: Integers) -> Integers:
-    """(count,) number of the group that each is in, where `joins` (K, 2) connect two; in order of their firsts."""
+    """(count,) group of each, where `joins` (K, 2) connect two; groups are numbered by their first."""
     sparse, graph = optional("scipy.sparse", "mesh"), optional("scipy.sparse.csgraph", "mesh")
     ones = np.ones(len(joins), dtype=bool)
     matrix = sparse.coo_matrix((ones, (joins[:, 0], joins[:, 1])), shape=(count, count))

@@ -81,12 +81,14 @@ class SharpPlaces:
         return np.concatenate(kept), np.concatenate(owners)
 
 
-def sharp_places(vertices: Array, faces: Integers, normals: Array, max_curvature: float) -> SharpPlaces | None:
-    """Return the edges and corners that are sharper than `max_curvature` in rad/m; None where there are none.
+def sharp_places(
+    vertices: Array, faces: Integers, normals: Array, max_curvature: float
+) -> SharpPlaces | None:
+    """Return the edges and corners that are sharper than `max_curvature` in rad/m, or None.
 
     Faces in one plane count as one facet, however finely it is cut. An edge between two facets is sharp where
-    they turn by more than a fair tessellation of something round does, or by more than the curvature times the
-    smaller of their widths across the edge. A corner of three facets or more is sharp in the same way: by the
+    they turn by more than a fair tessellation of something round does, or by more than the curvature times
+    the smaller of their widths across the edge. A corner of three facets or more is sharp in the same way: by the
     largest turn of a face from the mean normal, and the longest of the edges that meet there.
     """
     edges, pairs, crowded = _adjacency(faces, len(vertices))
@@ -97,7 +99,7 @@ def sharp_places(vertices: Array, faces: Integers, normals: Array, max_curvature
     widths = np.minimum(
         *(_widths(vertices, faces, facets, edges[unsure], facets[pairs[unsure, side]]) for side in (0, 1))
     )
-    # Between facets of one or two triangles, the distance of circumcentres: on a sphere, the turn times its radius.
+    # Facets of one or two triangles: the distance of circumcentres, on a sphere the turn times its radius.
     few = (np.bincount(facets)[facets[pairs[unsure]]] <= 2).all(axis=1)
     centres = _between_circumcentres(vertices, faces, edges[unsure[few]], pairs[unsure[few]])
     widths[few] = np.maximum(widths[few], centres)
@@ -128,7 +130,7 @@ def _angles(first: Array, second: Array) -> Array:
 
 
 def _widths(vertices: Array, faces: Integers, facets: Integers, edges: Integers, sides: Integers) -> Array:
-    """(E,) width across each edge of the facet `sides`: how far it reaches, or twice as far as its middle is."""
+    """(E,) width of the facet `sides` across each edge: its reach, or twice the way to its middle."""
     starts, corners = _corners_of_facets(vertices, faces, facets)
     # The middle of a triangle is a third of its height away from an edge, that of a strip half of its width.
     share = np.where(np.bincount(facets)[sides] == 1, 2 / 3, 1.0)

@@ -1,7 +1,7 @@
 """The surface of several solid parts together: the boundary of their union, by manifold3d.
 
-Parts that touch are joined even where rounding leaves a crack between them: each is grown by a fraction of the
-mesh's extent before the union, and what comes out is put back on the planes of the faces as they were given.
+Parts that touch are joined even where rounding leaves a crack between them: each is grown by a fraction of
+the mesh's extent before the union, and what comes out is put back on the planes of the faces as given.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from graspforce._optional import optional
 from graspforce.errors import GraspWarning, InvalidInputError
 
+from .mesh_normals import unit_normals
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,7 +56,9 @@ def boundary_of(vertices: Array, faces: Integers, parts: Sequence[Part]) -> Boun
     solids = [part for part in parts if part.fault is None]
     loose = [part for part in parts if part.fault is not None]
     for part in loose:
-        message = f"{part}: not solid ({part.fault}): it is not joined with the others, and may lie inside one"
+        message = (
+            f"{part}: not solid ({part.fault}): it is not joined with the others, and may lie inside one"
+        )
         warnings.warn(message, GraspWarning, stacklevel=4)
     bodies = [part for part in solids if part.volume > 0]
     around = {part.number: _container(part, bodies) for part in solids if part.volume < 0}
@@ -87,8 +90,8 @@ def _container(cavity: Part, bodies: Sequence[Part]) -> int:
         ):
             return body.number
     raise InvalidInputError(
-        f"{cavity}: inside out: its normals point inward (volume {cavity.volume:.3g} m^3), and no other part is "
-        "around it; invert it first"
+        f"{cavity}: inside out: its normals point inward (volume {cavity.volume:.3g} m^3), and no other part "
+        "is around it; invert it first"
     )
 
 
@@ -152,8 +155,10 @@ def _solid(manifold: Any, part: Part, vertices: Array, triangles: Integers) -> A
 
 def _grown(part: Part, by: float) -> Array:
     """Corners of a part whose faces have moved outward, as far as three planes meet in each corner."""
-    normals = _normals(part.vertices[part.triangles])
-    return part.vertices + _moves(part.triangles, normals, np.full(len(normals), by), len(part.vertices), 3 * by)
+    normals = unit_normals(part.vertices[part.triangles])
+    return part.vertices + _moves(
+        part.triangles, normals, np.full(len(normals), by), len(part.vertices), 3 * by
+    )
 
 
 def _on_their_planes(
@@ -161,7 +166,7 @@ def _on_their_planes(
 ) -> Array:
     """Put corners of pieces back on the planes of the faces that they are pieces of."""
     triangles = vertices[faces[source]]
-    normals = _normals(triangles)
+    normals = unit_normals(triangles)
     extent = float(np.ptp(vertices, axis=0).max())
     for _ in range(2):
         most = np.zeros(len(points))
@@ -174,7 +179,7 @@ def _on_their_planes(
 
 
 def _moves(triangles: Integers, normals: Array, gaps: Array, count: int, most: float | Array) -> Array:
-    """(count, 3) least moves of corners that close the gaps (F,) or (F, 3) along the normals of their faces."""
+    """(count, 3) least moves of corners that close gaps (F,) or (F, 3) along the normals of their faces."""
     matrix, right = np.zeros((count, 3, 3)), np.zeros((count, 3))
     gaps = np.broadcast_to(gaps[:, None] if gaps.ndim == 1 else gaps, triangles.shape)
     for corner in range(3):
@@ -183,13 +188,7 @@ def _moves(triangles: Integers, normals: Array, gaps: Array, count: int, most: f
     sizes, axes = np.linalg.eigh(matrix)
     # Directions in which the faces of a corner hardly differ are not worth a step.
     inverse = np.where(sizes > 1e-3 * sizes[:, 2:], 1 / np.maximum(sizes, 1e-300), 0.0)
-    moves = np.einsum("vij,vj,vkj,vk->vi", axes, inverse, axes, right)
+    moves: Array = np.einsum("vij,vj,vkj,vk->vi", axes, inverse, axes, right)
     lengths = np.linalg.norm(moves, axis=1)
-    scale: Array = np.minimum(1.0, most / np.maximum(lengths, 1e-300))
-    return moves * scale[:, None]
-
-
-def _normals(triangles: Array) -> Array:
-    cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    lengths = np.linalg.norm(cross, axis=1, keepdims=True)
-    return np.divide(cross, lengths, out=np.zeros_like(cross), where=lengths > 0)
+    moves *= np.minimum(1.0, most / np.maximum(lengths, 1e-300))[:, None]
+    return moves
