@@ -9,6 +9,7 @@ import pytest
 import trimesh
 
 import graspforce as gf
+from graspforce.files import load_grasp
 from graspforce.surfaces import MeshSurface, ellipsoid
 
 EGG = ellipsoid(0.03, 0.03, 0.05)
@@ -149,10 +150,10 @@ def test_a_grasp_file_with_a_mesh_refuses_outward_normals_unless_it_says_otherwi
     egg_mesh().export(tmp_path / "egg.stl")
     path = tmp_path / "pinch.yaml"
     path.write_text(PINCH)
-    with pytest.raises(gf.InvalidFileError, match=r":5: contacts\[1\].normal: \[-1.0, 0.0, 0.0\] points out .*"
-                                                  "check_normals: false"):  # fmt: skip
-        gf.files.load_grasp(path)
+    message = r":5: contacts\[1\].normal: \[-1.0, 0.0, 0.0\] points out .*check_normals: false"
+    with pytest.raises(gf.InvalidFileError, match=message):
+        load_grasp(path)
     path.write_text(PINCH.replace("egg.stl}", "egg.stl, check_normals: false}"))
-    assert gf.files.load_grasp(path).grasp.normals[1].tolist() == [-1, 0, 0]
+    assert load_grasp(path).grasp.normals[1].tolist() == [-1, 0, 0]
     path.write_text(PINCH.replace("[-0.03, 0, 0], normal: [-1", "[-0.03, 0, 0], normal: [1"))
-    assert gf.files.load_grasp(path).surface is None
+    assert load_grasp(path).surface is None

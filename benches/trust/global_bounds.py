@@ -33,6 +33,7 @@ class Bumps:
     friction: float
 
     def __call__(self, params: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions and normals (B, m, 2) at parameters (B, 1)."""
         bump = np.exp(-(((params - self.centre) / self.width) ** 2) / 2)
         place, heading = self.place + self.shift * bump, self.heading + self.turn * bump
         return (
@@ -42,7 +43,7 @@ class Bumps:
 
     @property
     def curvature(self) -> np.ndarray:
-        """(m, 1) bounds of the second derivatives of ``[f, tau]``, with ``tau = |f| sin(heading - place)``."""
+        """(m, 1) bounds of the second derivatives of wrenches; torques are ``|f| sin(heading - place)``."""
         length = np.hypot(1.0, self.friction)
 
         def bend(rate: np.ndarray) -> np.ndarray:

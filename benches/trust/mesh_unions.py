@@ -14,8 +14,10 @@ from graspforce.surfaces import MeshSurface
 __all__ = ["KINDS", "Assembly", "assembly", "faults", "rows"]
 
 CASES = 900
-KINDS = ("overlapping", "nested", "touching", "flush", "disjoint", "duplicate", "edge to edge", "single precision",
-         "merged corners")  # fmt: skip
+KINDS = (
+    "overlapping", "nested", "touching", "flush", "disjoint", "duplicate", "edge to edge", "single precision",
+    "merged corners",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,24 @@ def _moved(mesh: trimesh.Trimesh, by: np.ndarray) -> trimesh.Trimesh:
     return other
 
 
+def _against(part: trimesh.Trimesh, kind: str, random: np.random.Generator, size: float) -> trimesh.Trimesh:
+    """Return a box that touches another one: by a face, by an edge, or with two sides in one plane."""
+    axis = int(random.integers(3))
+    other = (axis + 1) % 3
+    box = trimesh.creation.box(size * random.uniform(0.3, 1.0, 3))
+    low, high = part.bounds
+    middle, half = (low + high) / 2, box.extents / 2
+    by = middle + random.uniform(-0.2, 0.2, 3) * size
+    by[axis] = high[axis] + half[axis]
+    if kind == "flush":
+        by[axis] = middle[axis]
+        by[other] = high[other] - half[other]
+    if kind == "edge to edge":
+        by[other] = high[other] + half[other]
+        by[3 - axis - other] = middle[3 - axis - other]
+    return _moved(box, by)
+
+
 def assembly(seed: int, kind: str) -> Assembly:
     """Draw two to five parts of about 10 cm that meet in the way that `kind` says, turned at random."""
     random = np.random.default_rng(seed)
@@ -80,23 +100,9 @@ def assembly(seed: int, kind: str) -> Assembly:
         elif kind == "disjoint":
             parts.append(_moved(part, np.array([len(parts) * 3 * size, 0, 0])))
         else:
-            axis = int(random.integers(3))
-            box = trimesh.creation.box(size * random.uniform(0.3, 1.0, 3))
             if len(parts) == 1:
                 parts[0] = trimesh.creation.box(size * random.uniform(0.3, 1.0, 3))
-            low, high = parts[-1].bounds
-            by = (low + high) / 2 + random.uniform(-0.2, 0.2, 3) * size
-            half = box.extents / 2
-            by[axis] = high[axis] + half[axis]
-            if kind == "flush":
-                by[axis] = (low + high)[axis] / 2
-                other = (axis + 1) % 3
-                by[other] = high[other] - half[other]
-            if kind == "edge to edge":
-                other = (axis + 1) % 3
-                by[other] = high[other] + half[other]
-                by[3 - axis - other] = (low + high)[3 - axis - other] / 2
-            parts.append(_moved(box, by))
+            parts.append(_against(parts[-1], kind, random, size))
     if random.random() < 0.7:
         turn = trimesh.transformations.random_rotation_matrix(random.random(3))
         for part in parts:

@@ -61,21 +61,21 @@ class GlobalOptimum(Record):
     quality, grasp : Quality, Grasp
         What it is worth.
     epsilon_upper : float
-        Upper bound of the epsilon of all parameters within the bounds: proven where `proven` is True, otherwise
-        an estimate, which better grasps can exceed.
+        Upper bound of the epsilon of all parameters within the bounds: proven where `proven` is True,
+        otherwise an estimate, which better grasps can exceed.
     gap : float
         ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative as the argument; infinite where
         epsilon is zero and its bound is not.
     boxes : int
         How many boxes were bounded.
     proven : bool
-        True: the caller gave the curvature, and `epsilon_upper` is a proof. False: the curvature was estimated.
+        True: the caller gave the curvature, and `epsilon_upper` is a proof. False: it was estimated.
     stopped : {"tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"}
         Why the search ended. "tolerance": the gap is proven to be as small as asked for. "open": proven, no
         grasp within the bounds is force closure by more than a millionth of the contacts' strength.
-        "estimate": one of the two by a curvature that was estimated, no proof; `epsilon_upper` and `gap` are
-        then estimates. "boxes": their limit was reached, or none is left that could be cut. "error": in what an
-        error carries as its ``partial``.
+        "estimate": one of the two by an estimated curvature, which is no proof; `epsilon_upper` and `gap` are
+        then estimates. "boxes": their limit was reached, or none is left that could be cut. "error": in what
+        an error carries as its ``partial``.
     seconds : float
         How long it took.
     """
@@ -91,9 +91,9 @@ class GlobalOptimum(Record):
     seconds: float
 
     def __repr__(self) -> str:
-        kind = "proven" if self.proven else "estimate"
+        upper = f"{self.epsilon_upper:.6g} ({'proven' if self.proven else 'estimate'})"
         return (
-            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, epsilon_upper={self.epsilon_upper:.6g} ({kind}), "
+            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, epsilon_upper={upper}, "
             f"stopped={self.stopped!r}, boxes={self.boxes}, {self.seconds:.1f} s)"
         )
 
@@ -128,8 +128,8 @@ def plan_global(
     bounds : array_like
         (p, 2) finite lower and upper bounds, p at most 4.
     gap : float
-        Stop when nothing can be better than the best by more than this share of it: by proof with `curvature`,
-        by estimate without.
+        Stop when nothing can be better than the best by more than this share of it: by proof with
+        `curvature`, by estimate without.
     initial : array_like, optional
         (p,) a good grasp to start from, such as `Plan.params`: nothing worse is looked at closely.
     curvature : array_like, optional
@@ -174,8 +174,8 @@ def plan_global(
     >>> found.gap <= 0.01, found.stopped, found.proven
     (True, 'estimate', False)
 
-    Wrenches of a contact on the unit circle turn about the origin: their second derivatives are as long as they
-    are, which makes the bound a proof.
+    Wrenches of a contact on the unit circle turn about the origin: their second derivatives are as long as
+    their forces, which makes the bound a proof.
 
     >>> import math
     >>> bends = [[0, 0], [math.hypot(1, 0.3), 0], [0, math.hypot(1, 0.3)]]
@@ -222,8 +222,8 @@ def plan_global(
         proven = bends is not None
         ended: Ended = "estimate" if stopped in ("tolerance", "open") and not proven else stopped
         return GlobalOptimum(
-            read_only(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes, proven, ended,
-            time.monotonic() - began,
+            read_only(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes, proven,
+            ended, time.monotonic() - began,
         )  # fmt: skip
 
     try:

@@ -47,8 +47,8 @@ class MeshSurface:
         Normals of the corners, interpolated over each face (smooth objects), or those of the faces.
     max_curvature : float, optional
         In rad/m: keep contacts at least ``1 / max_curvature`` away from sharper edges and corners. An edge
-        is sharp where it turns by more than 34 degrees, or by more than `max_curvature` times the smaller width
-        of the plane faces beside it; a corner likewise.
+        is sharp where it turns by more than 34 degrees, or by more than `max_curvature` times the smaller
+        width of the plane faces beside it; a corner likewise.
     allowed : array_like, optional
         (F,) bool: faces of `mesh` that contacts may touch at all.
     friction, max_normal_force : float, optional
@@ -228,10 +228,12 @@ class MeshSurface:
         >>> ball = MeshSurface(trimesh.creation.icosphere(radius=0.05), friction=0.5)
         >>> ball.grasp([(0.1, 0, 0), (-0.1, 0, 0)])
         Grasp(spatial, 2 contacts, 16 extreme forces)
-        >>> ball.grasp([(0.05, 0, 0), (-0.05, 0, 0)], [(1, 0, 0), (1, 0, 0)])
+        >>> box = MeshSurface(trimesh.creation.box((0.06, 0.04, 0.02)))
+        >>> box.grasp([(0.03, 0, 0), (-0.03, 0, 0)], [(1, 0, 0), (1, 0, 0)])
         Traceback (most recent call last):
         ...
-        graspforce.errors.InvalidInputError: normals, contact 0: [1.0, 0.0, 0.0] points out of the mesh: ...
+        graspforce.errors.InvalidInputError: normals, contact 0: [1.0, 0.0, 0.0] points out of the mesh: the
+        outward normal at the nearest point is [1.0, 0.0, 0.0]; turn it round, or pass check_normals=False
         """
         known = {"friction": self.friction, "max_normal_force": self.max_normal_force}
         options = {name: value for name, value in known.items() if value is not None} | grasp_options
@@ -248,7 +250,7 @@ class MeshSurface:
         """Refuse normals (m, 3) of contacts at positions (m, 3) that point out of the object.
 
         A normal is compared with the outward normals of the faces nearest to its contact, `allowed` or not.
-        Where several are equally near, one of them suffices.
+        On an edge or a corner the inward normals of all faces there pass, and what lies between them.
 
         Raises
         ------

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["barycentric", "center_of_mass", "corner_normals", "refuse_outward", "unit_normals"]
 
-_TIE = 1e-6  # of the extent: faces that are nearer than the nearest by less are equally near
+_TIE = 1e-6  # of the extent, for faces that are equally near; and the cosine of a normal along a face
 
 
 def unit_normals(triangles: Array) -> Array:
@@ -89,10 +89,12 @@ def refuse_outward(
     around = tree.closest((nearest[:, None] + steps).reshape(-1, 3))[1].reshape(-1, len(steps))
     beside = outward[real[np.column_stack([rows, around])]]
     cosines = np.einsum("mkd,md->mk", beside, unit(given))
-    # A normal of no length is refused where the grasp is built.
-    for contact in np.flatnonzero((cosines > 1e-9).all(axis=1)):
+    # Where faces meet at an edge, the inward normal of either is less against the other than along its own.
+    # A normal of no length, which is not a number here, is refused where the grasp is built.
+    wrong = cosines.max(axis=1) + cosines.min(axis=1) > _TIE
+    for contact in np.flatnonzero(wrong):
+        nearest_normal = (outward[real[rows[contact]]] + 0.0).round(6).tolist()
         raise InvalidInputError(
-            f"normals, contact {contact}: {given[contact].tolist()} points out of the mesh: the outward normal "
-            f"at the nearest point is {(outward[real[rows[contact]]] + 0.0).round(6).tolist()}; turn it round, "
-            "or pass check_normals=False"
+            f"normals, contact {contact}: {given[contact].tolist()} points out of the mesh: the outward "
+            f"normal at the nearest point is {nearest_normal}; turn it round, or pass check_normals=False"
         )

@@ -88,7 +88,7 @@ def sharp_places(
 
     Faces in one plane count as one facet, however finely it is cut. An edge between two facets is sharp where
     they turn by more than a fair tessellation of something round does, or by more than the curvature times
-    the smaller of their widths across the edge. A corner of three facets or more is sharp in the same way: by the
+    the smaller of their widths across the edge. A corner of three facets or more is sharp likewise: by the
     largest turn of a face from the mean normal, and the longest of the edges that meet there.
     """
     edges, pairs, crowded = _adjacency(faces, len(vertices))
