@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import graspforce as gf
+from benches.trust import global_bounds
 from graspforce._core import BoxBound
 from graspforce.paper import RACKET, TILE
 from graspforce.planning import global_search
@@ -220,6 +221,24 @@ def test_nothing_is_asked_beyond_the_bounds_not_even_by_rounding():
         return disc(params)
 
     assert gf.plan_global(bounded, bounds, friction=0.6, gap=0.05).stopped == "estimate"
+
+
+def test_bounds_on_narrow_bumps_are_never_exceeded_or_called_estimates():
+    for row in global_bounds.rows(0.1):
+        assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_an_estimate_says_so_in_its_status_and_its_repr():
+    disc = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
+    bounds = [(1.5, 2.5), (3.8, 4.5)]
+    found = gf.plan_global(disc, bounds, friction=0.3)
+    assert found.stopped == "estimate"
+    assert "(estimate)" in repr(found)
+    bends = np.array([[0, 0], [1, 0], [0, 1]]) * np.hypot(1, 0.3)
+    proof = gf.plan_global(disc, bounds, friction=0.3, curvature=bends)
+    assert proof.stopped == "tolerance"
+    assert "(proven)" in repr(proof)
+    assert proof.gap == (proof.epsilon_upper - proof.quality.epsilon) / proof.quality.epsilon <= 0.01
 
 
 def test_progress_may_be_a_bar():

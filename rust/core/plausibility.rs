@@ -22,7 +22,8 @@ pub fn implausibility(contacts: &[Contact]) -> Option<String> {
 }
 
 fn all_outward(contacts: &[Contact]) -> Option<String> {
-    let centre = contacts.iter().map(|contact| contact.position / contacts.len() as f64).sum::<Vector3<f64>>();
+    let centre =
+        contacts.iter().map(|contact| contact.position / contacts.len() as f64).sum::<Vector3<f64>>();
     let away = |contact: &Contact| {
         let inward = centre - contact.position;
         contact.normal.dot(&inward) < AWAY * inward.norm()

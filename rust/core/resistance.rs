@@ -47,8 +47,12 @@ impl<const D: usize> Grasp<D> {
         external_wrench: Option<&Wrench<D>>,
     ) -> Result<Vec<f64>> {
         let distributor = ForceDistributor::new(self, criterion)?;
-        let constant = external_wrench.filter(|wrench| wrench.amax() != 0.0);
+        let constant = external_wrench.filter(|wrench| wrench.iter().any(|&x| x != 0.0));
         if let Some(wrench) = constant {
+            if wrench.iter().any(|x| !x.is_finite()) {
+                let reason = format!("{:?} is not finite", wrench.as_slice());
+                return Err(Error::input("external_wrench", reason));
+            }
             let sigma = distributor.solve(wrench)?.sigma;
             if sigma > 1.0 + AT_LIMIT {
                 let reason = format!(

@@ -419,9 +419,7 @@ fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, S
     match (array.shape(), contents(&array)) {
         ([], &[bound]) => Ok(vec![bound]),
         ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
-        (given, _) => {
-            Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given)))
-        }
+        (given, _) => Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given))),
     }
 }
 

@@ -419,7 +419,10 @@ impl PyGrasp {
             [columns] if columns == d => true,
             [_, columns] if columns == d => false,
             ref given => {
-                return Err(wrong(format!("directions: shape {}, expected (B, {d}) or ({d},)", shaped(given))));
+                return Err(wrong(format!(
+                    "directions: shape {}, expected (B, {d}) or ({d},)",
+                    shaped(given)
+                )));
             }
         };
         let constant = external_wrench.map(|wrench| float_vector("external_wrench", wrench, d)).transpose();
