@@ -5,9 +5,9 @@ import itertools
 
 import numpy as np
 import pytest
+from benches.trust import global_bounds
 
 import graspforce as gf
-from benches.trust import global_bounds
 from graspforce._core import BoxBound
 from graspforce.paper import RACKET, TILE
 from graspforce.planning import global_search
