@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BusyError",
     "GraspForceError",
+    "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
     "InvalidGraspError",
@@ -45,6 +46,10 @@ class GraspForceError(Exception):
     def __str__(self) -> str:
         # A message quotes names from files, and is printed.
         return printable(super().__str__(), keep="\n\t")
+
+
+class GraspWarning(UserWarning):
+    """Contacts are possible but look wrong: all normals point outward, or a contact is in another unit."""
 
 
 class InvalidGraspError(GraspForceError, ValueError):

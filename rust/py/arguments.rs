@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{contents, float_array, matrix, shaped};
 use crate::interrupt::reason;
 
 /// An argument for which `None` does not mean "not given".
@@ -96,7 +96,7 @@ impl Arguments {
         let normals = float_array("normals", raw.normals)?;
         if normals.shape() != shape {
             let (normals, positions) = (shaped(normals.shape()), shaped(&shape));
-            return Err(format!("normals: shape {normals}, expected that of positions, {positions}"));
+            return Err(format!("normals: shape {normals}, expected {positions}, that of positions"));
         }
         let (dim, contacts) = (shape[axes - 1], shape[axes - 2]);
         let batch = if batched { shape[0] } else { 1 };
@@ -238,7 +238,7 @@ impl Broadcast {
             given => {
                 let batch = if batched { format!(" or {}", shaped(shape)) } else { String::new() };
                 return Err(format!(
-                    "{name}: shape {}, expected a number or shape ({contacts},){batch}",
+                    "{name}: shape {}, expected a number or ({contacts},){batch}",
                     shaped(given)
                 ));
             }
@@ -257,7 +257,10 @@ impl Broadcast {
         let per_grasp = match array.shape() {
             [m, 3] if *m == contacts => 0,
             [b, m, 3] if batched && *b == batch && *m == contacts => 3 * contacts,
-            given => return Err(format!("{name}: shape {}, expected that of positions", shaped(given))),
+            given => {
+                let each = if batched { format!(" or ({batch}, {contacts}, 3)") } else { String::new() };
+                return Err(format!("{name}: shape {}, expected ({contacts}, 3){each}", shaped(given)));
+            }
         };
         Ok(Self { values: contents(&array).to_vec(), per_grasp, per_contact: 3 })
     }
@@ -295,7 +298,7 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
             ([], &[length_scale]) => options.length_scale = length_scale,
             (&[b], values) if batch == Some(b) => length_scales = Some(values.to_vec()),
             (given, _) => {
-                let each = batch.map_or(String::new(), |batch| format!(" or shape ({batch},)"));
+                let each = batch.map_or(String::new(), |batch| format!(" or ({batch},)"));
                 return Err(format!("length_scale: shape {}, expected a number{each}", shaped(given)));
             }
         }
@@ -375,12 +378,4 @@ fn parse_forces(
 
 fn embedded(values: &[f64]) -> Vector3<f64> {
     Vector3::new(values[0], values[1], values.get(2).copied().unwrap_or(0.0))
-}
-
-/// A shape as NumPy prints it.
-fn shaped(shape: &[usize]) -> String {
-    match shape {
-        [one] => format!("({one},)"),
-        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
-    }
 }

@@ -70,9 +70,17 @@ pub fn float_array<'py>(
 pub fn float_vector(argument: &str, value: &Bound<'_, PyAny>, length: usize) -> Result<Vec<f64>, String> {
     let array = float_array(argument, value)?;
     if array.shape() != [length] {
-        return Err(format!("{argument}: shape {:?}, expected ({length},)", array.shape()));
+        return Err(format!("{argument}: shape {}, expected ({length},)", shaped(array.shape())));
     }
     Ok(contents(&array).to_vec())
+}
+
+/// A shape as NumPy prints it.
+pub fn shaped(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+    }
 }
 
 /// The numbers of a C-contiguous array in order.

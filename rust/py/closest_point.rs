@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{contents, float_array, matrix, shaped};
 use crate::errors::{invalid_input, to_python};
 use crate::interrupt::{detached, on_all_cores};
 
@@ -63,7 +63,7 @@ impl PyTriangleTree {
 fn vectors(py: Python<'_>, argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Vector3<f64>>> {
     let array = float_array(argument, value).map_err(|message| invalid_input(py, message))?;
     if array.ndim() != 2 || array.shape()[1] != 3 {
-        let message = format!("{argument}: shape {:?}, expected (n, 3)", array.shape());
+        let message = format!("{argument}: shape {}, expected (n, 3)", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
     Ok(contents(&array).chunks_exact(3).map(Vector3::from_column_slice).collect())

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::any_grasp::AnyGrasp;
-use crate::arrays::{contents, float_array, read_only};
+use crate::arrays::{contents, float_array, read_only, shaped};
 use crate::errors::{invalid_input, to_python};
 use crate::force_batch::PyForceBatch;
 use crate::force_calls::{solve, solve_into, solve_many};
@@ -419,7 +419,7 @@ fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, S
     match (array.shape(), contents(&array)) {
         ([], &[bound]) => Ok(vec![bound]),
         ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
-        (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
+        (given, _) => Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given))),
     }
 }
 
@@ -429,6 +429,6 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, Strin
         &[_, columns] if columns > 0 => {
             Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
         }
-        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
+        given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),
     }
 }

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._checks import real_number
-from graspforce._core import Grasp
+from graspforce._core import Grasp, unwarned_grasp
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
 
@@ -136,7 +136,7 @@ def _from_text(document: Document) -> GraspFile:
 
 def grasp_of(document: Document, model: GraspModel) -> GraspFile:
     """Build the grasp that a checked document describes."""
-    positions, normals, surface = contact_places(document, model)
+    positions, normals, surface, known = contact_places(document, model)
     dim = len(positions[0])
     for i, place in enumerate(zip(positions, normals, strict=True)):
         for field, value in zip(("position", "normal"), place, strict=True):
@@ -144,7 +144,8 @@ def grasp_of(document: Document, model: GraspModel) -> GraspFile:
                 message = f"{len(value)} numbers, where the first contact's position has {dim}"
                 raise document.error(("contacts", i, field), message)
     try:
-        grasp = Grasp(positions, normals, **_arguments(document, model))
+        made = unwarned_grasp if known else Grasp
+        grasp: Grasp = made(positions, normals, **_arguments(document, model))
     except InvalidGraspError as error:
         raise _located(document, error) from None
     outline = None if model.outline is None else np.array(model.outline)
