@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::memory::room;
 use crate::wrench_set::Criterion;
 
 impl<const D: usize> Grasp<D> {
@@ -39,6 +40,10 @@ impl<const D: usize> Grasp<D> {
                 Err(error) => Err(error),
             }
         };
-        directions.iter().enumerate().map(multiple).collect()
+        let mut multiples = room("directions", directions.len())?;
+        for given in directions.iter().enumerate() {
+            multiples.push(multiple(given)?);
+        }
+        Ok(multiples)
     }
 }

@@ -1,14 +1,18 @@
 //! Arrays from whatever a NumPy user passes: lists, integers, float32, strides.
 
+use graspforce::room;
+use nalgebra::SVector;
 use numpy::{
-    PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
+    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::interrupt::reason;
+use crate::errors::to_python;
+use crate::interrupt::{keep, reason};
 
 /// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
 const MAX_NUMBERS: usize = 1 << 27;
@@ -73,6 +77,40 @@ pub fn float_vector(argument: &str, value: &Bound<'_, PyAny>, length: usize) -> 
     Ok(contents(&array).to_vec())
 }
 
+/// A copy of all numbers of an argument; where memory is short, that is raised in place of the message.
+pub fn copied(argument: &'static str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<f64>, String> {
+    let values = contents(array);
+    let mut copy = room(argument, values.len()).map_err(|error| {
+        keep(to_python(array.py(), &error));
+        error.to_string()
+    })?;
+    copy.extend_from_slice(values);
+    Ok(copy)
+}
+
+/// The rows of a C-contiguous (n, D) array.
+pub fn vectors<const D: usize>(
+    argument: &'static str,
+    array: &PyReadonlyArrayDyn<'_, f64>,
+) -> PyResult<Vec<SVector<f64, D>>> {
+    let rows = contents(array).chunks_exact(D);
+    let mut vectors = room(argument, rows.len()).map_err(|error| to_python(array.py(), &error))?;
+    vectors.extend(rows.map(SVector::from_column_slice));
+    Ok(vectors)
+}
+
+/// A new array of `count` values.
+pub fn vector<'py, T: Element>(
+    py: Python<'py>,
+    what: &'static str,
+    count: usize,
+    values: impl IntoIterator<Item = T>,
+) -> PyResult<Bound<'py, PyArray1<T>>> {
+    let mut vector = room(what, count).map_err(|error| to_python(py, &error))?;
+    vector.extend(values);
+    Ok(PyArray1::from_vec(py, vector))
+}
+
 /// The numbers of a C-contiguous array in order.
 pub fn contents<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>) -> &'a [f64] {
     array.as_slice().unwrap_or(&[])
@@ -85,7 +123,7 @@ pub fn matrix(
     columns: usize,
     values: impl IntoIterator<Item = f64>,
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    let flat = PyArray1::from_iter(py, values);
+    let flat = vector(py, "result", rows.saturating_mul(columns), values)?;
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::as_array;
+use crate::arrays::{as_array, vector};
 
 /// Least contact forces for many wrenches.
 ///
@@ -90,7 +90,7 @@ impl PyForceBatch {
             forces: PyArray1::from_vec(py, batch.forces).reshape(shape)?.unbind(),
             sigma_max: PyArray1::from_vec(py, batch.sigma_max).unbind(),
             sigma_sum: PyArray1::from_vec(py, batch.sigma_sum).unbind(),
-            status: PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)).unbind(),
+            status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
         })
     }
 }

@@ -1,14 +1,13 @@
 //! `graspforce.Grasp`.
 
 use graspforce::{Closure, DEFAULT_MAX_POINTS, MinkowskiSum};
-use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{float_array, matrix, vectors};
 use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::gradient::PyGradient;
 use crate::interrupt::detached;
@@ -375,7 +374,7 @@ impl PyGrasp {
             }
         };
         let multiples = with_grasp!(&self.inner, grasp => {
-            let rows: Vec<_> = contents(&array).chunks_exact(d).map(SVector::from_column_slice).collect();
+            let rows = vectors("directions", &array)?;
             detached(py, || grasp.resistance(&rows, criterion))?
         });
         let multiples = PyArray1::from_vec(py, multiples.map_err(|error| to_python(py, &error))?);
