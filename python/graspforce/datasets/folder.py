@@ -172,7 +172,7 @@ def _refuse_others(out: Path, ours: set[str]) -> None:
 
 def _holds(folder: Path, asked: dict[str, Any]) -> bool:
     try:
-        return _read(folder / _MANIFEST) == json.loads(json.dumps(asked))
+        return bool(_read(folder / _MANIFEST) == json.loads(json.dumps(asked)))
     except (OSError, ResumeError):
         return False
 
@@ -200,14 +200,13 @@ def _is_manifest(found: Any) -> bool:
     files, each = found.get("files"), found.get("rows_per_part")
     if not isinstance(files, list) or type(each) is not int or each < 1:
         return False
-    sound: bool = all(
+    return all(
         isinstance(file, dict)
         and isinstance(file.get("name"), str)
         and type(file.get("rows")) is int
         and file["rows"] >= 0
         for file in files
     )
-    return sound
 
 
 def _compare(out: Path, found: dict[str, Any], asked: dict[str, Any]) -> None:

@@ -130,24 +130,50 @@ def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
     # Flat: a Python list of numbers takes many times the file's size.
     rows = array.array("d")
     timed = False
-    reader = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline=""))
+    lines = _Lines(io.TextIOWrapper(content, encoding="utf-8-sig", newline=""))
+    reader = csv.reader(lines)
+    begun = 0
     try:
         for cells in reader:
+            if reader.line_num > begun + 1:
+                # The lines up to the next quote would be one cell.
+                raise InvalidFileError(path, "not CSV: a quote that is not closed on its line", lines.first)
+            begun, lines.first = reader.line_num, None
             names = tuple(cell.strip() for cell in cells)
             if not any(names) or names[0].startswith("#"):
                 continue
             if not rows and names in (columns, ("t", *columns)):
                 timed = names[0] == "t"
                 continue
-            rows.extend(_numbers(path, reader.line_num, names, timed, columns))
+            rows.extend(_numbers(path, lines.number, names, timed, columns))
     except UnicodeDecodeError as error:
-        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", reader.line_num + 1) from None
+        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", lines.number + 1) from None
     except csv.Error as error:
-        raise InvalidFileError(path, f"not CSV: {error}", reader.line_num) from None
+        raise InvalidFileError(path, f"not CSV: {error}", lines.number) from None
     if not rows:
         raise InvalidFileError(path, "no wrenches")
     table = np.array(rows).reshape(-1, len(columns) + timed)
     return WrenchFile(table[:, 1:], table[:, 0]) if timed else WrenchFile(table)
+
+
+class _Lines:
+    """Lines of a table without those of comments, in which a quote means nothing; `number` counts all."""
+
+    def __init__(self, stream: io.TextIOWrapper) -> None:
+        self._stream = stream
+        self.number = 0
+        self.first: int | None = None
+
+    def __iter__(self) -> _Lines:
+        return self
+
+    def __next__(self) -> str:
+        while True:
+            line = next(self._stream)
+            self.number += 1
+            if not line.lstrip().startswith("#"):
+                self.first = self.first or self.number
+                return line
 
 
 def _numbers(
