@@ -76,7 +76,8 @@ def commands():
 
 
 COMMANDS = commands()
-RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN]
+# What names tests is run with the tests.
+RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN and not pair[1].startswith("pytest tests/")]
 
 
 def test_the_list_of_commands_that_are_not_run_is_no_longer_than_it_must_be():

@@ -336,7 +336,9 @@ def test_a_mesh_of_more_parts_than_the_limit_is_refused_at_once(tmp_path):
         lines += [f"3 {a} {b} {c}" for k in range(count) for a, b, c in faces + 4 * k]
         (tmp_path / "parts.off").write_text(f"OFF\n{4 * count} {4 * count} 0\n" + "\n".join(lines))
         path = tmp_path / "grasp.yaml"
-        path.write_text("mesh: parts.off\ncontacts:\n  - {point: [0, 0, 0.1]}\n  - {point: [0.1, 0.1, 0]}\n")
+        path.write_text(
+            "mesh: parts.off\ncontacts:\n  - {point: [0, 0, 0.1]}\n  - {point: [0.08, 0.05, 0]}\n"
+        )
         begin = time.process_time()
         if count == 3:
             load_grasp(path)
