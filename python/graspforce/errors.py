@@ -121,8 +121,11 @@ class InfeasibleWrenchError(GraspForceError):
     direction: NDArray[np.float64]
 
 
-class TooLargeError(GraspForceError):
-    """An explicit enumeration would pass the limit; the message says how many points and bytes."""
+class TooLargeError(GraspForceError, MemoryError):
+    """A result would not fit into the limit of an enumeration, or into memory.
+
+    The message says how large it would be. It is a `MemoryError`, too.
+    """
 
 
 class BusyError(GraspForceError):

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::memory::room;
 use crate::wrench_set::Criterion;
 
 /// Forces that need this share of their limits more than all of them are at their limits.
@@ -74,7 +75,11 @@ impl<const D: usize> Grasp<D> {
                 Some(wrench) => on_top(&distributor, wrench, direction),
             }
         };
-        directions.iter().enumerate().map(multiple).collect()
+        let mut multiples = room("directions", directions.len())?;
+        for given in directions.iter().enumerate() {
+            multiples.push(multiple(given)?);
+        }
+        Ok(multiples)
     }
 }
 

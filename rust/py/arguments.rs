@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
-use crate::arrays::{contents, float_array, matrix, shaped};
+use crate::arrays::{contents, copied, float_array, matrix, shaped};
 use crate::interrupt::reason;
 
 /// An argument for which `None` does not mean "not given".
@@ -120,8 +120,8 @@ impl Arguments {
             options,
             origins,
             length_scales,
-            positions: contents(&positions).to_vec(),
-            normals: contents(&normals).to_vec(),
+            positions: copied("positions", &positions)?,
+            normals: copied("normals", &normals)?,
             tangents,
             friction: scalar("friction", raw.friction.given(), 0.5)?,
             max_normal_force: scalar("max_normal_force", raw.max_normal_force.given(), 1.0)?,
@@ -224,7 +224,7 @@ impl Broadcast {
     }
 
     fn parse(
-        name: &str,
+        name: &'static str,
         value: &Bound<'_, PyAny>,
         shape: &[usize; 2],
         batched: bool,
@@ -243,11 +243,11 @@ impl Broadcast {
                 ));
             }
         };
-        Ok(Self { values: contents(&array).to_vec(), per_grasp, per_contact })
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact })
     }
 
     fn parse_vectors(
-        name: &str,
+        name: &'static str,
         value: &Bound<'_, PyAny>,
         batch: usize,
         contacts: usize,
@@ -262,7 +262,7 @@ impl Broadcast {
                 return Err(format!("{name}: shape {}, expected ({contacts}, 3){each}", shaped(given)));
             }
         };
-        Ok(Self { values: contents(&array).to_vec(), per_grasp, per_contact: 3 })
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact: 3 })
     }
 
     fn at(&self, grasp: usize, contact: usize) -> f64 {
@@ -285,7 +285,7 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
         let array = float_array("origin", value)?;
         match *array.shape() {
             [d] if d == dim => options.origin = embedded(contents(&array)),
-            [b, d] if batch == Some(b) && d == dim => origins = Some(contents(&array).to_vec()),
+            [b, d] if batch == Some(b) && d == dim => origins = Some(copied("origin", &array)?),
             ref given => {
                 let each = batch.map_or(String::new(), |batch| format!(" or ({batch}, {dim})"));
                 return Err(format!("origin: shape {}, expected ({dim},){each}", shaped(given)));
@@ -296,7 +296,7 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
         let array = float_array("length_scale", value)?;
         match (array.shape(), contents(&array)) {
             ([], &[length_scale]) => options.length_scale = length_scale,
-            (&[b], values) if batch == Some(b) => length_scales = Some(values.to_vec()),
+            (&[b], _) if batch == Some(b) => length_scales = Some(copied("length_scale", &array)?),
             (given, _) => {
                 let each = batch.map_or(String::new(), |batch| format!(" or ({batch},)"));
                 return Err(format!("length_scale: shape {}, expected a number{each}", shaped(given)));

@@ -16,7 +16,7 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         Error::InvalidGrasp { .. } => "InvalidGraspError",
         Error::InvalidInput { .. } => "InvalidInputError",
         Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
-        Error::TooLarge { .. } => "TooLargeError",
+        Error::TooLarge { .. } | Error::OutOfMemory { .. } => "TooLargeError",
         Error::Busy => "BusyError",
         _ => "NotConvergedError",
     };

@@ -4,7 +4,7 @@ use graspforce::{Distribution, ForceDistributor, Method, Wrench};
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, float_vector, shaped};
+use crate::arrays::{contents, float_array, float_vector, shaped, vectors};
 use crate::errors::{invalid_input, to_python};
 use crate::force_batch::PyForceBatch;
 use crate::interrupt::{detached, on_all_cores, watched};
@@ -76,7 +76,7 @@ pub fn solve_many<const D: usize>(
         let message = format!("external_wrenches: shape {}, expected (T, {D})", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
-    let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
+    let wrenches = vectors::<D>("external_wrenches", &array)?;
     let work = || distributor.solve_many(&wrenches, parallel);
     let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
     let batch = batch.map_err(|error| to_python(py, &error))?;

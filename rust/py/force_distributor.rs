@@ -2,7 +2,7 @@
 
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DistributionOptions, Error, ForceDistributor, Method};
+use graspforce::{DistributionOptions, Error, ForceDistributor, Method, check_room};
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
@@ -15,7 +15,7 @@ use crate::force_calls::{solve, solve_into, solve_many};
 use crate::force_solution::PyForceSolution;
 use crate::force_steps::PyForceSteps;
 use crate::grasp::PyGrasp;
-use crate::interrupt::detached;
+use crate::interrupt::{detached, keep};
 use crate::quality_options::parse_criterion;
 
 #[derive(Clone)]
@@ -427,6 +427,12 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, Strin
     let array = float_array(argument, value)?;
     match array.shape() {
         &[_, columns] if columns > 0 => {
+            // Each row is an allocation of its own.
+            let each = size_of::<Vec<f64>>() + size_of_val(contents(&array)) / array.shape()[0].max(1) + 16;
+            check_room("samples", array.shape()[0], each).map_err(|error| {
+                keep(to_python(value.py(), &error));
+                error.to_string()
+            })?;
             Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
         }
         given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),

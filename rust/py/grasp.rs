@@ -9,7 +9,7 @@ use std::cell::Cell;
 
 use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::{contents, float_array, float_vector, matrix, read_only, shaped};
+use crate::arrays::{float_array, float_vector, matrix, read_only, shaped, vectors};
 use crate::errors::{invalid_grasp, invalid_input, to_python, warn};
 use crate::gradient::PyGradient;
 use crate::interrupt::detached;
@@ -429,7 +429,7 @@ impl PyGrasp {
         let constant = external_wrench.map(|wrench| float_vector("external_wrench", wrench, d)).transpose();
         let constant = constant.map_err(wrong)?;
         let multiples = with_grasp!(&self.inner, grasp => {
-            let rows: Vec<_> = contents(&array).chunks_exact(d).map(SVector::from_column_slice).collect();
+            let rows = vectors("directions", &array)?;
             let constant = constant.as_deref().map(SVector::from_column_slice);
             detached(py, || grasp.resistance(&rows, criterion, constant.as_ref()))?
         });

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_places", "load_surface", "mesh_path"]
 
+MAX_PARTS = 256
+"""Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
+
 _FAR = 2.0
 """Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
 
@@ -44,6 +48,9 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
     Where it need not be `closed`, holes are no fault.
     """
     vertices, faces = load_mesh(mesh_path(document, model))
+    if (parts := _num_parts(faces)) > MAX_PARTS:
+        message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
+        raise document.error(("mesh", "file"), message)
     try:
         # STL repeats the corners of every triangle; merging keeps the triangles and their order.
         mesh = optional("trimesh", "mesh").Trimesh(vertices, faces, process=True)
@@ -61,6 +68,16 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
             "pass check_watertight=False", "set `check_watertight: false` in a file"
         )
         raise document.error(("mesh", field), message) from None
+
+
+def _num_parts(faces: NDArray[np.int64]) -> int:
+    """Count groups of faces (F, 3) that share no vertex."""
+    sparse = importlib.import_module("scipy.sparse")
+    ends = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
+    size = int(faces.max()) + 1
+    graph = sparse.coo_matrix((np.ones(len(ends[0]), bool), ends), (size, size))
+    labels = importlib.import_module("scipy.sparse.csgraph").connected_components(graph, directed=False)[1]
+    return len(np.unique(labels[faces[:, 0]]))
 
 
 def contact_places(
