@@ -198,7 +198,7 @@ impl<'a, const D: usize> Faces<'a, D> {
         let metric = &self.question.metric;
         let target = metric.to_euclidean(target);
         let mut calls: Vec<Vec<ContactForce>> = Vec::new();
-        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, |q| {
+        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, &Wrench::zeros(), |q| {
             let functional = metric.functional(q);
             let mut picks: Vec<_> = self
                 .contacts

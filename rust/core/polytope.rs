@@ -108,6 +108,11 @@ impl<const D: usize> Polytope<D> {
         Self { boundary: Boundary::new(), thinnest: Thinnest::unknown() }
     }
 
+    /// States what rounding has done to each component of the points that the oracle of later expansions gives.
+    pub(crate) fn allow(&mut self, uncertain: Wrench<D>) {
+        self.boundary.allow(uncertain);
+    }
+
     /// The radius of the set behind `oracle`, starting from a simplex whose vertices have length `size`.
     ///
     /// `oracle(z)` answers for unit `z`.
@@ -160,7 +165,8 @@ impl<const D: usize> Polytope<D> {
                 lower: certified,
                 upper,
                 direction,
-                converged: self.closed(certified, 1.001 * rtol),
+                converged: self
+                    .closed(certified + 2.0 * self.boundary.uncertain_along(&direction), 1.001 * rtol),
                 supports,
                 facets: self.boundary.facets_made(),
             });
@@ -215,7 +221,7 @@ impl<const D: usize> Polytope<D> {
 
     /// Whether the bracket is as narrow as asked for, or as rounding allows.
     fn closed(&self, lower: f64, rtol: f64) -> bool {
-        self.thinnest.upper <= lower * (1.0 + rtol) + self.boundary.noise()
+        self.thinnest.upper <= lower * (1.0 + rtol) + self.boundary.noise_along(&self.thinnest.direction)
     }
 
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.
