@@ -153,14 +153,15 @@ impl<const D: usize> Polytope<D> {
         }
         // What lies beyond the upper bound was never ranked, so no facet is known to be further out than both bounds.
         let reached = lower.min(upper);
-        // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
-        let doubtful = self.boundary.noise() > DOUBTFUL * upper;
+        // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
+        // ball, lies in the set.
+        let doubtful = self.boundary.noise() > DOUBTFUL * reached;
         let certified = if reached > size && (!doubtful || self.boundary.surrounds_origin()) {
             self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0
         };
-        if certified > 0.0 {
+        if certified > size {
             return Expansion::Radius(Radius {
                 lower: certified,
                 upper,

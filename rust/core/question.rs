@@ -15,6 +15,7 @@ use crate::boundary::ROUNDED;
 use crate::closure::{Closure, Verdict, classify, is_clear, separates};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
+use crate::interrupt;
 use crate::metric::Metric;
 use crate::nearest_point::{NearestPoint, nearest_point};
 use crate::polytope::{Expansion, Limits, POLISH, Polytope, Radius, Thinnest};
@@ -27,6 +28,9 @@ const PATIENCE: usize = 16;
 
 /// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// Calls of the oracle that are no reason not to begin again.
+const FEW: usize = 1000;
 
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
@@ -194,8 +198,11 @@ impl<'a, const D: usize> Question<'a, D> {
         loop {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
-                Expansion::Stopped(thinnest) => return Err(thinnest),
-                Expansion::Pierced(thinnest) => thinnest,
+                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                Expansion::Stopped(thinnest) if thinnest.supports > FEW || interrupt::stopped() => {
+                    return Err(thinnest);
+                }
+                Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
             };
             size = 1e-3 * size.min(thinnest.upper);
             // Not greater, rather than less: a size that is no number ends the search, too.
