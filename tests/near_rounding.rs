@@ -36,7 +36,7 @@ fn a_metric_of_a_condition_of_1e12_costs_no_digits() {
 
 #[test]
 fn closure_belongs_to_the_grasp_whatever_the_metric() {
-    for friction in [1e-14, 1e-12, 1e-11, 1e-10, 1e-9, 1e-6, 1e-3] {
+    for friction in [1e-12, 1e-11, 1e-10, 1e-9, 1e-6, 1e-3] {
         let grasp = pair(friction);
         assert_eq!(grasp.closure(), Ok(Closure::Force), "{friction:e}");
         for scale in [1e-6, 1e-3, 1.0, 1e3, 1e6] {

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from benches.trust import metrics, near_closure, smooth
 
 import graspforce as gf
-from benches.trust import metrics, near_closure, smooth
 
 
 def test_planar_brackets_hold_the_exact_epsilon_in_metrics_of_any_condition() -> None:
@@ -37,10 +37,14 @@ def test_gradients_are_called_unique_where_differences_agree() -> None:
 
 
 def test_open_brackets_report_their_proven_end() -> None:
-    pinch = gf.Grasp([(0.04, 0, 0), (-0.04, 0, 0)], [(-1, 0, 0), (1, 0, 0)], friction=0.5, torsion=0.02, edges=None)
+    pinch = gf.Grasp(
+        [(0.04, 0, 0), (-0.04, 0, 0)], [(-1, 0, 0), (1, 0, 0)], friction=0.5, torsion=0.02, edges=None
+    )
     found = pinch.quality("max")
     assert found.epsilon == found.epsilon_lower == -found.upper
     assert found.epsilon_lower <= 1.597446 <= found.epsilon_upper + 1e-6
-    batch = gf.quality_many(pinch.positions[None], pinch.normals[None], friction=0.5, torsion=0.02, edges=None)
+    batch = gf.quality_many(
+        pinch.positions[None], pinch.normals[None], friction=0.5, torsion=0.02, edges=None
+    )
     assert np.array_equal(batch.epsilon, batch.epsilon_lower)
     assert batch.epsilon_upper[0] == found.epsilon_upper

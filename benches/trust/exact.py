@@ -55,9 +55,9 @@ def wrenches(positions, normals, friction, limits, edges: int = 4) -> list[list[
         (half, half), (0, 1), (-half, half), (-1, 0), (-half, -half), (0, -1), (half, -half), (1, 0)
     ]  # fmt: skip
     found = []
-    for row, normal, mu, limit in zip(positions, normals, friction, limits, strict=True):
+    for row, normal, given, most in zip(positions, normals, friction, limits, strict=True):
         r, n = [Fraction(float(x)) for x in row], _unit([Fraction(float(x)) for x in normal])
-        mu, limit = Fraction(float(mu)), Fraction(float(limit))
+        mu, limit = Fraction(float(given)), Fraction(float(most))
         if len(r) == 2:
             t = [-n[1], n[0]]
             forces = [[a + s * mu * b for a, b in zip(n, t, strict=True)] for s in ((1, -1) if mu else (0,))]
@@ -128,14 +128,16 @@ def _less(a: Vector, b: Vector) -> Vector:
 
 
 def planar_epsilon(sets: list[list[Vector]], criterion: str, metric: Matrix) -> Fraction | None:
-    """Return the exact epsilon of a planar grasp: positive inside, zero on the boundary, minus the distance outside."""
+    """Return the exact epsilon of a planar grasp, outside minus the distance."""
     metric_inverse = inverse(metric)
     if metric_inverse is None:
         return None
     normals = planar_normals(sets, criterion)
     reach = [support(sets, criterion, y) for y in normals]
     points = [w for contact in sets for w in contact]
-    spans = any(solve([list(a), list(b), list(c)], [Fraction(0)] * 3) for a, b, c in itertools.combinations(points, 3))
+    spans = any(
+        solve([list(a), list(b), list(c)], [Fraction(0)] * 3) for a, b, c in itertools.combinations(points, 3)
+    )
     if normals and spans and min(reach) > 0:
         return min(p / dual_norm(y, metric_inverse) for p, y in zip(reach, normals, strict=True))
     return -distance(points, metric)
@@ -158,6 +160,6 @@ def distance(points: list[Vector], metric: Matrix) -> Fraction:
 
 
 def rational(matrix) -> Matrix:
-    """The exact value of a matrix of floats, made symmetric."""
+    """Return the exact value of a matrix of floats, made symmetric."""
     exact = [[Fraction(float(x)) for x in row] for row in matrix]
     return [[(exact[i][k] + exact[k][i]) / 2 for k in range(len(exact))] for i in range(len(exact))]

@@ -1,19 +1,21 @@
-"""Brackets of quality in hard metrics, at extreme length scales and limits, beside exact rational arithmetic."""
+"""Brackets in hard metrics, at extreme length scales and limits, beside exact rational arithmetic."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from benches.trust import exact
+from benches.trust.row import Row
 from scipy.spatial import ConvexHull
 
 import graspforce as gf
-from benches.trust import exact
-from benches.trust.row import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 WIDE = 1e-6
 """A bracket of a larger share of epsilon counts as missed, unless the bracket says that it is open."""
@@ -59,11 +61,13 @@ def metric(random: np.random.Generator, dim: int, condition: float) -> np.ndarra
 
 
 def planar_cases(count: int, seed: int = 0) -> Iterator[Case]:
-    """Three or four contacts around a disc; conditions 1 to 1e16, or length scales and limits over many decades."""
+    """Yield contacts around a disc; conditions 1 to 1e16, or length scales and limits over decades."""
     random = np.random.default_rng(seed)
     for k in range(count):
         contacts = int(random.integers(3, 5))
-        angles = 2 * np.pi * np.arange(contacts) / contacts + random.uniform(-0.3, 0.3, contacts) * (k % 3 > 0)
+        angles = 2 * np.pi * np.arange(contacts) / contacts + random.uniform(-0.3, 0.3, contacts) * (
+            k % 3 > 0
+        )
         positions = np.column_stack([np.cos(angles), np.sin(angles)])
         tilt = random.uniform(-0.2, 0.2, contacts) * (k % 3 > 1)
         normals = -np.column_stack([np.cos(angles + tilt), np.sin(angles + tilt)])
@@ -71,7 +75,7 @@ def planar_cases(count: int, seed: int = 0) -> Iterator[Case]:
 
 
 def spatial_cases(count: int, seed: int = 1) -> Iterator[Case]:
-    """Three or four contacts on an ellipsoid, alike."""
+    """Yield three or four contacts on an ellipsoid, alike."""
     random = np.random.default_rng(seed)
     for k in range(count):
         while True:
@@ -109,9 +113,10 @@ def spatial_bounds(case: Case, found: gf.Quality) -> tuple[Fraction, Fraction]:
 
     along = reach([exact.dot(row, [Fraction(float(x)) for x in found.direction]) for row in matrix])
     choices = [[[Fraction(0)] * 6, *contact] for contact in sets]
-    points = [w for contact in sets for w in contact] if criterion == "sum" else [
-        [sum(parts, Fraction(0)) for parts in zip(*choice, strict=True)] for choice in itertools.product(*choices)
-    ]  # fmt: skip
+    points = [w for contact in sets for w in contact]
+    if criterion == "max":
+        sums = itertools.product(*choices)
+        points = [[sum(parts, Fraction(0)) for parts in zip(*choice, strict=True)] for choice in sums]
     floats = np.array(points, float)
     scale = np.abs(floats).max(axis=0)
     hull = ConvexHull(floats / scale, qhull_options="Qt")

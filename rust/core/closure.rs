@@ -7,8 +7,10 @@
 //!
 //! **Closure is decided as far as rounding allows.** Force closure is a ball inside the twin's hull, no closure a plane
 //! between the hull and the origin, each beyond what rounding may have done to the wrenches (`rounding.rs`): some
-//! `1e-14` where components are of order 1, and nothing where products are exact. What is neither counts as partial.
+//! `1e-14`. What is neither counts as partial.
 //! Nothing but the twin decides, so no metric, criterion, limit or external wrench changes the class.
+
+use std::cmp::Ordering;
 
 use nalgebra::Vector3;
 
@@ -79,10 +81,13 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         if gap > 0.0 {
             break verdict(Closure::None, &direction, gap);
         }
-        size = 1e-3 * size.min(upper.abs());
-        if upper <= along(&direction, &uncertain) || size < SMALLEST {
+        // What is thinner than rounding, no smaller simplex can tell from flat.
+        let smaller = (1e-3 * size.min(upper.abs())).max(uncertain.amax());
+        let thinner = smaller.partial_cmp(&size) == Some(Ordering::Less);
+        if upper <= along(&direction, &uncertain) || !thinner {
             break verdict(Closure::Partial, &direction, 0.0);
         }
+        size = smaller;
     };
     Verdict { closure, direction, margin, twin }
 }
@@ -107,9 +112,6 @@ impl<const D: usize> Verdict<D> {
         0.5 * self.margin * lengths.fold(f64::INFINITY, f64::min) / self.twin.shape.distortions(metric).1
     }
 }
-
-/// No simplex is tried that is smaller.
-const SMALLEST: f64 = 1e-18;
 
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
 pub(crate) fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
@@ -183,7 +185,8 @@ impl<const D: usize> Twin<D> {
         for (i, force, length) in self.lengths(grasp).filter(|(.., length)| *length > 0.0) {
             all = all.sup(&(maps[i] * edge_magnitude(&force) / length));
         }
-        all * LOST
+        // The same for all components: of a flat set, that some are exact tells nothing.
+        Wrench::repeat(all.amax() * LOST)
     }
 }
 
