@@ -90,7 +90,8 @@ pub(crate) fn nearest_point<const D: usize>(
         }
         // A point that returns can bring nothing new, unless what is known of the others is more than rounding.
         if corral.holds(&support.wrench) || stuck > PATIENT {
-            if corral.careful {
+            // Nor is it worth the price where the origin is likely to belong to the set and others will tell.
+            if corral.careful || (best.lower <= 0.0 && patience < usize::MAX) {
                 break;
             }
             stuck = 0;
