@@ -93,7 +93,7 @@ def test_the_result_carries_its_certificate(criterion, arguments):
     assert result.epsilon == -result.rho
     # Where the origin nearly lies on the boundary, rounding of the wrenches is what is left of the bracket.
     assert result.upper - result.lower <= max(1e-9 * abs(result.rho), 1e-11 * scale)
-    assert result.converged == (result.upper - result.lower <= 1e-9 * abs(result.rho))
+    assert result.converged == (result.upper - result.lower <= 1e-9 * abs(result.rho) + 1e-11 * scale)
     assert result.closure == ("force" if result.rho < 0 else "none" if result.rho > 0 else "partial")
     assert np.linalg.norm(result.direction) == pytest.approx(1, abs=1e-9)
     np.testing.assert_allclose(result.wrench, -result.rho * result.direction, atol=1e-9 * scale)

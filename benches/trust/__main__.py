@@ -1,18 +1,27 @@
-"""Print the table of docs/trust.md: ``python -m benches.trust [share]``."""
+"""Print the table of docs/trust.md: ``python -m benches.trust [--share 0.1] [FAMILY ...]``."""
 
-import sys
+import argparse
 
-from benches.trust import global_bounds, mesh_unions
+from benches.trust import global_bounds, mesh_unions, metrics, near_closure, smooth
 
-FAMILIES = (global_bounds, mesh_unions)
+FAMILIES = (metrics, near_closure, smooth, global_bounds, mesh_unions)
 
 
 def main() -> None:
-    share = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
+    """Print the rows of the named families, or of all."""
+    names = [family.__name__.rpartition(".")[2] for family in FAMILIES]
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--share", type=float, default=1.0, help="share of the cases of each family")
+    parser.add_argument("families", nargs="*", metavar="FAMILY", help=", ".join(names))
+    given = parser.parse_args()
+    if unknown := set(given.families) - set(names):
+        parser.error(f"no family {', '.join(sorted(unknown))}")
     print("| family | cases | oracle | missed | wrong |")
     print("|---|---|---|---|---|")
-    for family in FAMILIES:
-        for row in family.rows(share):
+    for name, family in zip(names, FAMILIES, strict=True):
+        if given.families and name not in given.families:
+            continue
+        for row in family.rows(given.share):
             print(f"| {row.family} | {row.cases:,} | {row.oracle} | {row.missed} | {row.wrong} |", flush=True)
 
 

@@ -120,6 +120,8 @@ def quality_dict(quality: Quality) -> dict[str, Any]:
         "criterion": quality.criterion,
         "rho": quality.rho,
         "epsilon": quality.epsilon,
+        "epsilon_lower": quality.epsilon_lower,
+        "epsilon_upper": quality.epsilon_upper,
         "lower": quality.lower,
         "upper": quality.upper,
         "converged": quality.converged,
@@ -140,9 +142,12 @@ def gradient_dict(gradient: Gradient) -> dict[str, Any]:
     }
 
 
+_BATCH_NUMBERS = ("rho", "epsilon", "epsilon_lower", "epsilon_upper", "lower", "upper")
+
+
 def batch_dict(batch: QualityBatch) -> dict[str, Any]:
     """Columns of a batch; None where a row is no grasp."""
-    numbers = {name: getattr(batch, name) for name in ("rho", "epsilon", "lower", "upper")}
+    numbers = {name: getattr(batch, name) for name in _BATCH_NUMBERS}
     return {
         **{name: _known(column) for name, column in numbers.items()},
         "closure": batch.closure.tolist(),

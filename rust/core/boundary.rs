@@ -12,12 +12,16 @@ use crate::facet::{Candidate, Facet, certified_distance, offset, regular_simplex
 use crate::grasp::Wrench;
 use crate::linear::{pierces, plane_through};
 use crate::ridge_table::{RidgeTable, Side};
+use crate::rounding::{LOST, along};
 
 /// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
 pub(crate) const BEYOND: f64 = 1e-12;
 
 /// What rounding leaves uncertain in a distance, relative to the longest vertex.
 pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
+
+/// What norms and quotients lose, relative to themselves.
+pub(crate) const ROUNDED: f64 = 8.0 * f64::EPSILON;
 
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;
@@ -35,6 +39,8 @@ pub(crate) struct Boundary<const D: usize> {
     serial: u32,
     /// What rounding leaves uncertain in the distance of a plane.
     noise: f64,
+    /// A bound on what rounding has done to each component of a point; zero where it is not known.
+    uncertain: Wrench<D>,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -49,7 +55,13 @@ impl<const D: usize> Boundary<D> {
             round: 0,
             serial: 0,
             noise: 0.0,
+            uncertain: Wrench::zeros(),
         }
+    }
+
+    /// States what rounding has done to each component of the points to come, for this and later boundaries.
+    pub(crate) fn allow(&mut self, uncertain: Wrench<D>) {
+        self.uncertain = uncertain;
     }
 
     /// The boundary of a regular simplex whose vertices have length `size`.
@@ -91,9 +103,20 @@ impl<const D: usize> Boundary<D> {
         self.points.len() >= MAX_POINTS
     }
 
-    /// What rounding leaves uncertain in the distance of a plane.
+    /// What rounding leaves uncertain in the distance of any plane.
     pub(crate) fn noise(&self) -> f64 {
         self.noise
+    }
+
+    /// What of [`Self::noise`] concerns products with `z`: of points that differ by orders of magnitude among their
+    /// components, a small part. Not a bound, but what more work would not improve.
+    pub(crate) fn noise_along(&self, z: &Wrench<D>) -> f64 {
+        noise_along(z, &self.uncertain, self.noise)
+    }
+
+    /// `|z| . e`: a bound on what is uncertain in products of points with `z`.
+    pub(crate) fn uncertain_along(&self, z: &Wrench<D>) -> f64 {
+        along(z, &self.uncertain)
     }
 
     /// Accounts for the rounding of a point of this length.
@@ -160,8 +183,10 @@ impl<const D: usize> Boundary<D> {
                 if neighbour.round != round {
                     neighbour.round = round;
                     neighbour.reach = neighbour.plane.dot(&p);
-                    let uncertain = BEYOND + self.noise / neighbour.distance;
-                    neighbour.visible = neighbour.reach > 1.0 + uncertain;
+                    let beyond = neighbour.reach - 1.0 - BEYOND;
+                    neighbour.visible = beyond > self.noise / neighbour.distance
+                        || (beyond > 0.0
+                            && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
                     if neighbour.visible {
                         self.visible.push(outer);
                     }
@@ -252,6 +277,12 @@ impl<const D: usize> Boundary<D> {
         met.count() % 2 == 1
     }
 
+    /// No point of the facet, had it not been rounded, is nearer to the origin than this.
+    fn certified(&self, plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
+        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED) / plane.norm();
+        certified_distance(plane, vertices) * (1.0 - ROUNDED) - lost
+    }
+
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
     ///
     /// Planes that have drifted and certify less than `wanted` are computed afresh: the better of two is as valid.
@@ -259,13 +290,18 @@ impl<const D: usize> Boundary<D> {
         let certified = |facet: &Facet<D>| {
             let vertices = facet.vertices.map(|v| self.points[v as usize]);
             // Zero rather than a number that is none, which would drop out of the minimum over all facets.
-            let drifted = certified_distance(&facet.plane, &vertices).max(0.0);
+            let drifted = self.certified(&facet.plane, &vertices).max(0.0);
             if drifted >= wanted {
                 return drifted;
             }
-            plane_through(&vertices)
-                .map_or(drifted, |plane| certified_distance(&plane, &vertices).max(drifted))
+            plane_through(&vertices).map_or(drifted, |plane| self.certified(&plane, &vertices).max(drifted))
         };
         self.facets.iter().filter(|facet| facet.round != 0).map(certified).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// What of `noise` concerns products with `z`, where points are `uncertain` by so much.
+fn noise_along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>, noise: f64) -> f64 {
+    let along = along(z, uncertain) * (NOISE / LOST);
+    if along > 0.0 { along.min(noise * z.norm()) } else { noise * z.norm() }
 }

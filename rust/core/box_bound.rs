@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::contact::ContactForce;
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, Wrench, unit};
+use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::nearest_point::nearest_point;
 use crate::polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
@@ -248,9 +248,9 @@ fn bound_of<const D: usize>(
     }
     if upper < 1e-3 * scale && bound(best.0) >= enough {
         // No ball fits; the direction that separates the origin from all vertices' wrenches, if one does.
-        let nearest = nearest_point(RTOL, 1e-12 * scale, usize::MAX, support);
+        let nearest = nearest_point(RTOL, 1e-12 * scale, usize::MAX, &Wrench::zeros(), support);
         if nearest.lower > 0.0 {
-            let direction = -unit(&nearest.point);
+            let direction = nearest.witness;
             let reach = value(&direction);
             if reach < best.0 {
                 best = (reach, Some(direction));

@@ -10,7 +10,7 @@
 //!   the smallest rotation;
 //! - `n_i . (F_i x v_i)` by rad that the frame spins about the normal, which edges feel and true cones do not.
 
-use nalgebra::{Matrix, Vector3};
+use nalgebra::{DVector, Vector3};
 
 use crate::contact::ContactForce;
 use crate::error::Result;
@@ -37,8 +37,9 @@ pub struct Gradient {
     pub normals: Vec<Vector3<f64>>,
     /// Of each contact: change of `epsilon` by rad that its frame spins about its normal; zero for true cones.
     pub spins: Vec<f64>,
-    /// Whether `epsilon` is differentiable here. Where several directions are equally bad, or several forces
-    /// reach the same boundary wrench, this is one element of the subdifferential.
+    /// Whether `epsilon` is differentiable here, as far as rounding can tell. Where several directions are equally bad, or
+    /// several forces reach the same boundary wrench and would change otherwise, this is one element of the
+    /// subdifferential.
     pub unique: bool,
 }
 
@@ -47,7 +48,7 @@ impl<const D: usize> Grasp<D> {
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, Grasp, QualityOptions, QualityWorkspace};
-    /// use nalgebra::{Matrix, Vector3};
+    /// use nalgebra::{DVector, Vector3};
     ///
     /// let fingers = [(-1.0, 0.1), (1.0, 0.0)].map(|(x, y): (f64, f64)| {
     ///     Contact::new(Vector3::new(x, y, 0.0), Vector3::new(-x, 0.0, 0.0)).friction(0.5)
@@ -128,30 +129,29 @@ impl<const D: usize> ActiveForces<D> {
         let union = question.set.criterion() == Criterion::Sum || outside;
         let set = WrenchSet::new(question.grasp, question.set.criterion());
         let target = quality.wrench - question.center.map_or_else(Wrench::zeros, |(center, _)| center);
-        let mut best: Option<(f64, Self)> = None;
+        let cones = !question.grasp.is_finite();
+        let exerted = if cones { EXERTED_BY_CONES } else { EXERTED } * question.scale;
+        let (mut best, mut unique): (Option<(f64, Vec<ContactForce>)>, Option<bool>) = (None, None);
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
         for tolerance in [1e-9, 1e-7, 1e-5, 1e-3] {
             let faces = Faces::on(question, &set, &functional, tolerance, union);
             let (residual, forces) = faces.combine(&target);
-            let better = best.as_ref().is_none_or(|(least, _)| residual < *least);
-            if better {
-                // Forces that do not exert the wrench are no gradient, let alone the only one.
-                let exerted = if question.grasp.is_finite() { EXERTED } else { EXERTED_BY_CONES };
-                let unique = residual <= exerted * question.scale && faces.are_independent();
-                best = Some((residual, Self { functional, forces, unique }));
+            if best.as_ref().is_none_or(|(least, _)| residual < *least) {
+                best = Some((residual, forces));
+            }
+            // The least faces that exert the wrench decide: wider ones hold forces that have no part in it. Forces that
+            // do not exert it are no gradient, let alone the only one.
+            if unique.is_none() && residual <= exerted {
+                unique = Some(faces.have_one_gradient(&functional));
             }
             if residual <= EXERTED * question.scale {
                 break;
             }
         }
-        best.map_or_else(
-            || Self {
-                functional,
-                forces: vec![ContactForce::zeros(); question.grasp.num_contacts()],
-                unique: false,
-            },
-            |(_, active)| active,
-        )
+        let unique = unique.unwrap_or(false);
+        let forces = best.map(|(_, forces)| forces);
+        let forces = forces.unwrap_or_else(|| vec![ContactForce::zeros(); question.grasp.num_contacts()]);
+        Self { functional, forces, unique }
     }
 }
 
@@ -198,7 +198,7 @@ impl<'a, const D: usize> Faces<'a, D> {
         let metric = &self.question.metric;
         let target = metric.to_euclidean(target);
         let mut calls: Vec<Vec<ContactForce>> = Vec::new();
-        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, |q| {
+        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, &Wrench::zeros(), |q| {
             let functional = metric.functional(q);
             let mut picks: Vec<_> = self
                 .contacts
@@ -248,34 +248,47 @@ impl<'a, const D: usize> Faces<'a, D> {
         best.filter(|(value, ..)| !face.optional || *value > 0.0)
     }
 
-    /// Whether the faces' forces are determined by their sum: the edges that span the faces are linearly independent.
+    /// Whether all forces of the faces that exert the same wrench give the same gradient.
     ///
-    /// A face may have more points than its dimension asks for (all edges of a cone, say); how they share a force is
-    /// of no concern, so each face counts by an independent part of its edges.
-    fn are_independent(&self) -> bool {
-        let Self { question, .. } = self;
-        let mut all = Span::default();
-        let mut shared = self.origin.then(Wrench::zeros);
-        for (face, map) in self.contacts.iter().zip(question.grasp.maps()) {
-            let mut edges: Vec<Wrench<D>> = Vec::new();
-            let mut own = Span::default();
-            let first = face.points.first().map(|(wrench, _)| *wrench);
-            if let Some(first) = first {
-                if face.whole {
-                    let tangential = map.column_iter().skip(1).take(question.grasp.force_dim() - 1);
-                    edges.extend(tangential.map(Matrix::into_owned));
-                } else {
-                    let within = face.points.iter().skip(1).map(|(wrench, _)| wrench - first);
-                    edges.extend(within.filter(|edge| own.admit(&question.metric.to_euclidean(edge))));
-                }
-                match (self.union, face.optional, shared) {
-                    (true, _, Some(shared)) => edges.push(first - shared),
-                    (true, _, None) => shared = Some(first),
-                    (false, true, _) => edges.push(first),
-                    (false, false, _) => {}
-                }
+    /// Forces may shift from edge to edge where the edges that span the faces are dependent. That need not show: two
+    /// contacts that the worst direction does not move at all press against each other as they like, along the axis of
+    /// its rotation, and neither `F x b` nor `F x v` changes.
+    fn have_one_gradient(&self, functional: &Wrench<D>) -> bool {
+        let (a, b) = split(functional);
+        let grasp = self.question.grasp;
+        // Of one contact's force: its wrench, and its part of the gradient.
+        let shift = |i: usize, force: &ContactForce| -> Shift<D> {
+            let (contact, frame) = (&grasp.contacts()[i], &grasp.frames()[i]);
+            let world: Vector3<f64> = frame * force.fixed_rows::<3>(0);
+            let v = a + b.cross(&(contact.position - grasp.options().origin));
+            let n = contact.normal;
+            let turned = world.cross(&v);
+            let mut gradient = DVector::zeros(PARTS * grasp.num_contacts());
+            let parts = [world.cross(&b), turned, force[3] * (b - n * n.dot(&b))];
+            for (k, part) in parts.iter().flat_map(Vector3::iter).enumerate() {
+                gradient[PARTS * i + k] = *part;
             }
-            if !edges.iter().all(|edge| all.admit(&question.metric.to_euclidean(edge))) {
+            Shift { wrench: self.question.metric.to_euclidean(&(grasp.maps()[i] * force)), gradient }
+        };
+        let mut all = Span { basis: Vec::new(), same: if grasp.is_finite() { SAME } else { SAME_BY_CONES } };
+        let mut shared = self.origin.then(|| shift(0, &ContactForce::zeros()));
+        for (i, face) in self.contacts.iter().enumerate() {
+            let Some((_, first)) = face.points.first() else { continue };
+            let mut edges: Vec<Shift<D>> = Vec::new();
+            if face.whole {
+                let unit = |row| ContactForce::from_fn(|other, _| f64::from(u8::from(other == row)));
+                edges.extend((1..grasp.force_dim()).map(|row| shift(i, &unit(row))));
+            } else {
+                edges.extend(face.points.iter().skip(1).map(|(_, force)| shift(i, &(force - first))));
+            }
+            let first = shift(i, first);
+            match (self.union, face.optional, &shared) {
+                (true, _, Some(shared)) => edges.push(first.less(shared, 1.0)),
+                (true, _, None) => shared = Some(first),
+                (false, true, _) => edges.push(first),
+                (false, false, _) => {}
+            }
+            if !edges.into_iter().all(|edge| all.admit(edge)) {
                 return false;
             }
         }
@@ -283,24 +296,49 @@ impl<'a, const D: usize> Faces<'a, D> {
     }
 }
 
-/// An orthonormal basis of the vectors admitted so far.
-#[derive(Default)]
+/// Components of a contact's part of the gradient.
+const PARTS: usize = 9;
+
+/// Gradients of dependent edges that differ by less, relative to what adds up to them, are the same.
+const SAME: f64 = 1e-7;
+
+/// The same where contacts have true cones, whose worst direction is less exact.
+const SAME_BY_CONES: f64 = 1e-4;
+
+/// How the wrench and the gradient change along an edge of a face.
+struct Shift<const D: usize> {
+    wrench: Wrench<D>,
+    gradient: DVector<f64>,
+}
+
+impl<const D: usize> Shift<D> {
+    fn less(self, other: &Self, by: f64) -> Self {
+        Self { wrench: self.wrench - other.wrench * by, gradient: self.gradient - &other.gradient * by }
+    }
+}
+
+/// An orthonormal basis of the wrenches admitted so far, each with its gradient.
 struct Span<const D: usize> {
-    basis: Vec<Wrench<D>>,
+    basis: Vec<Shift<D>>,
+    same: f64,
 }
 
 impl<const D: usize> Span<D> {
-    /// Adds a vector; false where it lies in the span already.
-    fn admit(&mut self, vector: &Wrench<D>) -> bool {
-        let mut rest = *vector;
+    /// Adds an edge; false where its wrench lies in the span already but its gradient is another than the others'.
+    fn admit(&mut self, edge: Shift<D>) -> bool {
+        let (length, mut size) = (edge.wrench.norm(), edge.gradient.norm());
+        let mut rest = edge;
         for direction in &self.basis {
-            rest -= direction * direction.dot(&rest);
+            let along = direction.wrench.dot(&rest.wrench);
+            size += along.abs() * direction.gradient.norm();
+            rest = rest.less(direction, along);
         }
-        let fresh = rest.norm() > 1e-7 * vector.norm();
-        if fresh {
-            self.basis.push(rest.normalize());
+        let left = rest.wrench.norm();
+        if left > 1e-7 * length {
+            self.basis.push(Shift { wrench: rest.wrench / left, gradient: rest.gradient / left });
+            return true;
         }
-        fresh
+        rest.gradient.norm() <= self.same * size
     }
 }
 

@@ -30,6 +30,17 @@ fn solve<const D: usize>(mut rows: [[f64; D]; D], mut right: [f64; D]) -> Option
         *row = row.map(|x| x / scale);
         *right /= scale;
     }
+    // So do columns: coordinates in which all vertices are small beside others.
+    let scales: [f64; D] =
+        std::array::from_fn(|c| rows.iter().fold(0.0_f64, |scale, row| scale.max(row[c].abs())));
+    if scales.contains(&0.0) {
+        return None;
+    }
+    for row in &mut rows {
+        for (x, scale) in row.iter_mut().zip(&scales) {
+            *x /= scale;
+        }
+    }
     for step in 0..D {
         let (r, c) = largest(&rows, step);
         if rows[r][c].abs() < 1e-14 {
@@ -51,10 +62,13 @@ fn solve<const D: usize>(mut rows: [[f64; D]; D], mut right: [f64; D]) -> Option
             *right -= factor * pivot_right;
         }
     }
-    let mut y = Wrench::zeros();
+    let mut y = Wrench::<D>::zeros();
     for step in (0..D).rev() {
         let known: f64 = (step + 1..D).map(|c| rows[step][c] * y[columns[c]]).sum();
         y[columns[step]] = (right[step] - known) / rows[step][step];
+    }
+    for (y, scale) in y.iter_mut().zip(&scales) {
+        *y /= scale;
     }
     Some(y)
 }

@@ -3,8 +3,15 @@
 //! With `M = C^T C`, the map `w -> C w` turns it into the Euclidean norm, in which all geometry is done; a
 //! direction `z` there measures physical wrenches as `C^T z`.
 
-use nalgebra::{Cholesky, SMatrix};
+//!
+//! **Hard metrics.** The factor is `C = D R P` with a permutation `P`, a diagonal `D` and a unit upper triangle `R` whose
+//! entries are at most 1: Cholesky's with the largest pivot first. Rounding an entry of `C`, or of a product `C w`, is then
+//! as harmless as rounding the wrench `w`, however far apart the entries of `D` lie. The factor itself loses
+//! `condition(M)` times the unit of rounding, so it is computed in twice the precision.
 
+use nalgebra::SMatrix;
+
+use crate::double_double::DoubleDouble;
 use crate::error::{Error, Result};
 use crate::grasp::{REPRESENTABLE, Wrench, unit};
 
@@ -44,17 +51,16 @@ impl<const D: usize> Metric<D> {
         }
         let symmetric = (matrix + matrix.transpose()) * 0.5;
         let not_definite = || Error::input("metric", "it is not positive definite");
-        let lower = Cholesky::new(symmetric).ok_or_else(not_definite)?.l();
-        let inverse = lower.solve_lower_triangular(&SMatrix::identity()).ok_or_else(not_definite)?;
-        if inverse.iter().chain(lower.iter()).any(|x| !x.is_finite()) {
+        let (factor, inverse) = factors(&symmetric).ok_or_else(not_definite)?;
+        if inverse.iter().chain(factor.iter()).any(|x| !x.is_finite()) {
             return Err(not_definite());
         }
-        let sizes = [lower.amax(), inverse.amax()];
+        let sizes = [factor.amax(), inverse.amax()];
         if !sizes.iter().all(|size| REPRESENTABLE.contains(size)) {
             let reason = format!("its entries of {scale:e} are beyond what can be computed with");
             return Err(Error::input("metric", reason));
         }
-        Ok(Self { factor: lower.transpose(), inverse: inverse.transpose() })
+        Ok(Self { factor, inverse })
     }
 
     /// `|w|_M`.
@@ -80,5 +86,96 @@ impl<const D: usize> Metric<D> {
     /// The unit direction `z` whose functional is parallel to `functional`.
     pub(crate) fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
         unit(&self.inverse.tr_mul(functional))
+    }
+
+    /// `|C| w` for a wrench of magnitudes: what `C` makes of a bound on every component.
+    pub(crate) fn magnitude(&self, wrench: &Wrench<D>) -> Wrench<D> {
+        self.factor.abs() * wrench
+    }
+
+    /// `|C A|_F` for the linear map whose columns are these wrenches.
+    pub(crate) fn size_of_columns(&self, columns: impl Iterator<Item = Wrench<D>>) -> f64 {
+        columns.map(|column| (self.factor * column).norm_squared()).sum::<f64>().sqrt()
+    }
+
+    /// The columns of `C^-1`.
+    pub(crate) fn inverse_columns(&self) -> impl Iterator<Item = Wrench<D>> {
+        self.inverse.column_iter().map(nalgebra::Matrix::into_owned)
+    }
+}
+
+/// What is left of a diagonal entry below this part of it cannot be told from zero.
+const INDEFINITE: f64 = 1e-28;
+
+/// `C` with `C^T C = matrix`, rows in descending order of their size, and its inverse; `None` where the matrix is not
+/// positive definite.
+fn factors<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<(SMatrix<f64, D, D>, SMatrix<f64, D, D>)> {
+    let mut rest: [[DoubleDouble; D]; D] =
+        std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)].into()));
+    let mut order: [usize; D] = std::array::from_fn(|k| k);
+    // In the order of the pivots: an upper triangle.
+    let mut upper = [[DoubleDouble::ZERO; D]; D];
+    for step in 0..D {
+        let left = |k: &usize| rest[order[*k]][order[*k]].to_f64();
+        let pivot = (step..D).max_by(|a, b| left(a).total_cmp(&left(b)))?;
+        for row in upper.iter_mut().take(step) {
+            row.swap(step, pivot);
+        }
+        order.swap(step, pivot);
+        let at = order[step];
+        if matrix[(at, at)] <= 0.0 {
+            return None;
+        }
+        let diagonal = rest[at][at];
+        if diagonal.to_f64() <= INDEFINITE * matrix[(at, at)] {
+            return None;
+        }
+        let root = diagonal.sqrt();
+        for k in step..D {
+            upper[step][k] = rest[at][order[k]] / root;
+        }
+        for j in step + 1..D {
+            for k in step + 1..D {
+                rest[order[j]][order[k]] -= upper[step][j] * upper[step][k];
+            }
+        }
+    }
+    let mut factor = SMatrix::zeros();
+    let mut inverse = SMatrix::zeros();
+    for column in 0..D {
+        // Column by column: back substitution of a unit vector.
+        let mut solved = [DoubleDouble::ZERO; D];
+        for row in (0..=column).rev() {
+            let mut right = DoubleDouble::from(f64::from(u8::from(row == column)));
+            for k in row + 1..=column {
+                right -= upper[row][k] * solved[k];
+            }
+            solved[row] = right / upper[row][row];
+        }
+        for row in 0..D {
+            factor[(row, order[column])] = upper[row][column].to_f64();
+            inverse[(order[row], column)] = solved[row].to_f64();
+        }
+    }
+    Some((factor, inverse))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_factor_is_exact_where_the_matrix_is_all_but_singular() {
+        // The Hilbert matrix of order 6, whose condition is 1.5e7, squared by its own grading to 1e19.
+        let grade = Wrench::<6>::from_fn(|row, _| 8.0_f64.powi(-(row as i32)));
+        let hilbert = SMatrix::<f64, 6, 6>::from_fn(|r, c| grade[r] * grade[c] / (r + c + 1) as f64);
+        let metric = Metric::from_matrix(&hilbert).unwrap();
+        let product = metric.factor * metric.inverse;
+        assert!((product - SMatrix::identity()).amax() < 1e-9, "{product}");
+        let again = metric.factor.tr_mul(&metric.factor);
+        for (a, b) in again.iter().zip(hilbert.iter()) {
+            assert!((a / b - 1.0).abs() < 1e-14, "{again} {hilbert}");
+        }
+        assert!(Metric::from_matrix(&SMatrix::<f64, 3, 3>::repeat(1.0)).is_err());
     }
 }

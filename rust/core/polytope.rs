@@ -108,6 +108,11 @@ impl<const D: usize> Polytope<D> {
         Self { boundary: Boundary::new(), thinnest: Thinnest::unknown() }
     }
 
+    /// States what rounding has done to each component of the points that the oracle of later expansions gives.
+    pub(crate) fn allow(&mut self, uncertain: Wrench<D>) {
+        self.boundary.allow(uncertain);
+    }
+
     /// The radius of the set behind `oracle`, starting from a simplex whose vertices have length `size`.
     ///
     /// `oracle(z)` answers for unit `z`.
@@ -148,19 +153,21 @@ impl<const D: usize> Polytope<D> {
         }
         // What lies beyond the upper bound was never ranked, so no facet is known to be further out than both bounds.
         let reached = lower.min(upper);
-        // A facet beyond `size` holds no artificial vertex: from there on the polytope lies in the set.
-        let doubtful = self.boundary.noise() > DOUBTFUL * upper;
+        // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
+        // ball, lies in the set.
+        let doubtful = self.boundary.noise() > DOUBTFUL * reached;
         let certified = if reached > size && (!doubtful || self.boundary.surrounds_origin()) {
             self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0
         };
-        if certified > 0.0 {
+        if certified > size {
             return Expansion::Radius(Radius {
                 lower: certified,
                 upper,
                 direction,
-                converged: self.closed(certified, 1.001 * rtol),
+                converged: self
+                    .closed(certified + 2.0 * self.boundary.uncertain_along(&direction), 1.001 * rtol),
                 supports,
                 facets: self.boundary.facets_made(),
             });
@@ -215,7 +222,7 @@ impl<const D: usize> Polytope<D> {
 
     /// Whether the bracket is as narrow as asked for, or as rounding allows.
     fn closed(&self, lower: f64, rtol: f64) -> bool {
-        self.thinnest.upper <= lower * (1.0 + rtol) + self.boundary.noise()
+        self.thinnest.upper <= lower * (1.0 + rtol) + self.boundary.noise_along(&self.thinnest.direction)
     }
 
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.

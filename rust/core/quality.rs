@@ -51,7 +51,8 @@ impl<const D: usize> QualityOptions<D> {
 /// The quality of a grasp, with its certificate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality<const D: usize> {
-    /// `-epsilon`: negative for force closure, zero for partial closure, positive outside.
+    /// `-epsilon`, as far as it is proven: `upper`, but zero for partial closure. Negative for force closure, positive
+    /// outside.
     pub rho: f64,
     /// `lower <= rho`.
     pub lower: f64,
@@ -63,7 +64,7 @@ pub struct Quality<const D: usize> {
     /// The class of the grasp itself, whatever the `center`.
     pub closure: Closure,
     /// The worst direction, a physical wrench of unit norm: a disturbance is hardest to resist along its
-    /// opposite. Where `rho >= 0` the grasp exerts no wrench that points along it, to the tolerance of closure.
+    /// opposite. Where `rho >= 0` the grasp exerts no wrench that points along it, but for rounding.
     pub direction: Wrench<D>,
     /// The nearest boundary wrench, `-rho * direction`.
     pub wrench: Wrench<D>,
@@ -82,6 +83,18 @@ pub struct QualityWorkspace<const D: usize> {
     pub(crate) polytope: Polytope<D>,
     /// Of the twin by which closure is decided, so that the set's is still there afterwards.
     pub(crate) twin: Polytope<D>,
+}
+
+impl<const D: usize> Quality<D> {
+    /// The exact `epsilon` is at least this.
+    pub fn epsilon_lower(&self) -> f64 {
+        0.0 - self.upper
+    }
+
+    /// The exact `epsilon` is at most this.
+    pub fn epsilon_upper(&self) -> f64 {
+        0.0 - self.lower
+    }
 }
 
 impl<const D: usize> Default for QualityWorkspace<D> {

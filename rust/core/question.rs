@@ -11,14 +11,16 @@
 
 use std::cmp::Ordering;
 
-use crate::boundary::NOISE;
-use crate::closure::{Closure, classify, separates};
+use crate::boundary::ROUNDED;
+use crate::closure::{Closure, Verdict, classify, is_clear, separates};
 use crate::error::{Error, Result};
-use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
+use crate::interrupt;
 use crate::metric::Metric;
 use crate::nearest_point::{NearestPoint, nearest_point};
 use crate::polytope::{Expansion, Limits, POLISH, Polytope, Radius, Thinnest};
 use crate::quality::{Quality, QualityOptions, QualityWorkspace};
+use crate::rounding::{along, of_set};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
@@ -26,6 +28,9 @@ const PATIENCE: usize = 16;
 
 /// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// Calls of the oracle that are no reason not to begin again.
+const FEW: usize = 1000;
 
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
@@ -92,10 +97,19 @@ impl<'a, const D: usize> Question<'a, D> {
         self.limits.rtol
     }
 
+    /// What rounding may have done to each component of the set's points.
+    fn uncertain(&self, criterion: Criterion) -> Wrench<D> {
+        let uncertain = of_set(self.grasp, criterion, &self.metric);
+        let center =
+            self.center.map_or_else(Wrench::zeros, |(center, _)| self.metric.magnitude(&center.abs()));
+        uncertain + center * ROUNDED
+    }
+
     pub(crate) fn answer(&self, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
         if let Some(quality) = self.separated() {
             return quality;
         }
+        workspace.polytope.allow(self.uncertain(self.set.criterion()));
         let first = workspace.polytope.expand(self.first_size(), &self.limits, |z| self.support(z));
         self.conclude(first, workspace)
     }
@@ -103,6 +117,7 @@ impl<'a, const D: usize> Question<'a, D> {
     /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
     pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
         let limits = Limits { stop_below, ..self.limits };
+        workspace.polytope.allow(self.uncertain(self.set.criterion()));
         let first = workspace.polytope.expand(self.first_size(), &limits, |z| self.support(z));
         let (upper, direction) = match first {
             Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
@@ -130,21 +145,22 @@ impl<'a, const D: usize> Question<'a, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let z = -unit(&nearest.point);
-        let open = separates(self.grasp, &self.metric.functional(&z));
-        open.then(|| self.at_distance(&nearest, &z, Closure::None))
+        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
     }
 
     fn conclude(&self, first: Expansion<D>, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
-        if let (Expansion::Radius(radius), None) = (first, self.center) {
-            return self.inside(&radius, Closure::Force);
+        if let (Expansion::Radius(radius), None) = (first, self.center)
+            && is_clear(self.grasp, &self.metric, radius.lower, self.scale)
+        {
+            return self.inside(&radius, 0.0, Closure::Force);
         }
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
         let polytope = &mut workspace.polytope;
         match self.center {
             Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, polytope) {
-                Ok(radius) => self.inside(&radius, closure),
+                Ok(radius) => self.inside(&radius, 0.0, closure),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
@@ -157,15 +173,17 @@ impl<'a, const D: usize> Question<'a, D> {
                     supports: thinnest.supports,
                     facets: 0,
                 };
-                self.inside(&radius.unwrap_or_else(unknown), closure)
+                // What the twin proves is little, but more than nothing.
+                let least = verdict.certain(self.grasp, &self.metric);
+                self.inside(&radius.unwrap_or_else(unknown), least, closure)
             }
-            None => self.outside(closure, &self.metric.unit_of_functional(&verdict.direction)),
+            None => self.outside(&verdict),
         }
     }
 
     /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
     pub(crate) fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
-        polytope.has_rival(-quality.rho, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
+        polytope.has_rival(-quality.lower, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
     }
 
     /// The radius of a set that is thin for its size: from ever smaller simplices. Where even a `negligible` one
@@ -180,8 +198,11 @@ impl<'a, const D: usize> Question<'a, D> {
         loop {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
-                Expansion::Stopped(thinnest) => return Err(thinnest),
-                Expansion::Pierced(thinnest) => thinnest,
+                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                Expansion::Stopped(thinnest) if thinnest.supports > FEW || interrupt::stopped() => {
+                    return Err(thinnest);
+                }
+                Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
             };
             size = 1e-3 * size.min(thinnest.upper);
             // Not greater, rather than less: a size that is no number ends the search, too.
@@ -192,51 +213,57 @@ impl<'a, const D: usize> Question<'a, D> {
         }
     }
 
-    fn inside(&self, radius: &Radius<D>, closure: Closure) -> Quality<D> {
+    /// `least` is a lower bound of the radius that is known besides.
+    fn inside(&self, radius: &Radius<D>, least: f64, closure: Closure) -> Quality<D> {
         let direction = self.metric.to_physical(&radius.direction);
+        let lost = self.lost_along(&radius.direction);
+        let upper = radius.upper + lost + ROUNDED * radius.upper;
+        let lower = radius.lower.max(least.min(upper));
         Quality {
-            rho: -radius.upper,
-            lower: -radius.upper,
-            upper: -radius.lower,
+            rho: -lower,
+            lower: -upper,
+            upper: -lower,
             converged: radius.converged,
             closure,
             direction,
-            wrench: direction * radius.upper,
+            wrench: direction * lower,
             supports: radius.supports,
             facets: radius.facets,
             metric: self.metric,
         }
     }
 
-    /// Without a center, where the origin is not inside; `z` witnesses it.
-    fn outside(&self, closure: Closure, z: &Wrench<D>) -> Quality<D> {
-        if closure == Closure::Partial {
-            return self.on_boundary(z, 0.0, 0, closure);
-        }
+    /// What is uncertain of `p(z)`.
+    fn lost_along(&self, z: &Wrench<D>) -> f64 {
+        along(z, &self.uncertain(self.set.criterion()))
+    }
+
+    /// Without a center, where the origin is not inside.
+    fn outside(&self, verdict: &Verdict<D>) -> Quality<D> {
         let nearest = self.nearest(usize::MAX);
-        // A distance that is all rounding has no direction of its own.
-        let z = if nearest.upper > NOISE * self.scale { -unit(&nearest.point) } else { *z };
-        self.at_distance(&nearest, &z, closure)
+        if verdict.closure == Closure::None {
+            return self.at_distance(&nearest, verdict.certain(self.grasp, &self.metric), verdict.closure);
+        }
+        let z = self.metric.unit_of_functional(&verdict.direction);
+        self.on_boundary(&z, self.value(&z), &nearest, verdict.closure)
     }
 
     /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
     fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
+        let uncertain = self.uncertain(self.set.criterion());
+        let negligible = NEGLIGIBLE * self.scale;
         let nearest =
-            nearest_point(self.outer_rtol(), NEGLIGIBLE * self.scale, usize::MAX, |z| self.support(z));
-        if nearest.upper <= NEGLIGIBLE * self.scale {
-            return self.on_boundary(
-                &unresolved.direction,
-                unresolved.upper.max(0.0),
-                nearest.supports,
-                closure,
-            );
+            nearest_point(self.outer_rtol(), negligible, usize::MAX, &uncertain, |z| self.support(z));
+        if nearest.upper <= 2.0 * negligible && nearest.lower <= 0.0 {
+            return self.on_boundary(&unresolved.direction, unresolved.upper, &nearest, closure);
         }
-        self.at_distance(&nearest, &-unit(&nearest.point), closure)
+        self.at_distance(&nearest, 0.0, closure)
     }
 
     /// Wolfe's algorithm on the union, as patient as this.
     fn nearest(&self, patience: usize) -> NearestPoint<D> {
-        nearest_point(self.outer_rtol(), 0.0, patience, |z| self.set.union_support(z))
+        let uncertain = self.uncertain(Criterion::Sum);
+        nearest_point(self.outer_rtol(), 0.0, patience, &uncertain, |z| self.set.union_support(z))
     }
 
     /// Outside, rounding sets the only price of precision.
@@ -244,28 +271,36 @@ impl<'a, const D: usize> Question<'a, D> {
         self.limits.rtol.min(1e-9)
     }
 
-    /// `rho = 0`, unless a radius that no simplex could tell from zero is left.
-    fn on_boundary(&self, z: &Wrench<D>, left: f64, supports: usize, closure: Closure) -> Quality<D> {
+    /// `rho = 0`: neither is a ball certain inside, nor a plane outside. The bracket says what both leave open.
+    fn on_boundary(
+        &self,
+        z: &Wrench<D>,
+        reach: f64,
+        nearest: &NearestPoint<D>,
+        closure: Closure,
+    ) -> Quality<D> {
         let direction = self.metric.to_physical(z);
+        let left = reach.max(0.0) + self.lost_along(z);
         Quality {
             rho: 0.0,
-            lower: 0.0 - left,
-            upper: 0.0,
-            converged: left <= 1e-9 * self.scale,
+            lower: -left,
+            upper: nearest.upper,
+            converged: left.max(nearest.upper) <= 1e-9 * self.scale,
             closure,
             direction,
             wrench: direction * -0.0,
-            supports,
+            supports: nearest.supports,
             facets: 0,
             metric: self.metric,
         }
     }
 
-    fn at_distance(&self, nearest: &NearestPoint<D>, z: &Wrench<D>, closure: Closure) -> Quality<D> {
-        let direction = self.metric.to_physical(z);
+    /// `least` is a lower bound of the distance that is known besides.
+    fn at_distance(&self, nearest: &NearestPoint<D>, least: f64, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(&nearest.witness);
         Quality {
             rho: nearest.upper,
-            lower: nearest.lower.max(0.0),
+            lower: nearest.lower.max(least).min(nearest.upper).max(0.0),
             upper: nearest.upper,
             converged: nearest.converged,
             closure,

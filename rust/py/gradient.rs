@@ -27,8 +27,9 @@ use crate::workspace::Workspace;
 ///     (m,) change of epsilon by rad that each contact frame spins about its normal: edges turn with it. Zero for
 ///     planar contacts, and for true cones.
 /// unique : bool
-///     Whether epsilon is differentiable here. Where several directions are equally bad, or several forces reach
-///     the same boundary wrench (symmetric grasps), this is one element of the subdifferential.
+///     True where epsilon is differentiable, as far as rounding can tell. Where several directions are equally bad
+///     (symmetric grasps), or several forces reach the same boundary wrench and would change otherwise, it is False,
+///     and this is one element of the subdifferential.
 #[pyclass(name = "Gradient", module = "graspforce", frozen)]
 pub struct PyGradient {
     gradient: Gradient,

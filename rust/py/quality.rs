@@ -27,18 +27,23 @@ use crate::restored;
 /// rho : float
 ///     -epsilon, with the paper's sign: negative means force closure, smaller is better.
 /// epsilon : float
-///     The field's quality number: the largest wrench norm that is resisted in every direction.
+///     The field's quality number: the largest wrench norm that is resisted in every direction, as far as it is
+///     proven: epsilon_lower (0 where the closure is "partial").
+/// epsilon_lower, epsilon_upper : float
+///     The exact epsilon lies between them, proven, rounding included.
 /// lower, upper : float
-///     ``lower <= rho <= upper``, proven.
+///     The same of rho: ``lower == -epsilon_upper`` and ``upper == -epsilon_lower``.
 /// converged : bool
 ///     Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was
 ///     reached or rounding stalled the search.
 /// closure : {"force", "partial", "none"}
-///     The class of Propositions 1 and 2; where it is "partial", rho is exactly 0.
+///     The class of Propositions 1 and 2, whatever the criterion, metric, limits and center. It is decided on
+///     wrenches of unit length, torques about the contacts' centroid in units of their spread, beyond what rounding
+///     may have done to them (16 times the machine epsilon for each product on the way). What rounding leaves
+///     undecided is "partial": rho is then exactly 0, and the bracket says what is possible.
 /// direction : numpy.ndarray
 ///     (d,) physical wrench of unit norm: the grasp is weakest along it, a disturbance is worst along its
-///     opposite. Where ``rho >= 0`` no wrench of the grasp has a positive component along it, to the tolerance
-///     of closure (1e-10, where all wrenches are scaled to unit length).
+///     opposite. Where ``rho >= 0`` no wrench of the grasp has a positive component along it, but for rounding.
 /// wrench : numpy.ndarray
 ///     (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
 /// supports : int
@@ -79,11 +84,23 @@ pub struct PyQuality {
 
 #[pymethods]
 impl PyQuality {
-    /// The field's quality number, ``-rho``.
+    /// The field's quality number, ``-rho``: what is proven of it.
     #[getter]
     fn epsilon(&self) -> f64 {
         // Zero rather than minus zero where the closure is partial.
         0.0 - self.rho
+    }
+
+    /// Proven: ``epsilon_lower`` is at most the exact epsilon.
+    #[getter]
+    fn epsilon_lower(&self) -> f64 {
+        0.0 - self.upper
+    }
+
+    /// Proven: the exact epsilon is at most ``epsilon_upper``.
+    #[getter]
+    fn epsilon_upper(&self) -> f64 {
+        0.0 - self.lower
     }
 
     /// (d,) physical wrench of unit norm along which the grasp is weakest.

@@ -36,7 +36,7 @@ const PYTHON_ROW_BYTES: usize = 384;
 ///
 /// Attributes
 /// ----------
-/// rho, epsilon, lower, upper : numpy.ndarray
+/// rho, epsilon, epsilon_lower, epsilon_upper, lower, upper : numpy.ndarray
 ///     (B,) as in `Quality`; NaN where the status is 2.
 /// closure : numpy.ndarray
 ///     (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
@@ -97,10 +97,22 @@ impl PyQualityBatch {
         self.column(py, |item| item.rho)
     }
 
-    /// (B,) the field's quality number.
+    /// (B,) the field's quality number, as far as it is proven.
     #[getter]
     fn epsilon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| 0.0 - item.rho)
+    }
+
+    /// (B,) proven: ``epsilon_lower`` is at most the exact epsilon.
+    #[getter]
+    fn epsilon_lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| 0.0 - item.upper)
+    }
+
+    /// (B,) proven: the exact epsilon is at most ``epsilon_upper``.
+    #[getter]
+    fn epsilon_upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |item| 0.0 - item.lower)
     }
 
     /// (B,) proven: ``lower <= rho``.
