@@ -17,9 +17,9 @@ use crate::grasp::Wrench;
 use crate::interrupt;
 use crate::wrench_set::Support;
 
-/// Facets at most, unless the caller buys more: some 0.1 s, and 50 MB. Only sets whose nearest boundary points are a
+/// Facets at most, unless the caller buys more: some 0.1 s and 40 MB. Only sets whose nearest boundary points are a
 /// continuum, or nearly so, come near it.
-pub const DEFAULT_MAX_FACETS: usize = 250_000;
+pub const DEFAULT_MAX_FACETS: usize = 200_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;

@@ -20,10 +20,17 @@ use crate::nearest_point::{NearestPoint, nearest_point};
 use crate::polytope::{DEFAULT_MAX_FACETS, Expansion, Limits, POLISH, Polytope, Progress, Radius, Thinnest};
 use crate::quality::{Quality, QualityOptions, QualityWorkspace};
 use crate::symmetric_radius::symmetric_radius;
+use crate::symmetry::Symmetries;
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
 const PATIENCE: usize = 16;
+
+/// Deviations from symmetry of this part of the tolerance do not keep the bracket from closing ...
+const EXACT: f64 = 0.25;
+
+/// ... and larger ones may take this part of the radius from what is proven.
+const NEARLY: f64 = 1e-3;
 
 /// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
 const EARLY: usize = 10_000;
@@ -135,17 +142,25 @@ impl<'a, const D: usize> Question<'a, D> {
             if thinnest.upper <= size {
                 return Expansion::Pierced(thinnest);
             }
-            known = symmetric_radius(self, &thinnest, size, limits);
-            *symmetric = known.is_some();
-            // What stopped short of the bound on the work was stopped by the deviation from symmetry.
+            let symmetries = Symmetries::of(self, NEARLY * thinnest.upper);
+            let exact = symmetries.deviation() <= EXACT * limits.rtol * thinnest.upper;
+            if exact {
+                known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
+            }
+            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
             if let Some(radius) = known
                 && (radius.converged
                     || radius.facets >= limits.max_facets
                     || radius.upper < limits.stop_below)
             {
+                *symmetric = true;
                 return Expansion::Radius(radius);
             }
             progress = polytope.grow(limits, &mut oracle);
+            if !exact && matches!(progress, Progress::Full(_)) {
+                known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+            }
+            *symmetric = known.is_some();
         }
         match (polytope.conclude(progress, size, limits), known) {
             (Expansion::Radius(plain), Some(known)) => {

@@ -31,9 +31,6 @@ const OFF_CENTRE: f64 = 0.3;
 /// Images nearer than this to the centre of the chamber make no wall.
 const NEAR: f64 = 0.05;
 
-/// Part of the radius that deviations from symmetry may take from what is proven.
-const DEVIATION: f64 = 1e-5;
-
 /// What the search needs to know besides the set.
 struct Search<'a, const D: usize> {
     question: &'a Question<'a, D>,
@@ -48,12 +45,12 @@ struct Search<'a, const D: usize> {
 /// `thinnest` and `size` are those of a polytope that has not closed the bracket.
 pub(crate) fn symmetric_radius<const D: usize>(
     question: &Question<'_, D>,
+    symmetries: &Symmetries<D>,
     thinnest: &Thinnest<D>,
     size: f64,
     limits: &Limits,
 ) -> Option<Radius<D>> {
     let search = Search { question, thinnest, size: size.min(1e-2 * thinnest.upper), limits };
-    let symmetries = Symmetries::of(question, DEVIATION * thinnest.upper);
     if let Some(Symmetry { map: generator, deviation }) = &symmetries.rotation {
         return search.on(&slice(generator, &thinnest.direction), &[], *deviation);
     }
@@ -61,8 +58,7 @@ pub(crate) fn symmetric_radius<const D: usize>(
     if walls.is_empty() {
         return None;
     }
-    let deviation = symmetries.maps.iter().map(|symmetry| symmetry.deviation).fold(0.0, f64::max);
-    search.on(&SMatrix::<f64, D, D>::identity(), &walls, deviation)
+    search.on(&SMatrix::<f64, D, D>::identity(), &walls, symmetries.deviation())
 }
 
 /// An orthonormal basis of the hyperplane `l . z = 0` for the velocity `l = X z` of the orbit through `z`: there the

@@ -36,7 +36,7 @@ pub(crate) struct Symmetries<const D: usize> {
     /// The generator of rotations about a line through the origin that holds all contacts and their normals. Its
     /// deviation is that of every rotation.
     pub(crate) rotation: Option<Symmetry<D>>,
-    /// Finitely many maps, the identity not among them.
+    /// Without such rotations: finitely many maps, the identity not among them.
     pub(crate) maps: Vec<Symmetry<D>>,
 }
 
@@ -54,6 +54,9 @@ impl<const D: usize> Symmetries<D> {
         if let Some(axis) = features.axis().filter(|_| round) {
             found.rotation = rotation(question, &axis).filter(|r| r.deviation <= tolerance);
         }
+        if found.rotation.is_some() {
+            return found;
+        }
         for isometry in features.isometries(question) {
             let map = question.metric.conjugate(&lift(&isometry));
             let orthogonal = (map.tr_mul(&map) - SMatrix::identity()).amax() < 1e-12;
@@ -67,6 +70,12 @@ impl<const D: usize> Symmetries<D> {
             }
         }
         found
+    }
+
+    /// The largest deviation of those that are used: of the rotations where there are any.
+    pub(crate) fn deviation(&self) -> f64 {
+        let maps = || self.maps.iter().map(|symmetry| symmetry.deviation).fold(0.0, f64::max);
+        self.rotation.as_ref().map_or_else(maps, |rotation| rotation.deviation)
     }
 }
 

@@ -290,7 +290,7 @@ impl PyGrasp {
     ///     (d, d) symmetric positive definite M of the norm ``|w|^2 = w^T M w``; by default that of the grasp's
     ///     ``length_scale``.
     /// max_facets : int, optional
-    ///     Bound on the work, 250,000 by default: some 0.1 s and 60 MB. Only grasps that are nearly as weak along a
+    ///     Bound on the work, 200,000 by default: some 0.1 s and 40 MB. Only grasps that are nearly as weak along a
     ///     continuum of directions reach it, and keep an open bracket; ten times the facets cost ten times the
     ///     time and memory and narrow it by a factor of about 3 to 10.
     ///

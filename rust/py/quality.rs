@@ -183,8 +183,12 @@ impl PyQuality {
         let wrong = |message: String| invalid_input(py, message);
         let (center, metric) = (center.as_ref(), metric.as_ref());
         let asked = match grasp.get().inner {
-            AnyGrasp::Planar(_) => Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Planar),
-            AnyGrasp::Spatial(_) => Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Spatial),
+            AnyGrasp::Planar(_) => {
+                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Planar)
+            }
+            AnyGrasp::Spatial(_) => {
+                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Spatial)
+            }
         }
         .map_err(wrong)?;
         let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);

@@ -37,8 +37,7 @@ impl<const D: usize> Asked<D> {
         let metric = matrix.as_ref().map(Metric::from_matrix).transpose();
         let metric = metric.map_err(|error| error.to_string())?;
         let center = center.map(Wrench::from_vec);
-        let options =
-            QualityOptions { rtol, center, metric, max_facets, ..QualityOptions::new(criterion) };
+        let options = QualityOptions { rtol, center, metric, max_facets, ..QualityOptions::new(criterion) };
         Ok(Self { options, metric: matrix })
     }
 
