@@ -141,7 +141,7 @@ def test_a_tampered_pickle_is_refused():
     grasp = spatial_grasp()
     restore, state = grasp.quality("max").__reduce__()
     with pytest.raises(gf.InvalidInputError, match="closure"):
-        restore(*state[:6], (True, "half", 1), *state[7:])
+        restore(*state[:7], (True, "half", 1), *state[8:])
 
 
 def test_threads_may_share_a_grasp_and_its_quality():

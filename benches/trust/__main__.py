@@ -2,9 +2,9 @@
 
 import argparse
 
-from benches.trust import global_bounds, mesh_unions, metrics, near_closure, smooth
+from benches.trust import global_bounds, mesh_unions, metrics, near_closure, smooth, symmetric_cones
 
-FAMILIES = (metrics, near_closure, smooth, global_bounds, mesh_unions)
+FAMILIES = (metrics, near_closure, smooth, symmetric_cones, global_bounds, mesh_unions)
 
 
 def main() -> None:

@@ -88,6 +88,7 @@ class Grasp:
         rtol: float | None = None,
         center: ArrayLike | None = None,
         metric: ArrayLike | None = None,
+        max_facets: int | None = None,
     ) -> Quality: ...
     def resistance(
         self,
@@ -137,6 +138,8 @@ class Quality:
     @property
     def supports(self) -> int: ...
     @property
+    def hint(self) -> str | None: ...
+    @property
     def gradient(self) -> Gradient: ...
     def to_dict(self) -> dict[str, Any]: ...
     def _repr_html_(self) -> str: ...
@@ -147,6 +150,7 @@ class Quality:
         rtol: float | None,
         center: ArrayLike | None,
         metric: ArrayLike | None,
+        max_facets: int | None,
         bracket: tuple[float, float, float],
         found: tuple[bool, str, int],
         direction: Sequence[float],
@@ -220,6 +224,7 @@ def quality_many(
     rtol: float | None = None,
     center: ArrayLike | None = None,
     metric: ArrayLike | None = None,
+    max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...

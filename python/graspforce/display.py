@@ -83,6 +83,8 @@ def quality_html(quality: Quality) -> str:
         ("weakest along", _vector(quality.direction)),
         ("converged", "yes" if quality.converged else "no: the bound on the work was reached"),
     ]
+    if quality.hint is not None:
+        rows.append(("hint", quality.hint))
     return _table(f"Quality, criterion {quality.criterion}", ("", ""), rows)
 
 

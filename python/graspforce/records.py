@@ -129,6 +129,7 @@ def quality_dict(quality: Quality) -> dict[str, Any]:
         "direction": quality.direction.tolist(),
         "wrench": quality.wrench.tolist(),
         "supports": quality.supports,
+        "hint": quality.hint,
     }
 
 

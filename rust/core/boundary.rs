@@ -162,6 +162,11 @@ impl<const D: usize> Boundary<D> {
         None
     }
 
+    /// Ranks a facet again that [`Self::pop_nearest`] gave.
+    pub(crate) fn put_back(&mut self, candidate: Candidate) {
+        self.heap.push(candidate);
+    }
+
     /// Replaces what `p` sees, starting with the facet `first`, by the cone of the horizon and `p`. False where rounding
     /// broke the cycle; what is further out than `interesting` is never ranked.
     pub(crate) fn add(&mut self, first: u32, p: Wrench<D>, interesting: f64) -> bool {

@@ -69,7 +69,9 @@ impl<const D: usize> Grasp<D> {
         let options = QualityOptions { rtol: Some(rtol), ..*options };
         let question = Question::new(self, &options)?;
         let quality = question.answer(workspace);
-        let rival = quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality);
+        // Where symmetries gave the answer, the images of the minimiser are as bad.
+        let rival =
+            workspace.symmetric || (quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality));
         let active = ActiveForces::at(&question, &quality);
         let (a, b) = split(&active.functional);
         let mut gradient = Gradient {

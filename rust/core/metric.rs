@@ -78,6 +78,11 @@ impl<const D: usize> Metric<D> {
         self.inverse * wrench
     }
 
+    /// `C^-T A C^T`: the map of Euclidean directions that does what `A` does to functionals on physical wrenches.
+    pub(crate) fn conjugate(&self, map: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        self.inverse.tr_mul(map) * self.factor.transpose()
+    }
+
     /// `C^T z`: the functional on physical wrenches that is `z` on Euclidean ones.
     pub(crate) fn functional(&self, z: &Wrench<D>) -> Wrench<D> {
         self.factor.tr_mul(z)

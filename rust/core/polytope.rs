@@ -17,8 +17,9 @@ use crate::grasp::Wrench;
 use crate::interrupt;
 use crate::wrench_set::Support;
 
-/// Work limit: a second at most. Only sets with a continuum of nearest boundary points come near it.
-pub(crate) const MAX_FACETS: usize = 400_000;
+/// Facets at most, unless the caller buys more: some 0.1 s and 40 MB. Only sets whose nearest boundary points are a
+/// continuum, or nearly so, come near it.
+pub const DEFAULT_MAX_FACETS: usize = 200_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;
@@ -49,7 +50,7 @@ impl Limits {
     pub(crate) fn new(rtol: f64) -> Self {
         Self {
             rtol,
-            max_facets: MAX_FACETS,
+            max_facets: DEFAULT_MAX_FACETS,
             stop_below: f64::NEG_INFINITY,
             stop_above: f64::INFINITY,
             polish: 0,
@@ -74,6 +75,22 @@ pub(crate) struct Radius<const D: usize> {
     pub(crate) facets: usize,
 }
 
+impl<const D: usize> Radius<D> {
+    /// What two brackets of the same radius prove together.
+    pub(crate) fn intersection(&self, other: &Self, rtol: f64) -> Self {
+        let Self { upper, direction, .. } = if other.upper < self.upper { *other } else { *self };
+        let lower = self.lower.max(other.lower).min(upper);
+        Self {
+            lower,
+            upper,
+            direction,
+            converged: self.converged || other.converged || upper <= lower * (1.0 + 1.001 * rtol),
+            supports: self.supports + other.supports,
+            facets: self.facets + other.facets,
+        }
+    }
+}
+
 /// How an expansion ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Expansion<const D: usize> {
@@ -83,6 +100,17 @@ pub(crate) enum Expansion<const D: usize> {
     Pierced(Thinnest<D>),
     /// It ended before either was known: at `stop_below`, at the work limit, or where rounding broke the boundary.
     Stopped(Thinnest<D>),
+}
+
+/// How far an expansion has got.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Progress {
+    /// Nothing is left to do; no ball inside the set is known to be larger than this.
+    Done(f64),
+    /// The bound on the work is met; with a larger one [`Polytope::grow`] goes on from here.
+    Full(f64),
+    /// Rounding broke the boundary.
+    Broken,
 }
 
 /// The least support value that the oracle has given.
@@ -122,30 +150,63 @@ impl<const D: usize> Polytope<D> {
         limits: &Limits,
         mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
     ) -> Expansion<D> {
+        self.start(size);
+        let progress = self.grow(limits, &mut oracle);
+        self.conclude(progress, size, limits)
+    }
+
+    /// Starts from a simplex whose vertices have length `size`.
+    pub(crate) fn start(&mut self, size: f64) {
         self.boundary.start(size);
         self.thinnest = Thinnest::unknown();
+    }
+
+    /// What the oracle's answers so far say of the radius.
+    pub(crate) fn thinnest(&self) -> &Thinnest<D> {
+        &self.thinnest
+    }
+
+    /// Expands until the bracket is closed or the bound on the work is met.
+    pub(crate) fn grow(
+        &mut self,
+        limits: &Limits,
+        oracle: &mut impl FnMut(&Wrench<D>) -> Support<D>,
+    ) -> Progress {
         let rtol = limits.rtol.max(4.0 * BEYOND);
-        let lower = loop {
+        loop {
             // With none left, all facets lie beyond the best upper bound.
-            let Some(nearest) = self.boundary.pop_nearest() else { break self.thinnest.upper };
+            let Some(nearest) = self.boundary.pop_nearest() else {
+                return Progress::Done(self.thinnest.upper);
+            };
             let lower = nearest.distance;
             if self.closed(lower, rtol) || lower > limits.stop_above {
-                break lower;
+                return Progress::Done(lower);
             }
             let plane = self.boundary.plane(nearest.facet);
             let z = plane.normalize();
-            let support = self.ask(&z, &mut oracle);
-            let full = self.boundary.facets_made() >= limits.max_facets || self.boundary.is_full();
-            if full || interrupt::stopped() || self.settled(lower, rtol, limits) {
-                break lower;
+            let support = self.ask(&z, oracle);
+            if interrupt::stopped() || self.settled(lower, rtol, limits) {
+                return Progress::Done(lower);
             }
-            let vertex = self.polished(&plane, z, support, lower, limits.polish, &mut oracle);
+            if self.boundary.facets_made() >= limits.max_facets || self.boundary.is_full() {
+                self.boundary.put_back(nearest);
+                return Progress::Full(lower);
+            }
+            let vertex = self.polished(&plane, z, support, lower, limits.polish, oracle);
             if self.settled(lower, rtol, limits) {
-                break lower;
+                return Progress::Done(lower);
             }
             if !self.boundary.add(nearest.facet, vertex, self.thinnest.upper) {
-                return Expansion::Stopped(self.thinnest);
+                return Progress::Broken;
             }
+        }
+    }
+
+    /// What an expansion proves of the radius.
+    pub(crate) fn conclude(&self, progress: Progress, size: f64, limits: &Limits) -> Expansion<D> {
+        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let (Progress::Done(lower) | Progress::Full(lower)) = progress else {
+            return Expansion::Stopped(self.thinnest);
         };
         let Thinnest { upper, direction, supports } = self.thinnest;
         if upper < limits.stop_below && !self.closed(lower, rtol) {

@@ -3,6 +3,8 @@
 //! The sign is the paper's: negative means force closure, smaller is better. How the answer is found stands in
 //! `question.rs`.
 
+use std::ops::RangeInclusive;
+
 use crate::closure::{Closure, classify};
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
@@ -11,6 +13,9 @@ use crate::metric::Metric;
 use crate::polytope::Polytope;
 use crate::question::Question;
 use crate::wrench_set::Criterion;
+
+/// Bounds on the work that can be asked for: the largest polytope takes some 20 GB.
+const MAX_FACETS: RangeInclusive<usize> = 100..=100_000_000;
 
 /// How quality is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,15 +29,19 @@ pub struct QualityOptions<const D: usize> {
     pub center: Option<Wrench<D>>,
     /// The norm of wrenches; `None` for the grasp's length scale.
     pub metric: Option<Metric<D>>,
+    /// Facets of the polytope at most; `None` for [`DEFAULT_MAX_FACETS`](crate::DEFAULT_MAX_FACETS). Only grasps that are nearly as weak along a
+    /// whole continuum of directions need more. A million facets cost about half a second and 200 MB.
+    pub max_facets: Option<usize>,
 }
 
 impl<const D: usize> QualityOptions<D> {
     /// The default questions about a criterion.
     pub fn new(criterion: Criterion) -> Self {
-        Self { criterion, rtol: None, center: None, metric: None }
+        Self { criterion, rtol: None, center: None, metric: None, max_facets: None }
     }
 
-    /// Refuses a tolerance outside (0, 1) and a center that is not finite.
+    /// Refuses a tolerance outside (0, 1), a center that is not finite, and bounds on the work that admit no polytope or
+    /// more than its numbers tell apart.
     pub fn check(&self) -> Result<()> {
         if let Some(rtol) = self.rtol
             && !(rtol > 0.0 && rtol < 1.0)
@@ -43,6 +52,12 @@ impl<const D: usize> QualityOptions<D> {
             && center.iter().any(|x| !x.is_finite())
         {
             return Err(Error::input("center", format!("{:?} is not finite", center.as_slice())));
+        }
+        if let Some(facets) = self.max_facets
+            && !MAX_FACETS.contains(&facets)
+        {
+            let (least, most) = (MAX_FACETS.start(), MAX_FACETS.end());
+            return Err(Error::input("max_facets", format!("{facets} must lie between {least} and {most}")));
         }
         Ok(())
     }
@@ -83,6 +98,8 @@ pub struct QualityWorkspace<const D: usize> {
     pub(crate) polytope: Polytope<D>,
     /// Of the twin by which closure is decided, so that the set's is still there afterwards.
     pub(crate) twin: Polytope<D>,
+    /// Whether the last answer came from the symmetries of the set, and so from another polytope.
+    pub(crate) symmetric: bool,
 }
 
 impl<const D: usize> Quality<D> {
@@ -99,7 +116,7 @@ impl<const D: usize> Quality<D> {
 
 impl<const D: usize> Default for QualityWorkspace<D> {
     fn default() -> Self {
-        Self { polytope: Polytope::new(), twin: Polytope::new() }
+        Self { polytope: Polytope::new(), twin: Polytope::new(), symmetric: false }
     }
 }
 

@@ -18,13 +18,24 @@ use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
 use crate::metric::Metric;
 use crate::nearest_point::{NearestPoint, nearest_point};
-use crate::polytope::{Expansion, Limits, POLISH, Polytope, Radius, Thinnest};
+use crate::polytope::{DEFAULT_MAX_FACETS, Expansion, Limits, POLISH, Polytope, Progress, Radius, Thinnest};
 use crate::quality::{Quality, QualityOptions, QualityWorkspace};
 use crate::rounding::{along, of_set};
+use crate::symmetric_radius::symmetric_radius;
+use crate::symmetry::Symmetries;
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
 const PATIENCE: usize = 16;
+
+/// Deviations from symmetry of this part of the tolerance do not keep the bracket from closing ...
+const EXACT: f64 = 0.25;
+
+/// ... and larger ones may take this part of the radius from what is proven.
+const NEARLY: f64 = 1e-3;
+
+/// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
+const EARLY: usize = 10_000;
 
 /// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
 const NEGLIGIBLE: f64 = 1e-12;
@@ -62,7 +73,8 @@ impl<'a, const D: usize> Question<'a, D> {
         let center = options.center.map(|center| (center, metric.to_euclidean(&center)));
         // Of the union, whose polytopes are small, polishing gains nothing.
         let polish = if options.criterion == Criterion::Max { POLISH } else { 0 };
-        let limits = Limits { polish, ..Limits::new(rtol) };
+        let max_facets = options.max_facets.unwrap_or(DEFAULT_MAX_FACETS);
+        let limits = Limits { max_facets, polish, ..Limits::new(rtol) };
         let longest = set.longest();
         let reason = |norm: f64| format!("wrenches of norm {norm:e} are beyond what can be computed with");
         if !REPRESENTABLE.contains(&longest) {
@@ -98,7 +110,7 @@ impl<'a, const D: usize> Question<'a, D> {
     }
 
     /// What rounding may have done to each component of the set's points.
-    fn uncertain(&self, criterion: Criterion) -> Wrench<D> {
+    pub(crate) fn uncertain(&self, criterion: Criterion) -> Wrench<D> {
         let uncertain = of_set(self.grasp, criterion, &self.metric);
         let center =
             self.center.map_or_else(Wrench::zeros, |(center, _)| self.metric.magnitude(&center.abs()));
@@ -110,7 +122,7 @@ impl<'a, const D: usize> Question<'a, D> {
             return quality;
         }
         workspace.polytope.allow(self.uncertain(self.set.criterion()));
-        let first = workspace.polytope.expand(self.first_size(), &self.limits, |z| self.support(z));
+        let first = self.expand(self.first_size(), &self.limits, workspace);
         self.conclude(first, workspace)
     }
 
@@ -118,7 +130,7 @@ impl<'a, const D: usize> Question<'a, D> {
     pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
         let limits = Limits { stop_below, ..self.limits };
         workspace.polytope.allow(self.uncertain(self.set.criterion()));
-        let first = workspace.polytope.expand(self.first_size(), &limits, |z| self.support(z));
+        let first = self.expand(self.first_size(), &limits, workspace);
         let (upper, direction) = match first {
             Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
             Expansion::Radius(Radius { upper, direction, .. })
@@ -129,6 +141,49 @@ impl<'a, const D: usize> Question<'a, D> {
             return Examination::Below { upper, direction };
         }
         Examination::Answer(Box::new(self.conclude(first, workspace)))
+    }
+
+    /// The expanding polytope, helped by the symmetries of the set where it does not end early.
+    fn expand(&self, size: f64, limits: &Limits, workspace: &mut QualityWorkspace<D>) -> Expansion<D> {
+        let QualityWorkspace { polytope, symmetric, .. } = workspace;
+        *symmetric = false;
+        let mut oracle = |z: &Wrench<D>| self.support(z);
+        polytope.start(size);
+        let early = Limits { max_facets: EARLY.min(limits.max_facets), ..*limits };
+        let mut progress = polytope.grow(&early, &mut oracle);
+        let mut known = None;
+        if matches!(progress, Progress::Full(_)) && early.max_facets < limits.max_facets {
+            let thinnest = *polytope.thinnest();
+            if thinnest.upper <= size {
+                return Expansion::Pierced(thinnest);
+            }
+            let symmetries = Symmetries::of(self, NEARLY * thinnest.upper);
+            let exact = symmetries.deviation() <= EXACT * limits.rtol * thinnest.upper;
+            if exact {
+                known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
+            }
+            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
+            if let Some(radius) = known
+                && (radius.converged
+                    || radius.facets >= limits.max_facets
+                    || radius.upper < limits.stop_below)
+            {
+                *symmetric = true;
+                return Expansion::Radius(radius);
+            }
+            progress = polytope.grow(limits, &mut oracle);
+            if !exact && matches!(progress, Progress::Full(_)) {
+                known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+            }
+            *symmetric = known.is_some();
+        }
+        match (polytope.conclude(progress, size, limits), known) {
+            (Expansion::Radius(plain), Some(known)) => {
+                Expansion::Radius(plain.intersection(&known, limits.rtol))
+            }
+            (Expansion::Stopped(_) | Expansion::Pierced(_), Some(known)) => Expansion::Radius(known),
+            (plain, None) => plain,
+        }
     }
 
     /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
@@ -157,14 +212,13 @@ impl<'a, const D: usize> Question<'a, D> {
         }
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
-        let polytope = &mut workspace.polytope;
         match self.center {
-            Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, polytope) {
+            Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, workspace) {
                 Ok(radius) => self.inside(&radius, 0.0, closure),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
-                let radius = self.small_radius(first, 1e-18 * self.scale, polytope);
+                let radius = self.small_radius(first, 1e-18 * self.scale, workspace);
                 let unknown = |thinnest: Thinnest<D>| Radius {
                     lower: 0.0,
                     upper: thinnest.upper.max(0.0),
@@ -192,7 +246,7 @@ impl<'a, const D: usize> Question<'a, D> {
         &self,
         first: Expansion<D>,
         negligible: f64,
-        polytope: &mut Polytope<D>,
+        workspace: &mut QualityWorkspace<D>,
     ) -> std::result::Result<Radius<D>, Thinnest<D>> {
         let (mut expansion, mut size) = (first, self.first_size());
         loop {
@@ -209,7 +263,7 @@ impl<'a, const D: usize> Question<'a, D> {
             if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
                 return Err(thinnest);
             }
-            expansion = polytope.expand(size, &self.limits, |z| self.support(z));
+            expansion = self.expand(size, &self.limits, workspace);
         }
     }
 

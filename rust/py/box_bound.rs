@@ -55,11 +55,11 @@ impl PyBoxBound {
         let failed = |error: Error| to_python(py, &error);
         let inner = match dim {
             2 => {
-                let options = quality_options(criterion, None, center, metric).map_err(wrong)?;
+                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
                 AnyBound::Planar(BoxBound::new(options).map_err(failed)?)
             }
             3 => {
-                let options = quality_options(criterion, None, center, metric).map_err(wrong)?;
+                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
                 AnyBound::Spatial(BoxBound::new(options).map_err(failed)?)
             }
             _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),

@@ -48,6 +48,8 @@ use crate::restored;
 ///     (d,) nearest boundary wrench, ``-rho * direction``, in N and N m.
 /// supports : int
 ///     How many times the support oracle was asked.
+/// hint : str or None
+///     Advice where the length scale is ten times the contacts' extent or more; torques alone then decide epsilon.
 /// gradient : Gradient
 ///     How epsilon changes as contacts move; computed when first asked for.
 #[pyclass(name = "Quality", module = "graspforce", frozen)]
@@ -101,6 +103,29 @@ impl PyQuality {
     #[getter]
     fn epsilon_upper(&self) -> f64 {
         0.0 - self.lower
+    }
+
+    /// Advice where the length scale is ten times the contacts' extent or more, else None.
+    ///
+    /// The extent is the largest distance between two contacts. With a ``metric`` of its own there is no hint.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> contacts = [(-0.04, 0), (0.04, 0)], [(1, 0), (-1, 0)]
+    /// >>> print(gf.Grasp(*contacts, length_scale=0.04).quality().hint)
+    /// None
+    /// >>> gf.Grasp(*contacts, length_scale=1.0).quality().hint[:46]
+    /// "the length scale of 1 m is 12 times the contac"
+    #[getter]
+    fn hint(&self) -> Option<String> {
+        if !self.asked.by_length_scale() {
+            return None;
+        }
+        match &self.grasp.get().inner {
+            AnyGrasp::Planar(grasp) => grasp.length_scale_hint(),
+            AnyGrasp::Spatial(grasp) => grasp.length_scale_hint(),
+        }
     }
 
     /// (d,) physical wrench of unit norm along which the grasp is weakest.
@@ -167,6 +192,7 @@ impl PyQuality {
         rtol: Option<f64>,
         center: Option<Bound<'_, PyAny>>,
         metric: Option<Bound<'_, PyAny>>,
+        max_facets: Option<usize>,
         bracket: (f64, f64, f64),
         found: (bool, String, usize),
         direction: Vec<f64>,
@@ -176,8 +202,12 @@ impl PyQuality {
         let wrong = |message: String| invalid_input(py, message);
         let (center, metric) = (center.as_ref(), metric.as_ref());
         let asked = match grasp.get().inner {
-            AnyGrasp::Planar(_) => Asked::parse(criterion, rtol, center, metric).map(AnyAsked::Planar),
-            AnyGrasp::Spatial(_) => Asked::parse(criterion, rtol, center, metric).map(AnyAsked::Spatial),
+            AnyGrasp::Planar(_) => {
+                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Planar)
+            }
+            AnyGrasp::Spatial(_) => {
+                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Spatial)
+            }
         }
         .map_err(wrong)?;
         let (rho, lower, upper) = bracket;
@@ -210,13 +240,14 @@ impl PyQuality {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let (rtol, center, metric) = this.asked.numbers();
+        let (rtol, center, metric, max_facets) = this.asked.numbers();
         let state = (
             this.grasp.clone_ref(py),
             this.criterion,
             rtol,
             center,
             metric,
+            max_facets,
             (this.rho, this.lower, this.upper),
             (this.converged, this.closure, this.supports),
             this.direction.clone(),
@@ -227,8 +258,9 @@ impl PyQuality {
 
     fn __repr__(&self) -> String {
         let open = if self.converged { "" } else { ", not converged" };
+        let hint = self.hint().map_or_else(String::new, |hint| format!(", hint: {hint}"));
         format!(
-            "Quality({}, epsilon={}, closure='{}', width={:.1e}{open})",
+            "Quality({}, epsilon={}, closure='{}', width={:.1e}{open}{hint})",
             self.criterion,
             self.epsilon(),
             self.closure,

@@ -105,13 +105,13 @@ impl PyQualityBatch {
 
     /// (B,) proven: ``epsilon_lower`` is at most the exact epsilon.
     #[getter]
-    fn epsilon_lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn epsilon_lower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| 0.0 - item.upper)
     }
 
     /// (B,) proven: the exact epsilon is at most ``epsilon_upper``.
     #[getter]
-    fn epsilon_upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn epsilon_upper<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| 0.0 - item.lower)
     }
 
@@ -238,7 +238,7 @@ impl PyQualityBatch {
 ///     As for `Grasp`, the same for all rows.
 /// tangents : array_like, optional
 ///     (m, 3) or (B, m, 3), as for `Grasp`.
-/// criterion, rtol, center, metric : optional
+/// criterion, rtol, center, metric, max_facets : optional
 ///     As for `Grasp.quality`.
 /// progress : callable, optional
 ///     Called now and then, and after the last row, with the number of rows done and the number in all; never
@@ -269,10 +269,10 @@ impl PyQualityBatch {
 #[pyo3(
     signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
         torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
-        criterion="max", rtol=None, center=None, metric=None, progress=None),
+        criterion="max", rtol=None, center=None, metric=None, max_facets=None, progress=None),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
-        criterion='max', rtol=None, center=None, metric=None, progress=None)"
+        criterion='max', rtol=None, center=None, metric=None, max_facets=None, progress=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
 pub fn quality_many<'py>(
@@ -292,6 +292,7 @@ pub fn quality_many<'py>(
     rtol: Option<f64>,
     center: Option<&Bound<'py, PyAny>>,
     metric: Option<&Bound<'py, PyAny>>,
+    max_facets: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<PyQualityBatch> {
     let raw = Raw {
@@ -313,13 +314,13 @@ pub fn quality_many<'py>(
         2 => run(
             py,
             &arguments,
-            &quality_options::<3>(criterion, rtol, center, metric).map_err(wrong)?,
+            &quality_options::<3>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
             progress,
         ),
         _ => run(
             py,
             &arguments,
-            &quality_options::<6>(criterion, rtol, center, metric).map_err(wrong)?,
+            &quality_options::<6>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
             progress,
         ),
     }

@@ -13,8 +13,8 @@ pub enum AnyAsked {
     Spatial(Asked<6>),
 }
 
-/// Tolerance, center and metric, to pickle.
-pub type Numbers = (Option<f64>, Option<Vec<f64>>, Option<Vec<Vec<f64>>>);
+/// Tolerance, center, metric and bound on the work, to pickle.
+pub type Numbers = (Option<f64>, Option<Vec<f64>>, Option<Vec<Vec<f64>>>, Option<usize>);
 
 /// The options of a query, and the metric as Python passed it, which its factor does not give back to the last bit.
 pub struct Asked<const D: usize> {
@@ -29,6 +29,7 @@ impl<const D: usize> Asked<D> {
         rtol: Option<f64>,
         center: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
+        max_facets: Option<usize>,
     ) -> Result<Self, String> {
         let criterion = parse_criterion("criterion", criterion)?;
         let center = center.map(|value| float_vector("center", value, D)).transpose()?;
@@ -36,7 +37,7 @@ impl<const D: usize> Asked<D> {
         let metric = matrix.as_ref().map(Metric::from_matrix).transpose();
         let metric = metric.map_err(|error| error.to_string())?;
         let center = center.map(Wrench::from_vec);
-        let options = QualityOptions { rtol, center, metric, ..QualityOptions::new(criterion) };
+        let options = QualityOptions { rtol, center, metric, max_facets, ..QualityOptions::new(criterion) };
         Ok(Self { options, metric: matrix })
     }
 
@@ -45,16 +46,24 @@ impl<const D: usize> Asked<D> {
         let rows = |matrix: &SMatrix<f64, D, D>| {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
-        (self.options.rtol, center, self.metric.as_ref().map(rows))
+        (self.options.rtol, center, self.metric.as_ref().map(rows), self.options.max_facets)
     }
 }
 
 impl AnyAsked {
-    /// Tolerance, center and metric in numbers, to pickle.
+    /// Tolerance, center, metric and bound on the work in numbers, to pickle.
     pub fn numbers(&self) -> Numbers {
         match self {
             Self::Planar(asked) => asked.numbers(),
             Self::Spatial(asked) => asked.numbers(),
+        }
+    }
+
+    /// Whether the norm is that of the grasp's length scale.
+    pub fn by_length_scale(&self) -> bool {
+        match self {
+            Self::Planar(asked) => asked.metric.is_none(),
+            Self::Spatial(asked) => asked.metric.is_none(),
         }
     }
 
@@ -72,8 +81,9 @@ pub fn quality_options<const D: usize>(
     rtol: Option<f64>,
     center: Option<&Bound<'_, PyAny>>,
     metric: Option<&Bound<'_, PyAny>>,
+    max_facets: Option<usize>,
 ) -> Result<QualityOptions<D>, String> {
-    Asked::parse(criterion, rtol, center, metric).map(|asked| asked.options)
+    Asked::parse(criterion, rtol, center, metric, max_facets).map(|asked| asked.options)
 }
 
 /// The word for a criterion.

@@ -59,11 +59,11 @@ impl PyCandidateSearch {
         let wrong = |message: String| invalid_input(py, message);
         let inner = match dim {
             2 => {
-                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
+                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
                 Search::Planar(new_search(py, options, prune)?)
             }
             3 => {
-                let options = quality_options(criterion, rtol, center, metric).map_err(wrong)?;
+                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
                 Search::Spatial(new_search(py, options, prune)?)
             }
             _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),

@@ -84,3 +84,5 @@ def _print(file: GraspFile, found: list[Quality]) -> None:
     kind = "planar" if grasp.wrench_dim == 3 else "spatial"
     title = f"{file.name}: {kind}, {grasp.num_contacts} contacts, length scale {grasp.length_scale:g} m"
     print_table(title, ("", "max", "sum"), rows)
+    if found[0].hint is not None:
+        print(f"hint: {found[0].hint}")

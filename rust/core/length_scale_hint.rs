@@ -1,0 +1,42 @@
+//! Whether a length scale suits the size of a grasp.
+
+use nalgebra::Vector3;
+
+use crate::grasp::Grasp;
+
+/// A length scale this many times the extent of the contacts makes quality a matter of torques alone.
+const TOO_LONG: f64 = 10.0;
+
+impl<const D: usize> Grasp<D> {
+    /// Advice where the length scale is ten times the extent of the contacts (the largest distance between two of them)
+    /// or more: torques then decide the quality alone, whatever the forces.
+    ///
+    /// ```
+    /// use graspforce::{Contact, Grasp};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-0.04, 1.0), (0.04, -1.0)]
+    ///     .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
+    /// assert!(Grasp::<6>::new(&fingers)?.length_scale_hint().is_some());
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn length_scale_hint(&self) -> Option<String> {
+        let positions = self.contacts().iter().map(|contact| contact.position);
+        // Twice the largest distance from the first is no less than the extent: most grasps need no pairs.
+        let first = self.contacts()[0].position;
+        let rough = positions.clone().map(|r| (r - first).norm()).fold(0.0, f64::max);
+        let scale = self.options().length_scale;
+        if rough == 0.0 || scale < TOO_LONG * rough {
+            return None;
+        }
+        let apart = |r: Vector3<f64>| positions.clone().map(move |other| (other - r).norm());
+        let extent = positions.clone().flat_map(apart).fold(0.0, f64::max);
+        (scale >= TOO_LONG * extent).then(|| {
+            format!(
+                "the length scale of {scale} m is {:.0} times the contacts' extent of {extent:.2e} m, so torques alone \
+                 decide epsilon; a length_scale near the object's radius weighs forces and torques alike",
+                scale / extent
+            )
+        })
+    }
+}
