@@ -7,6 +7,7 @@
 //! multifingered grasping", Mechanism and Machine Theory 41 (2006) 1243-1257.
 #![forbid(unsafe_code)]
 
+mod active_planes;
 mod basis;
 mod batch;
 mod boundary;
@@ -35,6 +36,7 @@ mod interior;
 mod interrupt;
 mod joint_torques;
 mod law;
+mod least_norm;
 mod least_squares;
 mod linear;
 mod linear_program;
