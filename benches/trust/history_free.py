@@ -1,22 +1,25 @@
 """One answer for a wrench, whatever was solved before: the least squares on the optimal face.
 
-Symmetric grasps leave a polytope of optimal forces. The oracle finds it by linear programs of HiGHS and complementary
-slackness, and its point of least norm by the least-distance program of Lawson and Hanson (chapter 23) with SciPy's NNLS.
+Symmetric grasps leave a polytope of optimal forces. The oracle finds it by linear programs of HiGHS and
+complementary slackness. Its point of least norm comes from the least-distance program of Lawson and Hanson
+(chapter 23) with SciPy's NNLS.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from benches.trust.row import Row
 from numpy.typing import NDArray
 from scipy.optimize import linprog, nnls
 
 import graspforce as gf
-from benches.trust.row import Row
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 Array = NDArray[np.float64]
 
@@ -45,7 +48,7 @@ class Case:
 def cases(kind: str, count: int, seed: int = 0) -> Iterator[Case]:
     """Yield cases of a kind: "max", "sum" or "weighted", with " and bounds" after it for lower bounds."""
     rng = np.random.default_rng([seed, len(kind), ord(kind[0])])
-    objective = kind.split()[0]
+    objective = kind.split(maxsplit=1)[0]
     for _ in range(count):
         grasp = symmetric_planar(rng) if rng.uniform() < 0.5 else symmetric_spatial(rng)
         options: dict[str, Any] = {}
@@ -64,7 +67,9 @@ def symmetric_planar(rng: np.random.Generator) -> gf.Grasp:
     """Return contacts on a unit circle in rational directions or at the corners of a regular polygon."""
     count = int(rng.integers(3, 7))
     if rng.uniform() < 0.5:
-        turns = np.concatenate([DIRECTIONS @ [[c, s], [-s, c]] for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))])
+        turns = np.concatenate(
+            [DIRECTIONS @ [[c, s], [-s, c]] for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        )
         outward = np.unique(np.round(turns, 12) + 0.0, axis=0)
         outward = outward[rng.choice(len(outward), count, replace=False)]
         # Mirror images of the first contacts about the origin or an axis.
@@ -85,11 +90,12 @@ def symmetric_spatial(rng: np.random.Generator) -> gf.Grasp:
     corners = np.array(list(itertools.product([-1.0, 1.0], repeat=3))) / np.sqrt(3)
     angles = 2 * np.pi * np.arange(3) / 3
     ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(3)])
+    up = np.array([0, 0, 0.75])
     outward = [
         axes[[0, 1, 3, 4]],
         corners[[0, 3, 5, 6]],
         axes,
-        np.vstack([ring + [0, 0, 0.75], ring - [0, 0, 0.75]]) * 0.8,
+        np.vstack([ring + up, ring - up]) * 0.8,
         corners,
     ][rng.integers(5)]
     friction = rng.choice([0.5, 0.75, 1.0])
@@ -106,7 +112,9 @@ def symmetric_wrench(rng: np.random.Generator, grasp: gf.Grasp, bounds: Array) -
         wrench[dim // 2 + (dim == 3) :] *= rng.choice([0.0, 0.25])
         if wrench.any():
             return wrench * rng.choice([1.0, 0.5, 3.0])
-    shares = rng.integers(0, 4, len(grasp.primitive_wrenches)) * (rng.uniform(size=len(grasp.primitive_wrenches)) < 0.3)
+    shares = rng.integers(0, 4, len(grasp.primitive_wrenches)) * (
+        rng.uniform(size=len(grasp.primitive_wrenches)) < 0.3
+    )
     wrench = -(0.5 * shares) @ grasp.primitive_wrenches
     for i, bound in enumerate(bounds):
         wrench -= bound * grasp.primitive_wrenches[owners(grasp) == i][0]
@@ -119,10 +127,9 @@ def owners(grasp: gf.Grasp) -> NDArray[np.int64]:
 
 
 def least_squares_forces(case: Case) -> Array | None:
-    """Return the (m, k) forces of least `sum |f_i|^2 / f_i^U^2` on the optimal face, None if nothing balances.
+    """Return the (m, k) least-squares forces on the optimal face, None if nothing balances.
 
-    Raises:
-        ArithmeticError: The oracle itself did not succeed.
+    An `ArithmeticError` says that the oracle itself did not succeed.
     """
     program = Program.of(case)
     for cost in program.costs:
@@ -176,8 +183,6 @@ class Program:
 
     def minimise(self, cost: Array) -> bool:
         """Restrict the program to the optimal face of a cost; False if it is infeasible."""
-        if (np.abs(self.equations).sum(axis=0) > 0).any() and not len(self.rows):
-            raise ArithmeticError("nothing left to choose")
         result = linprog(
             cost,
             A_eq=self.equations,
@@ -208,7 +213,9 @@ class Program:
         if not null.shape[1]:
             return np.asarray(particular)
         # Coefficients that make the same forces: any of them will do.
-        objective = np.vstack([np.hstack([self.forces, np.zeros((len(self.forces), 1))]), 1e-5 * np.eye(len(particular))])
+        objective = np.vstack(
+            [np.hstack([self.forces, np.zeros((len(self.forces), 1))]), 1e-5 * np.eye(len(particular))]
+        )
         q, r = np.linalg.qr(objective @ null)
         spread = null @ np.linalg.inv(r)
         center = particular - spread @ (q.T @ (objective @ particular))
@@ -228,11 +235,16 @@ class Program:
         if residual[-1] > -1e-13:
             raise ArithmeticError("the face looks empty")
         t = -size * residual[:-1] / residual[-1]
+        # Once more on the active constraints alone, free of what the division left.
+        active = dual > 1e-10 * dual.max()
+        polished = np.linalg.lstsq(gradients[active], distances[active], rcond=1e-11)[0]
+        if (gradients @ polished - distances).min() > -1e-9 * (1 + np.abs(polished).max()):
+            t = polished
         return np.asarray(center + spread @ t)
 
 
 def answers(case: Case) -> list[Array | None]:
-    """Return the library's forces from nothing, after other wrenches, and after wrenches on the way; None if it raises."""
+    """Return the forces after four pasts: none, others, and wrenches on the way; None for an error."""
     near = [case.wrench + share * (case.past[0] - case.wrench) for share in (0.3, 0.05, 1e-4)]
     pasts: list[list[Array]] = [[], case.past, case.past[::-1], near]
     found: list[Array | None] = []
@@ -266,6 +278,8 @@ def row(kind: str, count: int) -> Row:
         found = answers(case)
         missed += any(forces is None for forces in found)
         largest = max(np.abs(expected).max(), 1e-300)
-        wrong += any(forces is not None and np.abs(forces - expected).max() > AGREE * largest for forces in found)
+        wrong += any(
+            forces is not None and np.abs(forces - expected).max() > AGREE * largest for forces in found
+        )
     family = f"symmetric grasps, {kind}: least squares on the optimal face, from 4 pasts"
     return Row(family, compared, "HiGHS and NNLS", missed, wrong)

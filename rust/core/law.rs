@@ -13,7 +13,7 @@ use crate::contact::ContactForce;
 use crate::face::{ContactStatus, Face};
 use crate::interior::Interior;
 use crate::least_norm::UNMOVED;
-use crate::least_squares::{Balance, FaceProgram};
+use crate::least_squares::{Balance, Chosen, FaceProgram};
 use crate::region::Region;
 use crate::simplex::Simplex;
 
@@ -107,12 +107,9 @@ pub(crate) fn least_squares_law<const R: usize>(
     let program = FaceProgram { face, components, interiors, limits, least: &[], level: None };
     let at = DVector::from_column_slice(simplex.target.as_slice());
     let wrench = |edge: u32| columns.wrenches[edge as usize];
-    let law = program.solve(&Balance { right: DMatrix::identity(R, R), at }, |_, edge| {
-        (wrench(edge), forces[edge as usize])
-    })?;
-    if law.null.ncols() == 0 {
-        return None;
-    }
+    let balance = Balance { right: DMatrix::identity(R, R), at };
+    let chosen = program.solve(&balance, |_, edge| (wrench(edge), forces[edge as usize]))?;
+    let Chosen::LeastNorm(law) = chosen else { return None };
     let row = |matrix: &DMatrix<f64>, k: usize| SVector::<f64, R>::from_fn(|j, _| matrix[(k, j)]);
     let edges: Vec<u32> = (0..face.statuses.len()).flat_map(|i| face.edges(i)).copied().collect();
     let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&law.solution, k)).collect();

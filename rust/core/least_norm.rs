@@ -66,16 +66,14 @@ impl Constraints {
     }
 }
 
-/// The program, in the notation above.
+/// Unknowns that solve `E x = D p`.
 #[derive(Debug, Clone)]
-pub(crate) struct LeastNorm {
-    /// `E`.
-    pub(crate) equations: DMatrix<f64>,
-    /// `D`: one column for each parameter.
-    pub(crate) right: DMatrix<f64>,
-    /// `A`.
-    pub(crate) objective: DMatrix<f64>,
-    pub(crate) constraints: Constraints,
+pub(crate) struct Solutions {
+    equations: DMatrix<f64>,
+    right: DMatrix<f64>,
+    /// Orthonormal directions in which the equations determine the unknowns, and in which they do not.
+    range: DMatrix<f64>,
+    null: DMatrix<f64>,
 }
 
 /// The solution as a function of the parameters, as long as its constraints and multipliers are not negative.
@@ -89,65 +87,82 @@ pub(crate) struct LeastNormLaw {
     pub(crate) null: DMatrix<f64>,
 }
 
-impl LeastNorm {
-    /// Solves at the parameters `at`. `None` where rounding gets the better of it, or where it was interrupted.
-    pub(crate) fn solve(&self, at: &DVector<f64>) -> Option<LeastNormLaw> {
-        let (range, null) = orthonormal_split(&self.equations);
-        let parameters = self.right.ncols();
-        let qr = (&self.equations * &range).qr();
-        let particular = &range * qr.r().solve_upper_triangular(&qr.q().tr_mul(&self.right))?;
+impl Solutions {
+    /// Solutions of the equations `E` with the right-hand side `D`, which has one column for each parameter.
+    pub(crate) fn new(equations: DMatrix<f64>, right: DMatrix<f64>) -> Self {
+        let (range, null) = orthonormal_split(&equations);
+        Self { equations, right, range, null }
+    }
+
+    /// Whether the equations leave no choice.
+    pub(crate) fn determined(&self) -> bool {
+        self.null.ncols() == 0
+    }
+
+    /// The solution of least `|A x|` that keeps the constraints, at the parameters `at`. `None` where rounding gets the
+    /// better of it, where it was interrupted, or where there is no choice.
+    pub(crate) fn least_norm(
+        self,
+        objective: &DMatrix<f64>,
+        constraints: &Constraints,
+        at: &DVector<f64>,
+    ) -> Option<LeastNormLaw> {
+        let Self { equations, right, range, null } = self;
         if null.ncols() == 0 {
-            return Some(LeastNormLaw {
-                solution: particular,
-                multipliers: DMatrix::zeros(0, parameters),
-                null,
-            });
+            return None;
         }
-        let qr = (&self.objective * &null).qr();
+        let qr = (&equations * &range).qr();
+        let particular = &range * qr.r().solve_upper_triangular(&qr.q().tr_mul(&right))?;
+        let qr = (objective * &null).qr();
         let spread = qr.r().solve_upper_triangular(&DMatrix::identity(null.ncols(), null.ncols()))?;
         let directions = &null * spread;
-        let unconstrained = &particular - &directions * (qr.q().tr_mul(&(&self.objective * &particular)));
-        let last = at[parameters - 1];
-        let active = least_distance(&self.constraints, last, &(&unconstrained * at), &directions)?;
-        let (solution, multipliers) = self.on_active(&active, &unconstrained, &directions)?;
-        let accepted = self.satisfied(&solution, &multipliers, at)
-            && (&self.equations * (&solution - &particular)).amax() <= UNSATISFIED
+        let unconstrained = &particular - &directions * (qr.q().tr_mul(&(objective * &particular)));
+        let last = at[at.len() - 1];
+        let active = least_distance(constraints, last, &(&unconstrained * at), &directions)?;
+        let (solution, multipliers) = on_active(constraints, &active, &unconstrained, &directions)?;
+        let accepted = satisfied(constraints, &solution, &multipliers, at)
+            && (&equations * (&solution - &particular)).amax() <= UNSATISFIED
             && solution.amax() <= STEEPEST * particular.amax();
         accepted.then_some(LeastNormLaw { solution, multipliers, null })
     }
+}
 
-    /// The solution with some constraints active, and their multipliers, without squaring the condition of the planes.
-    fn on_active(
-        &self,
-        active: &[usize],
-        unconstrained: &DMatrix<f64>,
-        directions: &DMatrix<f64>,
-    ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-        let parameters = unconstrained.ncols();
-        if active.is_empty() {
-            return Some((unconstrained.clone(), DMatrix::zeros(0, parameters)));
-        }
-        let normals: Vec<_> = active.iter().map(|&i| self.constraints.times(i, directions)).collect();
-        let mut distances = DMatrix::zeros(active.len(), parameters);
-        for (row, &i) in active.iter().enumerate() {
-            distances.row_mut(row).tr_copy_from(&-self.constraints.times(i, unconstrained));
-            distances[(row, parameters - 1)] += self.constraints.bounds[i];
-        }
-        let planes = DMatrix::from_columns(&normals).qr();
-        let inner = planes.r().transpose().solve_lower_triangular(&distances)?;
-        let solution = unconstrained + directions * (planes.q() * &inner);
-        Some((solution, planes.r().solve_upper_triangular(&inner)?))
+/// The solution with some constraints active, and their multipliers, without squaring the condition of the planes.
+fn on_active(
+    constraints: &Constraints,
+    active: &[usize],
+    unconstrained: &DMatrix<f64>,
+    directions: &DMatrix<f64>,
+) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+    let parameters = unconstrained.ncols();
+    if active.is_empty() {
+        return Some((unconstrained.clone(), DMatrix::zeros(0, parameters)));
     }
+    let normals: Vec<_> = active.iter().map(|&i| constraints.times(i, directions)).collect();
+    let mut distances = DMatrix::zeros(active.len(), parameters);
+    for (row, &i) in active.iter().enumerate() {
+        distances.row_mut(row).tr_copy_from(&-constraints.times(i, unconstrained));
+        distances[(row, parameters - 1)] += constraints.bounds[i];
+    }
+    let planes = DMatrix::from_columns(&normals).qr();
+    let inner = planes.r().transpose().solve_lower_triangular(&distances)?;
+    let solution = unconstrained + directions * (planes.q() * &inner);
+    Some((solution, planes.r().solve_upper_triangular(&inner)?))
+}
 
-    /// Whether constraints and multipliers are nonnegative at the parameters `at`, but for rounding.
-    fn satisfied(&self, solution: &DMatrix<f64>, multipliers: &DMatrix<f64>, at: &DVector<f64>) -> bool {
-        let x = solution * at;
-        let tolerance = UNSATISFIED * at.amax().max(x.amax());
-        let last = at[at.len() - 1];
-        let excess = |i: usize| self.constraints.value(i, &x) - self.constraints.bounds[i] * last;
-        (0..self.constraints.len()).all(|i| excess(i) >= -tolerance)
-            && (multipliers * at).iter().all(|u| *u >= -tolerance)
-    }
+/// Whether constraints and multipliers are nonnegative at the parameters `at`, but for rounding.
+fn satisfied(
+    constraints: &Constraints,
+    solution: &DMatrix<f64>,
+    multipliers: &DMatrix<f64>,
+    at: &DVector<f64>,
+) -> bool {
+    let x = solution * at;
+    let tolerance = UNSATISFIED * at.amax().max(x.amax());
+    let last = at[at.len() - 1];
+    let excess = |i: usize| constraints.value(i, &x) - constraints.bounds[i] * last;
+    (0..constraints.len()).all(|i| excess(i) >= -tolerance)
+        && (multipliers * at).iter().all(|u| *u >= -tolerance)
 }
 
 /// Orthonormal bases of the row space of a matrix and of its complement.

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use crate::contact::ContactForce;
 use crate::face::{ContactStatus, Face};
 use crate::interior::Interior;
-use crate::least_norm::{Constraints, LeastNorm, LeastNormLaw};
+use crate::least_norm::{Constraints, LeastNormLaw, Solutions};
 
 /// Unknowns beyond which the level is left out: its cost grows with their cube.
 const MAX_UNKNOWNS: usize = 768;
@@ -42,21 +42,33 @@ pub(crate) struct Balance {
     pub(crate) at: DVector<f64>,
 }
 
+/// What the third level did.
+#[derive(Debug, Clone)]
+pub(crate) enum Chosen {
+    /// Nothing: balance determines the forces.
+    Determined,
+    /// Coefficients of the active extreme forces in the face's order, then the level, if the face is limited.
+    LeastNorm(LeastNormLaw),
+}
+
 impl FaceProgram<'_> {
-    /// The forces of least norm that balance the wrench: coefficients of the active extreme forces in the face's order,
-    /// then the level, if the face is limited. `column` gives an extreme force and its wrench. `None` where rounding
-    /// gets the better of it.
+    /// The forces of least norm that balance the wrench. `column` gives an extreme force and its wrench. `None` where
+    /// rounding gets the better of it, or where there are too many unknowns.
     pub(crate) fn solve<const R: usize>(
         &self,
         balance: &Balance,
         column: impl Fn(usize, u32) -> (SVector<f64, R>, ContactForce),
-    ) -> Option<LeastNormLaw> {
+    ) -> Option<Chosen> {
         if self.unknowns() > MAX_UNKNOWNS {
             return None;
         }
         let (equations, right) = self.equations(balance, &column);
+        let solutions = Solutions::new(equations, right);
+        if solutions.determined() {
+            return Some(Chosen::Determined);
+        }
         let (objective, constraints) = (self.objective(&column), self.constraints());
-        LeastNorm { equations, right, objective, constraints }.solve(&balance.at)
+        solutions.least_norm(&objective, &constraints, &balance.at).map(Chosen::LeastNorm)
     }
 
     /// How far the forces themselves may move in the directions that the equations leave free.

@@ -7,7 +7,7 @@ use crate::columns::Objective;
 use crate::cone_columns::ConeContact;
 use crate::contact::ContactForce;
 use crate::face::{ContactStatus, Face};
-use crate::least_squares::{Balance, FaceProgram};
+use crate::least_squares::{Balance, Chosen, FaceProgram};
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::simplex::{Simplex, TIE};
 
@@ -55,8 +55,9 @@ impl<const D: usize> PreloadColumns<D> {
         let wrench = SVector::<f64, D>::from_fn(|k, _| if k < self.rank { simplex.target[k] } else { 0.0 });
         let right = DMatrix::from_column_slice(D, 1, wrench.as_slice());
         let column = |contact, edge| self.column(contact, edge);
-        let law = program.solve(&Balance { right, at: DVector::repeat(1, 1.0) }, column)?;
-        let unique = law.null.ncols() == 0 || program.freedom(&law, column) <= 1e-9;
+        let chosen = program.solve(&Balance { right, at: DVector::repeat(1, 1.0) }, column)?;
+        let Chosen::LeastNorm(law) = chosen else { return Some(true) };
+        let unique = program.freedom(&law, column) <= 1e-9;
         used.clear();
         let mut levels = law.solution.iter();
         for contact in 0..self.contacts.len() {
