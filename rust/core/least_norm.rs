@@ -237,17 +237,17 @@ fn least_distance(
         }
         let size = t.norm();
         let mut worst: Option<(usize, f64)> = None;
-        for i in 0..constraints.len() {
+        for (i, length) in lengths.iter_mut().enumerate() {
             let excess = excess(i, &here);
             if excess <= VIOLATED * largest || planes.contains(i) {
                 continue;
             }
-            if lengths[i].is_nan() {
-                let length = constraints.times(i, directions).norm();
-                lengths[i] = if length > smallest { length } else { 0.0 };
+            if length.is_nan() {
+                let gradient = constraints.times(i, directions).norm();
+                *length = if gradient > smallest { gradient } else { 0.0 };
             }
-            let distance = excess / lengths[i];
-            let counts = lengths[i] > 0.0 && distance > VIOLATED * (largest / lengths[i] + size);
+            let distance = excess / *length;
+            let counts = *length > 0.0 && distance > VIOLATED * (largest / *length + size);
             if counts && worst.is_none_or(|(_, most)| distance > most) {
                 worst = Some((i, distance));
             }
@@ -271,12 +271,11 @@ fn least_distance(
             }
             planes.ease(&shares, step);
             gain += step;
-            match first.filter(|(_, until)| *until < full) {
-                Some((k, _)) => planes.leave(k),
-                None => {
-                    planes.join(worst, gain, along, coordinates);
-                    break true;
-                }
+            if let Some((k, _)) = first.filter(|(_, until)| *until < full) {
+                planes.leave(k);
+            } else {
+                planes.join(worst, gain, along, coordinates);
+                break true;
             }
         };
         if joins {
