@@ -2,9 +2,17 @@
 
 import argparse
 
-from benches.trust import global_bounds, mesh_unions, metrics, near_closure, smooth, symmetric_cones
+from benches.trust import (
+    global_bounds,
+    history_free,
+    mesh_unions,
+    metrics,
+    near_closure,
+    smooth,
+    symmetric_cones,
+)
 
-FAMILIES = (metrics, near_closure, smooth, symmetric_cones, global_bounds, mesh_unions)
+FAMILIES = (history_free, metrics, near_closure, smooth, symmetric_cones, global_bounds, mesh_unions)
 
 
 def main() -> None:

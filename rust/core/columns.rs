@@ -13,6 +13,9 @@ use crate::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
 use crate::grasp::Grasp;
 use crate::wrench_set::Criterion;
 
+/// Reduced costs below this, relative to the cost of a column, are no improvement.
+pub(crate) const OPTIMAL: f64 = 1e-12;
+
 /// Marks a contact that a column does not use.
 pub(crate) const UNUSED: u32 = u32::MAX;
 
@@ -42,10 +45,8 @@ pub(crate) trait Pricing<const R: usize> {
         edges: &mut [u32],
     ) -> Option<Column<R>>;
 
-    /// Reduced costs below this are no improvement, relative to an objective of one.
-    fn optimality(&self) -> f64 {
-        1e-12
-    }
+    /// Reduced costs below this are no improvement.
+    fn optimality(&self) -> f64;
 }
 
 /// What a column costs and how contacts combine to one.
@@ -88,6 +89,28 @@ impl Objective {
             Self::Sum => values.fold(0.0, f64::max),
             _ => values.map(|h| h.max(0.0)).sum(),
         }
+    }
+
+    /// How much too far a multiplier reaches, from how far each contact alone does: divided by this, it prices one
+    /// column at its cost and none above. With a weight that is the root of `sum_i max(0, h_i / r - weight) = 1`.
+    pub(crate) fn reach(self, values: impl Iterator<Item = f64> + Clone) -> f64 {
+        let Self::Weighted(weight) = self else { return self.support(values) };
+        let mut reach = 0.0;
+        loop {
+            // Newton's method from below; contacts only leave, so it ends.
+            let pressing = values.clone().filter(|h| *h > weight * reach);
+            let (sum, count) = pressing.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+            let next = sum / (1.0 + weight * count);
+            if next.is_nan() || next <= reach {
+                return reach;
+            }
+            reach = next;
+        }
+    }
+
+    /// The cost of a column that uses one contact: what is small beside it is nothing.
+    pub(crate) fn unit(self) -> f64 {
+        1.0 + self.weight()
     }
 
     pub(crate) fn costs(self, contacts: usize) -> [f64; 2] {
@@ -138,9 +161,9 @@ impl<const R: usize> ImplicitColumns<R> {
         (value, self.contacts[contact].start + edge)
     }
 
-    /// The support function with `weight` taken off each contact's best before clamping.
-    pub(crate) fn value(&self, z: &SVector<f64, R>, weight: f64) -> f64 {
-        self.objective.support((0..self.contacts.len()).map(|i| self.best(i, z).0 - weight))
+    /// How much too far a multiplier reaches.
+    pub(crate) fn reach(&self, z: &SVector<f64, R>) -> f64 {
+        self.objective.reach((0..self.contacts.len()).map(|i| self.best(i, z).0))
     }
 
     fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
@@ -172,6 +195,10 @@ impl<const R: usize> ImplicitColumns<R> {
 }
 
 impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
+    fn optimality(&self) -> f64 {
+        OPTIMAL * self.objective.unit()
+    }
+
     fn furthest(&self, z: &SVector<f64, R>, discount: f64, edges: &mut [u32]) -> Column<R> {
         if self.objective != Objective::Sum {
             return self.combine(z, discount * self.objective.weight(), edges);

@@ -41,16 +41,16 @@ impl<const D: usize> ConeColumns<D> {
     ) -> Self {
         let contact = |i| ConeContact::new(grasp, i, equilibration);
         let contacts = (0..grasp.num_contacts()).map(contact).collect();
-        Self { objective, contacts, threshold: 0.5 * tolerance }
+        Self { objective, contacts, threshold: 0.5 * tolerance * objective.unit() }
     }
 
     pub(crate) fn num_contacts(&self) -> usize {
         self.contacts.len()
     }
 
-    /// The support function with `weight` taken off each contact's best before clamping.
-    pub(crate) fn value(&self, z: &SVector<f64, D>, weight: f64) -> f64 {
-        self.objective.support(self.contacts.iter().map(|contact| contact.support(z).0 - weight))
+    /// How much too far a multiplier reaches.
+    pub(crate) fn reach(&self, z: &SVector<f64, D>) -> f64 {
+        self.objective.reach(self.contacts.iter().map(|contact| contact.support(z).0))
     }
 
     /// The force that contact `i` exerts in a column that was priced at `z`.

@@ -89,16 +89,14 @@ impl<const D: usize> ConeProgram<D> {
         found: &Found,
         pivots: usize,
     ) -> Result<Certificate<D>> {
-        let weight = self.columns.objective.weight();
-        let floor = if weight > 0.0 { 1.0 } else { f64::MIN_POSITIVE };
-        let z = z / self.columns.value(z, weight).max(floor);
+        let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
         let dual = self.equilibration.dual(&z);
         let demand = Demand {
             b,
             maps: &self.maps,
             least: &[],
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, z.lp_norm(1)),
+            tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
         found.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
     }

@@ -236,7 +236,7 @@ pub(crate) fn check_count(count: usize, index: usize) -> Result<()> {
 }
 
 /// q of a soft finger's cone: half the number of its circles, rounded up.
-fn latitudes(edges: usize) -> usize {
+pub(crate) fn latitudes(edges: usize) -> usize {
     (edges / 4).max(2)
 }
 

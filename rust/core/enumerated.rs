@@ -7,7 +7,7 @@
 
 use nalgebra::SVector;
 
-use crate::columns::{Column, Objective, Pricing, UNUSED};
+use crate::columns::{Column, OPTIMAL, Objective, Pricing, UNUSED};
 use crate::conic::{self, HalfSpaces};
 use crate::equilibration::Equilibration;
 use crate::error::Result;
@@ -231,6 +231,10 @@ impl<const D: usize> Restricted<'_, D> {
 }
 
 impl<const D: usize> Pricing<D> for Restricted<'_, D> {
+    fn optimality(&self) -> f64 {
+        OPTIMAL * self.all.objective.unit()
+    }
+
     fn furthest(&self, z: &SVector<f64, D>, discount: f64, edges: &mut [u32]) -> Column<D> {
         self.best(|point| point.wrench.dot(z) - discount * point.costs[0], edges)
     }

@@ -16,8 +16,8 @@ const UNUSED_LEVEL: f64 = 1e-11;
 
 /// How hard a contact presses in every optimal solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// Not at all.
+pub(crate) enum ContactStatus {
+    /// Not at all, or no harder than its lower bound.
     Idle,
     /// As hard as any, or less.
     Free,
@@ -25,10 +25,10 @@ pub(crate) enum Role {
     Saturated,
 }
 
-/// Roles of the contacts and the extreme forces they may use, counted over all contacts.
+/// Statuses of the contacts and the extreme forces they may use, counted over all contacts.
 #[derive(Debug, Clone)]
 pub(crate) struct Face {
-    pub(crate) roles: Vec<Role>,
+    pub(crate) statuses: Vec<ContactStatus>,
     /// Whether a contact's edges are coordinates of forces anywhere inside its cone.
     pub(crate) inside: Vec<bool>,
     edges: Vec<u32>,
@@ -40,7 +40,7 @@ pub(crate) struct Face {
 impl Face {
     pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
         Self {
-            roles: Vec::with_capacity(contacts),
+            statuses: Vec::with_capacity(contacts),
             inside: Vec::with_capacity(contacts),
             edges: Vec::with_capacity(edges),
             starts: Vec::with_capacity(contacts + 1),
@@ -53,9 +53,9 @@ impl Face {
         &self.edges[self.starts[contact]..self.starts[contact + 1]]
     }
 
-    fn clear(&mut self, objective: Objective) {
+    pub(crate) fn clear(&mut self, objective: Objective) {
         self.limited = objective != Objective::Sum;
-        self.roles.clear();
+        self.statuses.clear();
         self.inside.clear();
         self.edges.clear();
         self.starts.clear();
@@ -72,39 +72,63 @@ impl Face {
         self.clear(columns.objective);
         let used = UNUSED_LEVEL * simplex.levels.lp_norm(1);
         for (contact, interior) in interiors.iter().enumerate() {
-            let role = self.read_contact(columns, &simplex.multipliers, contact);
+            let status = self.read_contact(columns, &simplex.multipliers, contact);
             let start = self.starts[contact];
+            let active = self.edges.len() - start;
             // The solution at hand lies on the face whatever rounding says of its reduced costs.
             let (mut every, mut any) = (true, false);
             for row in (0..R).filter(|&row| simplex.levels[row] > used && !simplex.basis.artificial[row]) {
                 let edge = simplex.basis.edges(row)[contact];
                 every &= edge != UNUSED;
                 any |= edge != UNUSED;
-                if edge != UNUSED && !self.edges[start..].contains(&edge) {
-                    self.edges.push(edge);
+                if edge != UNUSED {
+                    self.push_edge(edge);
                 }
             }
-            let role = match role {
-                Role::Saturated if !every => Role::Free,
-                Role::Idle if any => Role::Free,
-                role => role,
+            let status = match status {
+                ContactStatus::Saturated if !every => ContactStatus::Free,
+                ContactStatus::Idle if any => ContactStatus::Free,
+                status => status,
             };
-            if role == Role::Idle {
+            if status == ContactStatus::Idle {
                 self.edges.truncate(start);
             }
-            self.edges[start..].sort_unstable();
-            let interior = interior.as_ref().filter(|_| self.edges.len() > start + 3);
-            if let Some(interior) = interior {
-                self.edges.truncate(start);
-                self.edges.extend(interior.edges);
-            }
-            self.inside.push(interior.is_some());
-            self.roles.push(role);
-            self.starts.push(self.edges.len());
+            self.end_contact(status, active, interior.as_ref());
         }
     }
 
-    /// The extreme forces and roles of one basis, ties left aside: a face of this one where rounding forbids
+    /// Adds extreme forces of the contact at hand, of which none is there yet, and returns how many.
+    pub(crate) fn extend_edges(&mut self, edges: impl Iterator<Item = u32>) -> usize {
+        let before = self.edges.len();
+        self.edges.extend(edges);
+        self.edges.len() - before
+    }
+
+    /// Adds an extreme force of the contact at hand, unless it is there already.
+    pub(crate) fn push_edge(&mut self, edge: u32) {
+        let start = self.starts.last().copied().unwrap_or(0);
+        if !self.edges[start..].contains(&edge) {
+            self.edges.push(edge);
+        }
+    }
+
+    /// Ends the contact at hand, of whose edges so many are active by the multipliers. Where all are, a few of them
+    /// serve as coordinates.
+    pub(crate) fn end_contact(&mut self, status: ContactStatus, active: usize, interior: Option<&Interior>) {
+        let start = self.starts.last().copied().unwrap_or(0);
+        let count = self.edges.len() - start;
+        let interior = interior.filter(|interior| interior.holds(active.min(count), count));
+        if let Some(interior) = interior {
+            self.edges.truncate(start);
+            self.edges.extend(&interior.edges);
+        }
+        self.edges[start..].sort_unstable();
+        self.inside.push(interior.is_some());
+        self.statuses.push(status);
+        self.starts.push(self.edges.len());
+    }
+
+    /// The extreme forces and statuses of one basis, ties left aside: a face of this one where rounding forbids
     /// to tell more.
     pub(crate) fn read_basis<const R: usize>(&mut self, columns: &ImplicitColumns<R>, simplex: &Simplex<R>) {
         self.clear(columns.objective);
@@ -120,27 +144,27 @@ impl Face {
                 }
             }
             let used = self.edges.len() > start;
-            self.roles.push(match (used, every && self.limited) {
-                (false, _) => Role::Idle,
-                (true, true) => Role::Saturated,
-                (true, false) => Role::Free,
+            self.statuses.push(match (used, every && self.limited) {
+                (false, _) => ContactStatus::Idle,
+                (true, true) => ContactStatus::Saturated,
+                (true, false) => ContactStatus::Free,
             });
             self.starts.push(self.edges.len());
         }
     }
 
-    /// Appends a contact's edges and tells its role.
+    /// Appends a contact's edges and tells its status.
     fn read_contact<const R: usize>(
         &mut self,
         columns: &ImplicitColumns<R>,
         z: &[SVector<f64, R>; 2],
         contact: usize,
-    ) -> Role {
+    ) -> ContactStatus {
         let tolerance = 2.0 * TIE.max(2e-15 * z[0].lp_norm(1));
         let (best, edge) = columns.best(contact, &z[0]);
         let threshold = if columns.objective == Objective::Sum { 1.0 } else { columns.objective.weight() };
         if best < threshold - tolerance {
-            return Role::Idle;
+            return ContactStatus::Idle;
         }
         let start = self.edges.len();
         for edge in columns.contacts[contact].clone() {
@@ -151,9 +175,10 @@ impl Face {
         if self.edges.len() == start {
             self.edges.push(edge as u32);
         }
-        let role = if self.limited && best > threshold + tolerance { Role::Saturated } else { Role::Free };
+        let saturated = self.limited && best > threshold + tolerance;
+        let status = if saturated { ContactStatus::Saturated } else { ContactStatus::Free };
         if columns.objective != Objective::MaxThenSum {
-            return role;
+            return status;
         }
         let tolerance = 10.0 * TIE.max(2e-15 * z[1].lp_norm(1));
         let gain = |edge: u32| columns.wrenches[edge as usize].dot(&z[1]) - 1.0;
@@ -166,10 +191,10 @@ impl Face {
             }
         }
         self.edges.truncate(kept);
-        match role {
-            Role::Free if best > tolerance => Role::Saturated,
-            Role::Free if best < -tolerance => Role::Idle,
-            role => role,
+        match status {
+            ContactStatus::Free if best > tolerance => ContactStatus::Saturated,
+            ContactStatus::Free if best < -tolerance => ContactStatus::Idle,
+            status => status,
         }
     }
 }

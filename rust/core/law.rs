@@ -5,13 +5,15 @@
 //! are exactly as many unknowns as equations, and the forces are unique. Otherwise the least-squares level
 //! chooses among them.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::basis::invert;
 use crate::columns::ImplicitColumns;
 use crate::contact::ContactForce;
-use crate::face::{Face, Role};
+use crate::face::{ContactStatus, Face};
 use crate::interior::Interior;
+use crate::least_norm::UNMOVED;
+use crate::least_squares::{Balance, Chosen, FaceProgram};
 use crate::region::Region;
 use crate::simplex::Simplex;
 
@@ -60,9 +62,9 @@ pub(crate) fn unique_law<const R: usize>(
         inverse.row(next - 1).transpose() / sizes[next - 1]
     };
     let level = if face.limited { take() } else { SVector::zeros() };
-    for (contact, role) in face.roles.iter().enumerate() {
+    for (contact, status) in face.statuses.iter().enumerate() {
         let count = face.edges(contact).len();
-        if *role == Role::Saturated {
+        if *status == ContactStatus::Saturated {
             let first = coefficients.len();
             coefficients.push(level);
             for _ in 1..count {
@@ -79,6 +81,51 @@ pub(crate) fn unique_law<const R: usize>(
     Some(level)
 }
 
+/// The law that the third level selects at the wrench that the simplex just balanced.
+#[derive(Debug, Clone)]
+pub(crate) struct LeastSquaresLaw<const R: usize> {
+    /// One row for each active extreme force in the face's order.
+    pub(crate) coefficients: Vec<SVector<f64, R>>,
+    /// The common level of the saturated contacts.
+    pub(crate) level: SVector<f64, R>,
+    /// Multipliers of the active constraints, which must stay nonnegative, too.
+    pub(crate) multipliers: Vec<SVector<f64, R>>,
+    /// What must vanish for the face to balance a wrench at all: it may span less than the grasp.
+    pub(crate) equations: Vec<SVector<f64, R>>,
+}
+
+/// The forces of least norm on a face as a law of the wrench. `limits` are the `f_i^U`. `None` if nothing is left to
+/// choose, or if rounding gets the better of it.
+pub(crate) fn least_squares_law<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    simplex: &Simplex<R>,
+    extremes: Extremes<'_>,
+    limits: &[f64],
+) -> Option<LeastSquaresLaw<R>> {
+    let Extremes { forces, components, interiors, .. } = extremes;
+    let program = FaceProgram { face, components, interiors, limits, least: &[], level: None };
+    let at = DVector::from_column_slice(simplex.target.as_slice());
+    let wrench = |edge: u32| columns.wrenches[edge as usize];
+    let balance = Balance { right: DMatrix::identity(R, R), at };
+    let chosen = program.solve(&balance, |_, edge| (wrench(edge), forces[edge as usize]))?;
+    let Chosen::LeastNorm(law) = chosen else { return None };
+    let row = |matrix: &DMatrix<f64>, k: usize| SVector::<f64, R>::from_fn(|j, _| matrix[(k, j)]);
+    let edges: Vec<u32> = (0..face.statuses.len()).flat_map(|i| face.edges(i)).copied().collect();
+    let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&law.solution, k)).collect();
+    let mut unspanned = SMatrix::<f64, R, R>::identity();
+    for (&edge, coefficient) in edges.iter().zip(&coefficients) {
+        unspanned -= wrench(edge) * coefficient.transpose();
+    }
+    let rows = unspanned.row_iter().map(|row| row.transpose());
+    Some(LeastSquaresLaw {
+        level: if face.limited { row(&law.solution, edges.len()) } else { SVector::zeros() },
+        multipliers: (0..law.multipliers.nrows()).map(|k| row(&law.multipliers, k)).collect(),
+        equations: rows.filter(|rest| rest.amax() > UNMOVED).collect(),
+        coefficients,
+    })
+}
+
 /// The law of one basis, whatever else is optimal: `alpha = B^-1 b`, added up over the columns (Eq. 31).
 pub(crate) fn basic_law<const R: usize>(
     face: &Face,
@@ -88,7 +135,7 @@ pub(crate) fn basic_law<const R: usize>(
     coefficients.clear();
     let rows = || (0..R).filter(|&row| !simplex.basis.artificial[row]);
     let level = |row: usize| simplex.basis.inverse.row(row).transpose();
-    for contact in 0..face.roles.len() {
+    for contact in 0..face.statuses.len() {
         for &edge in face.edges(contact) {
             let users = rows().filter(|&row| simplex.basis.edges(row)[contact] == edge);
             coefficients.push(users.map(level).sum());
@@ -104,7 +151,7 @@ pub(crate) fn unbalanced<const R: usize>(
     coefficients: &[SVector<f64, R>],
     target: &SVector<f64, R>,
 ) -> f64 {
-    let edges = (0..face.roles.len()).flat_map(|contact| face.edges(contact));
+    let edges = (0..face.statuses.len()).flat_map(|contact| face.edges(contact));
     let forces = edges.zip(coefficients).map(|(&edge, c)| columns.wrenches[edge as usize] * c.dot(target));
     (forces.sum::<SVector<f64, R>>() - target).amax()
 }
@@ -117,7 +164,7 @@ pub(crate) fn duality_gap<const R: usize>(
     simplex: &Simplex<R>,
 ) -> f64 {
     let (mut largest, mut sum, mut next) = (0.0_f64, 0.0, 0);
-    for contact in 0..face.roles.len() {
+    for contact in 0..face.statuses.len() {
         let count = face.edges(contact).len();
         let normal: f64 = coefficients[next..next + count].iter().map(|c| c.dot(&simplex.target)).sum();
         next += count;
@@ -137,13 +184,13 @@ fn unknowns<const R: usize>(
 ) -> Option<SMatrix<f64, R, R>> {
     let mut matrix = SMatrix::<f64, R, R>::zeros();
     let mut count = usize::from(face.limited);
-    for (contact, role) in face.roles.iter().enumerate() {
+    for (contact, status) in face.statuses.iter().enumerate() {
         let edges = face.edges(contact);
         let wrench = |edge: u32| columns.wrenches[edge as usize];
-        let (reference, rest) = match (role, edges) {
-            (Role::Idle, _) | (_, []) => continue,
-            (Role::Saturated, [first, rest @ ..]) => (Some(wrench(*first)), rest),
-            (Role::Free, all) => (None, all),
+        let (reference, rest) = match (status, edges) {
+            (ContactStatus::Idle, _) | (_, []) => continue,
+            (ContactStatus::Saturated, [first, rest @ ..]) => (Some(wrench(*first)), rest),
+            (ContactStatus::Free, all) => (None, all),
         };
         if let Some(reference) = reference {
             let sum = matrix.column(0) + reference;
@@ -179,7 +226,7 @@ pub(crate) fn write_region<const R: usize>(
     region.clear();
     let mut next = 0;
     let level = map.tr_mul(level);
-    for (contact, role) in face.roles.iter().enumerate() {
+    for (contact, status) in face.statuses.iter().enumerate() {
         let mut force = [SVector::<f64, R>::zeros(); 4];
         let mut normal = SVector::<f64, R>::zeros();
         let edges = face.edges(contact);
@@ -189,7 +236,7 @@ pub(crate) fn write_region<const R: usize>(
             let coefficient = map.tr_mul(&coefficients[next]);
             next += 1;
             // A contact with one active force presses as hard as that force is used: one condition for both.
-            let implied = face.inside[contact] || (edges.len() == 1 && *role == Role::Saturated);
+            let implied = face.inside[contact] || (edges.len() == 1 && *status == ContactStatus::Saturated);
             if !implied {
                 region.conditions.push(&coefficient);
             }
@@ -202,16 +249,19 @@ pub(crate) fn write_region<const R: usize>(
             }
         }
         if let Some(interior) = extremes.interiors[contact].as_ref().filter(|_| face.inside[contact]) {
-            let own: [_; 3] = std::array::from_fn(|k| map.tr_mul(&coefficients[first + k]));
+            let mut own = [SVector::<f64, R>::zeros(); 4];
+            for (row, coefficient) in own.iter_mut().zip(&coefficients[first..next]) {
+                *row = map.tr_mul(coefficient);
+            }
             for facet in &interior.facets {
-                let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2];
+                let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2] + own[3] * facet[3];
                 region.conditions.push(&row);
                 if let Some(strength) = strength {
                     region.pushes.push(&(row * *strength));
                 }
             }
         }
-        if face.limited && *role == Role::Free {
+        if face.limited && *status == ContactStatus::Free {
             region.conditions.push(&(level - normal));
         }
         for &component in extremes.components {

@@ -7,6 +7,7 @@
 //! multifingered grasping", Mechanism and Machine Theory 41 (2006) 1243-1257.
 #![forbid(unsafe_code)]
 
+mod active_planes;
 mod basis;
 mod batch;
 mod boundary;
@@ -36,6 +37,7 @@ mod interior;
 mod interrupt;
 mod joint_torques;
 mod law;
+mod least_norm;
 mod least_squares;
 mod length_scale_hint;
 mod linear;

@@ -7,15 +7,18 @@
 use nalgebra::SVector;
 
 use crate::basis::Basis;
-use crate::columns::Objective;
+use crate::columns::{OPTIMAL, Objective};
 use crate::cone_columns::ConeContact;
 use crate::cone_program::spanning_wrenches;
 use crate::contact::ForceModel;
 use crate::distribution::{DistributionOptions, Method, check_wrench};
 use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
+use crate::face::Face;
 use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::interior::Interior;
+use crate::interrupt;
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::preload_face::{Bounds, Used};
 use crate::region::UNBALANCED;
@@ -43,6 +46,7 @@ pub(crate) struct PreloadWorkspace {
     simplex: Simplex<ROWS>,
     last: Basis<ROWS>,
     used: Vec<Used>,
+    face: Face,
 }
 
 impl PreloadWorkspace {
@@ -96,17 +100,26 @@ impl<const D: usize> PreloadProgram<D> {
             objective,
             contacts: contacts.collect(),
             least: bounds.iter().map(|bound| bound / largest).collect(),
+            starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
+            interiors: (0..grasp.num_contacts())
+                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
+                .collect(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             rank: equilibration.rank,
-            threshold: if grasp.is_finite() { 1e-12 } else { 0.5 * tolerance },
+            threshold: objective.unit() * if grasp.is_finite() { OPTIMAL } else { 0.5 * tolerance },
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
         Self { equilibration, columns, least, largest, maps, tolerance }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
-        let slots = self.columns.contacts.len() + 1;
-        PreloadWorkspace { simplex: Simplex::new(slots), last: Basis::new(slots), used: Vec::new() }
+        let contacts = self.columns.contacts.len();
+        PreloadWorkspace {
+            simplex: Simplex::new(contacts + 1),
+            last: Basis::new(contacts + 1),
+            used: Vec::new(),
+            face: Face::with_capacity(contacts, 0),
+        }
     }
 
     /// Solves for `b = -w_ext`, which may be zero: fingers that hold press against each other.
@@ -118,13 +131,13 @@ impl<const D: usize> PreloadProgram<D> {
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
         let (target, scale) = self.target(b)?;
-        let PreloadWorkspace { simplex, last, used } = workspace;
+        let PreloadWorkspace { simplex, last, used, face } = workspace;
         let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
-        let mut answer = self.finish(outcome, simplex, used, b, scale, found);
+        let mut answer = self.finish(outcome, simplex, (used, face), b, scale, found);
         if matches!(answer, Err(Error::NotConverged { .. })) {
             // Whatever led there, a start from nothing may end on better numbers.
             let outcome = simplex.cold(&self.columns, &target);
-            answer = self.finish(outcome, simplex, used, b, scale, found);
+            answer = self.finish(outcome, simplex, (used, face), b, scale, found);
         }
         match answer {
             Ok(_) => last.copy_from(&simplex.basis),
@@ -138,7 +151,7 @@ impl<const D: usize> PreloadProgram<D> {
         &self,
         outcome: Outcome<ROWS>,
         simplex: &Simplex<ROWS>,
-        used: &mut Vec<Used>,
+        (used, face): (&mut Vec<Used>, &mut Face),
         b: &Wrench<D>,
         scale: f64,
         found: &mut Found,
@@ -152,17 +165,22 @@ impl<const D: usize> PreloadProgram<D> {
         if outcome == Outcome::Optimal && self.columns.is_finite() {
             let (most, _) = found.totals();
             let bounds = Bounds { least: self.largest / scale, most: most / scale };
-            if let Some(unique) = self.columns.settle(simplex, bounds, used) {
+            if let Some(unique) = self.columns.settle(simplex, bounds, face, used) {
                 self.write(simplex, used, scale, found);
                 found.unique = unique;
             }
+            // A third level that was interrupted has chosen nothing.
+            interrupt::check()?;
         }
         let demand = Demand {
             b,
             maps: &self.maps,
             least: &self.least,
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, simplex.multipliers[0].lp_norm(1)),
+            tolerance: loosened(
+                self.tolerance,
+                simplex.multipliers[0].lp_norm(1) / self.columns.objective.unit(),
+            ),
         };
         let proof = self.lower_bound(&simplex.multipliers[0], b);
         found.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
@@ -189,7 +207,8 @@ impl<const D: usize> PreloadProgram<D> {
     /// The multiplier in physical coordinates, and what it proves.
     fn lower_bound(&self, multiplier: &SVector<f64, ROWS>, b: &Wrench<D>) -> (Wrench<D>, f64) {
         let z = self.columns.wrench_part(multiplier);
-        let z = z / self.columns.values(&z).0.max(1.0);
+        let values = self.columns.contacts.iter().map(|contact| contact.support(&z).0);
+        let z = z / self.columns.objective.reach(values).max(1.0);
         let (_, holding) = self.columns.values(&z);
         let dual = self.equilibration.dual(&z);
         // For the sum, `values` takes no cost off, and what the contacts hold with costs itself.

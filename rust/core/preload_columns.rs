@@ -12,6 +12,7 @@ use nalgebra::SVector;
 use crate::columns::{Column, Objective, Pricing, UNUSED};
 use crate::cone_columns::{ConeContact, best_of};
 use crate::contact::ContactForce;
+use crate::interior::Interior;
 
 /// Rows of the program: at most six of the wrench and the one that makes combinations convex.
 pub(crate) const ROWS: usize = 7;
@@ -29,6 +30,10 @@ pub(crate) struct PreloadColumns<const D: usize> {
     pub(crate) contacts: Vec<ConeContact<D>>,
     /// `c_i / c_max`.
     pub(crate) least: Vec<f64>,
+    /// The number of each contact's first extreme force, counted over all contacts.
+    pub(crate) starts: Vec<usize>,
+    /// The cones whose interior is described by facets.
+    pub(crate) interiors: Vec<Option<Interior>>,
     /// `f_i^U`.
     pub(crate) limits: Vec<f64>,
     /// Rows of the wrench; the convexity row comes next.

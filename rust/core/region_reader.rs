@@ -16,8 +16,8 @@ use crate::face::Face;
 use crate::found::imbalance;
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::interior::Interior;
+use crate::interrupt;
 use crate::law::{self, Extremes};
-use crate::least_squares::least_squares_law;
 use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
 use crate::simplex::Simplex;
 
@@ -79,7 +79,9 @@ impl<const D: usize> RegionReader<D> {
 
     /// A region with room for any law of the grasp.
     pub(crate) fn blank(&self, objective: Objective) -> Region<D> {
-        let (contacts, edges) = (self.maps.len(), self.extreme_forces.len());
+        // A condition for each extreme force or each facet of its cone, whichever are more.
+        let surplus: usize = self.interiors.iter().flatten().map(Interior::surplus).sum();
+        let (contacts, edges) = (self.maps.len(), self.extreme_forces.len() + surplus);
         Region::with_capacity(objective, contacts, edges, self.components.len(), &self.strengths)
     }
 
@@ -100,18 +102,18 @@ impl<const D: usize> RegionReader<D> {
             simplex.refresh_multipliers();
             mismatch = self.write_law(region, simplex, columns, equilibration, page, b);
         }
+        // A third level that was interrupted has chosen nothing.
+        interrupt::check()?;
         let z = &simplex.multipliers[0];
         region.dual = equilibration.dual(z);
         region.units = *equilibration.units();
         for k in equilibration.rank..D {
             region.equations.push(&equilibration.matrix().row(k).transpose());
         }
-        let weight = columns.objective.weight();
-        let reach = columns.value(z, weight);
-        // With a weight the bound is not homogeneous in z, and only multipliers that reach too far may shrink.
-        region.reach = if weight > 0.0 { reach.max(1.0) } else { reach };
+        region.reach = columns.reach(z);
         let objective = region.dual.dot(b);
-        region.tolerance = loosened(self.tolerance, z.lp_norm(1).max(region.cancelled(b) / objective));
+        let size = z.lp_norm(1) / columns.objective.unit();
+        region.tolerance = loosened(self.tolerance, size.max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
         if mismatch <= self.trusted(simplex)
             && region.answers(b, FEASIBLE)
@@ -164,7 +166,7 @@ impl<const D: usize> RegionReader<D> {
                 }
             }
         }
-        if let Some(law) = least_squares_law(face, columns, simplex, extremes, &self.limits) {
+        if let Some(law) = law::least_squares_law(face, columns, simplex, extremes, &self.limits) {
             let (_, mismatch) = mismatch(face, &law.coefficients);
             if mismatch <= trusted {
                 law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
