@@ -129,7 +129,7 @@ impl<const D: usize> Equilibration<D> {
 /// Reciprocals of the largest force and the largest torque the contacts exert, so that their ratio is a
 /// lever and not a choice of units. Taken from lengths and not from components: a component that is zero but
 /// for rounding must stay that small.
-fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
+pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     let planar = D == 3;
     let split = if planar { 2 } else { 3 };
     let (mut force, mut torque) = (0.0_f64, 0.0_f64);

@@ -16,6 +16,8 @@ use crate::equilibration::Equilibration;
 use crate::error::{Error, Result};
 use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::interrupt;
+use crate::precise::Precise;
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::preload_face::{Bounds, Used};
 use crate::region::UNBALANCED;
@@ -35,6 +37,7 @@ pub(crate) struct PreloadProgram<const D: usize> {
     largest: f64,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
+    precise: Precise<D>,
 }
 
 /// What does.
@@ -101,7 +104,8 @@ impl<const D: usize> PreloadProgram<D> {
             threshold: if grasp.is_finite() { 1e-12 } else { 0.5 * tolerance },
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
-        Self { equilibration, columns, least, largest, maps, tolerance }
+        let precise = Precise::new(grasp, objective, bounds, tolerance);
+        Self { equilibration, columns, least, largest, maps, tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
@@ -117,6 +121,27 @@ impl<const D: usize> PreloadProgram<D> {
         found: &mut Found,
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
+        let answer = self.solve_in_doubles(workspace, b, found);
+        let unclear = match &answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction }) => !self.precise.clearly_separated(direction, b),
+            _ => false,
+        };
+        if !unclear {
+            return answer;
+        }
+        interrupt::check()?;
+        let answer = self.precise.solve(b, found)?;
+        Ok(Certificate { pivots: answer.pivots + workspace.simplex.pivots, ..answer })
+    }
+
+    fn solve_in_doubles(
+        &self,
+        workspace: &mut PreloadWorkspace,
+        b: &Wrench<D>,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
+        workspace.simplex.pivots = 0;
         let (target, scale) = self.target(b)?;
         let PreloadWorkspace { simplex, last, used } = workspace;
         let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
@@ -160,6 +185,7 @@ impl<const D: usize> PreloadProgram<D> {
         let demand = Demand {
             b,
             maps: &self.maps,
+            units: self.equilibration.units(),
             least: &self.least,
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, simplex.multipliers[0].lp_norm(1)),

@@ -22,6 +22,12 @@ const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
 /// Roundings of the largest term that a sum is off by, with a margin.
 pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
+/// Wrenches farther from a ray than rounding are not on it: what [`UNBALANCED`] allows, over this.
+const RAY: f64 = 2e4;
+
+/// What rounding leaves between the two ways of computing a ray's objective.
+const RAY_GAP: f64 = 1e-13;
+
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
 
@@ -126,6 +132,8 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
+    /// The multipliers and the gap that were proven where the region is one ray.
+    pub(crate) proven: Option<(SVector<f64, R>, f64)>,
 }
 
 impl<const R: usize> Region<R> {
@@ -151,7 +159,41 @@ impl<const R: usize> Region<R> {
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),
+            proven: None,
         }
+    }
+
+    /// Becomes the ray of wrenches along `b`, on which forces grow in proportion: rows of the components of the forces,
+    /// and the normalised normal forces. Any other wrench is outside.
+    pub(crate) fn write_ray(
+        &mut self,
+        b: &SVector<f64, R>,
+        forces: impl Iterator<Item = f64>,
+        normals: &[f64],
+        proven: (SVector<f64, R>, f64),
+        units: &SVector<f64, R>,
+    ) {
+        self.clear();
+        let largest = b.amax();
+        let scaled = b / largest;
+        let along = scaled / (largest * scaled.norm_squared());
+        forces.for_each(|force| self.forces.push(&(along * force)));
+        normals.iter().for_each(|normal| self.normals.push(&(along * *normal)));
+        for k in 0..R {
+            let mut row = along * -b[k];
+            row[k] += 1.0;
+            self.equations.push(&(row * (units[k] * RAY)));
+        }
+        let (most, sum) = normals.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
+        self.dual = along * self.objective.value(most, sum);
+        self.units = *units;
+        (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
+        self.proven = Some(proven);
+    }
+
+    /// The multipliers of the wrench, and the relative gap they prove.
+    pub(crate) fn proof(&self, b: &SVector<f64, R>) -> (SVector<f64, R>, f64) {
+        self.proven.unwrap_or_else(|| (self.dual, self.gap(b)))
     }
 
     pub(crate) fn clear(&mut self) {
@@ -160,6 +202,7 @@ impl<const R: usize> Region<R> {
         self.equations.clear();
         self.forces.clear();
         self.normals.clear();
+        self.proven = None;
     }
 
     /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective
