@@ -16,9 +16,7 @@ def main() -> None:
     print("|---|---|---|---|---|")
     for module in MODULES:
         for row in module.rows(share):
-            print(
-                f"| {row.family} | {row.cases} | {row.oracle} | {row.missed} | {row.wrong} |", flush=True
-            )
+            print(f"| {row.family} | {row.cases} | {row.oracle} | {row.missed} | {row.wrong} |", flush=True)
 
 
 if __name__ == "__main__":

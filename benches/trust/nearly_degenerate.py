@@ -7,11 +7,11 @@ slightly tilted; boxes at any angle on their corners; two contacts on an edge.
 
 from __future__ import annotations
 
-import graspforce as gf
 import numpy as np
-
 from benches.trust.judge import cone_verdict, verdict
 from benches.trust.row import Row
+
+import graspforce as gf
 
 __all__ = ["case", "cone_case", "rows"]
 
@@ -101,7 +101,9 @@ def cone_case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
     positions, normals, wrench = posed(rng)
     torsion = 0.02 * float(np.abs(positions).max()) if rng.integers(2) else None
     friction = float(rng.choice([0.2, 0.5, 1.0]))
-    grasp = gf.Grasp(positions, normals, friction=friction, torsion=torsion, max_normal_force=20.0, edges=None)
+    grasp = gf.Grasp(
+        positions, normals, friction=friction, torsion=torsion, max_normal_force=20.0, edges=None
+    )
     return grasp, wrench, str(rng.choice(["max", "sum"]))
 
 

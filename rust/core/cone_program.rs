@@ -69,7 +69,7 @@ impl<const D: usize> ConeProgram<D> {
         let answer = self.solve_in_doubles(workspace, b, found);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction }) => !self.precise.clearly_separated(direction, b),
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
             _ => false,
         };
         if !unclear {

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::contact::contact_force;
 use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::Wrench;
@@ -34,6 +35,8 @@ pub struct DistributionBatch {
     pub sigma_max: Vec<f64>,
     /// Sum of normalised normal forces of each row (Eq. 6).
     pub sigma_sum: Vec<f64>,
+    /// What the forces of each row leave unbalanced, `w_ext + sum_i G_i f_i`.
+    pub residual: Vec<f64>,
     /// How each row ended.
     pub status: Vec<RowStatus>,
 }
@@ -62,6 +65,7 @@ impl<const D: usize> ForceDistributor<D> {
             forces: vec![0.0; rows * stride],
             sigma_max: vec![0.0; rows],
             sigma_sum: vec![0.0; rows],
+            residual: Vec::new(),
             status: vec![RowStatus::Refused; rows],
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
@@ -79,7 +83,17 @@ impl<const D: usize> ForceDistributor<D> {
             let (w, s) = (external_wrenches, &mut batch.status);
             self.solve_rows(w, &mut batch.forces, &mut batch.sigma_max, &mut batch.sigma_sum, s)?;
         }
+        let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
+        batch.residual = solved.flat_map(|(row, wrench)| self.residual_of_rows(row, wrench)).collect();
         Ok(batch)
+    }
+
+    /// NaN where the forces are.
+    fn residual_of_rows(&self, row: &[f64], wrench: &Wrench<D>) -> Vec<f64> {
+        let components = self.grasp().force_components();
+        let forces: Vec<_> =
+            row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
+        self.residual(&-wrench, &forces).as_slice().to_vec()
     }
 
     fn solve_rows(

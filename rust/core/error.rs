@@ -31,11 +31,15 @@ pub enum Error {
     /// The witness is a direction `e` with `w_ih . e <= 0` for every primitive wrench and
     /// `-w_ext . e > 0`.
     #[error(
-        "no contact forces within the friction cones balance the external wrench; separating direction {direction:?}"
+        "no contact forces within the friction cones {}balance the external wrench; separating direction {direction:?}{}",
+        if *lower_bounds { "keep the lower bounds and " } else { "" },
+        if *lower_bounds { "; min_normal is to blame: without it forces balance the wrench" } else { "" }
     )]
     InfeasibleWrench {
         /// The separating direction, of unit length.
         direction: Vec<f64>,
+        /// Whether the lower bounds of the normal forces are to blame: without them forces balance the wrench.
+        lower_bounds: bool,
     },
     /// An explicit enumeration would not fit the limit the caller allows.
     #[error(

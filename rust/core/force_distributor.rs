@@ -224,7 +224,8 @@ impl<const D: usize> ForceDistributor<D> {
         region.normals.multiply(b, &mut shares);
         let (sigma_max, sigma_sum) = region.totals(b);
         let (dual, gap) = region.proof(b);
-        let forces: Vec<_> = rows.chunks(components.len()).map(|row| contact_force(row, components)).collect();
+        let forces: Vec<_> =
+            rows.chunks(components.len()).map(|row| contact_force(row, components)).collect();
         Ok(Distribution {
             residual: self.residual(b, &forces),
             forces,
@@ -242,7 +243,7 @@ impl<const D: usize> ForceDistributor<D> {
     }
 
     /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
-    fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
+    pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
         self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
     }
 

@@ -14,8 +14,9 @@ use crate::equilibration::Equilibration;
 use crate::error::{Error, Result, Unmet};
 use crate::found::Found;
 use crate::grasp::{Grasp, Wrench};
-use crate::precise::Precise;
 use crate::interrupt;
+use crate::precise::Precise;
+use crate::precise_choice::MAX_UNKNOWNS;
 use crate::region::Region;
 use crate::region_reader::{Page, RegionReader};
 use crate::simplex::{Outcome, Simplex, TIE, Target};
@@ -185,10 +186,18 @@ impl<const D: usize> LinearProgram<D> {
             workspace.simplex.pivots = 0;
             let slot = match self.solve_in_doubles(workspace, b) {
                 Err(Error::NotConverged { .. }) => self.decide(workspace, b)?,
-                Err(Error::InfeasibleWrench { direction })
+                Err(Error::InfeasibleWrench { direction, .. })
                     if !self.precise.clearly_separated(&direction, b) =>
                 {
                     self.decide(workspace, b)?
+                }
+                // What the third level could not tell, it tells from the objective alone.
+                Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
+                    workspace.remembered[slot].used = clock;
+                    match self.decide(workspace, b) {
+                        Err(Error::Interrupted) => return Err(Error::Interrupted),
+                        decided => decided.unwrap_or(slot),
+                    }
                 }
                 solved => solved?,
             };
@@ -197,6 +206,11 @@ impl<const D: usize> LinearProgram<D> {
         workspace.latest = slot;
         workspace.remembered[slot].used = clock;
         Ok((&workspace.remembered[slot].region, pivots))
+    }
+
+    /// Whether the law of a region follows rounding, so that 32 digits and the third level choose better forces.
+    fn is_doubtful(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
+        self.columns.wrenches.len() <= MAX_UNKNOWNS && (region.basic || region.is_steep(b))
     }
 
     fn solve_in_doubles(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {

@@ -75,7 +75,8 @@ impl<const D: usize> Precise<D> {
             Outcome::Balanced => {}
             Outcome::Infeasible(witness) => {
                 let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * units[k]));
-                return Err(Error::InfeasibleWrench { direction: direction.as_slice().to_vec() });
+                let direction = direction.as_slice().to_vec();
+                return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
             }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
@@ -109,7 +110,8 @@ impl<const D: usize> Precise<D> {
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
         let multiplier = z.map(|z| DoubleDouble::from(z / largest));
         let [reach, holding] = self.columns.values(&multiplier, 0.0);
-        let product: f64 = multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
+        let product: f64 =
+            multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
         let margin = (product - self.largest * holding.value()) / size;
         reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
@@ -143,7 +145,8 @@ impl<const D: usize> Precise<D> {
         let floor = if homogeneous { f64::MIN_POSITIVE } else { 1.0 };
         let shrink = 1.0 / pressing.value().max(floor);
         let shrunk = multiplier.map(|z| z.times(shrink));
-        let product = shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
+        let product =
+            shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
         let mut bound = product.value() * size;
         if !self.least.is_empty() {
             let [_, holding] = self.columns.values(&shrunk, weight);

@@ -22,7 +22,7 @@ const ROUNDS: usize = 4;
 const ACTIVE: f64 = 1e-3;
 
 /// Extreme forces beyond which the level is left out.
-const MAX_UNKNOWNS: usize = 400;
+pub(crate) const MAX_UNKNOWNS: usize = 400;
 
 /// Changes of extreme forces that take part before the level is given up.
 const MAX_CHANGES: usize = 600;
@@ -155,7 +155,9 @@ fn nonnegative_least_squares(
             }
         }
         let gradient = matrix.tr_mul(&(right - matrix * &x));
-        let best = (0..x.len()).filter(|j| !passive.contains(j)).max_by(|&a, &b| gradient[a].total_cmp(&gradient[b]));
+        let best = (0..x.len())
+            .filter(|j| !passive.contains(j))
+            .max_by(|&a, &b| gradient[a].total_cmp(&gradient[b]));
         match best.filter(|&j| gradient[j] > noise.max(1e-9)) {
             Some(j) => {
                 passive.push(j);
@@ -168,7 +170,8 @@ fn nonnegative_least_squares(
 
 fn solve_passive(matrix: &DMatrix<f64>, right: &DVector<f64>, passive: &[usize]) -> Option<DVector<f64>> {
     let columns = matrix.select_columns(passive);
-    let rows: Vec<usize> = (0..columns.nrows()).filter(|&i| columns.row(i).iter().any(|x| *x != 0.0)).collect();
+    let rows: Vec<usize> =
+        (0..columns.nrows()).filter(|&i| columns.row(i).iter().any(|x| *x != 0.0)).collect();
     if rows.len() < passive.len() {
         return None;
     }

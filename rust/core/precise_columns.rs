@@ -70,7 +70,10 @@ struct Best {
 }
 
 pub(crate) fn dot(wrench: &[f64; 6], z: &Vector) -> DoubleDouble {
-    wrench.iter().zip(z).fold(DoubleDouble::ZERO, |sum, (w, z)| if *w == 0.0 { sum } else { sum + z.times(*w) })
+    wrench
+        .iter()
+        .zip(z)
+        .fold(DoubleDouble::ZERO, |sum, (w, z)| if *w == 0.0 { sum } else { sum + z.times(*w) })
 }
 
 impl PreciseColumns {

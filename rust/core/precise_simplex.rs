@@ -97,14 +97,15 @@ impl<'a> PreciseSimplex<'a> {
                 return Outcome::Stalled;
             }
             let left = self.left_over();
-            let last = price >= LAST_PRICE * self.objective().max(1.0);
+            let highest = LAST_PRICE * self.objective().max(1.0);
+            let last = price >= highest;
             if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDING } {
                 return Outcome::Balanced;
             }
             if last {
                 break;
             }
-            price *= 1e3;
+            price = (price * 1e3).min(highest);
         }
         if !self.minimise(None) {
             return Outcome::Stalled;

@@ -38,6 +38,8 @@ pub(crate) struct PreloadProgram<const D: usize> {
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: Precise<D>,
+    /// The program without lower bounds, which tells whether they are to blame.
+    unbounded: Precise<D>,
 }
 
 /// What does.
@@ -75,6 +77,14 @@ pub(crate) fn checked_bounds<const D: usize>(
         if !(bound >= 0.0 && bound.is_finite()) {
             return refused(Some(contact), format!("{bound} must be finite and not negative"));
         }
+        if bound > 1.0 {
+            let (limit, least) = (described.max_normal_force, bound * described.max_normal_force);
+            let reason = format!(
+                "{bound} is a share of the contact's limit and must be at most 1: it asks for {least} N, and \
+                 max_normal_force is {limit} N"
+            );
+            return refused(Some(contact), reason);
+        }
         if bound > 0.0 && matches!(described.forces, ForceModel::Extreme(_)) {
             let reason = format!("{bound}: general extreme forces have no common normal force to bound");
             return refused(Some(contact), reason);
@@ -105,7 +115,8 @@ impl<const D: usize> PreloadProgram<D> {
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
         let precise = Precise::new(grasp, objective, bounds, tolerance);
-        Self { equilibration, columns, least, largest, maps, tolerance, precise }
+        let unbounded = Precise::new(grasp, objective, &[], tolerance);
+        Self { equilibration, columns, least, largest, maps, tolerance, precise, unbounded }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
@@ -124,15 +135,24 @@ impl<const D: usize> PreloadProgram<D> {
         let answer = self.solve_in_doubles(workspace, b, found);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction }) => !self.precise.clearly_separated(direction, b),
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
             _ => false,
         };
-        if !unclear {
-            return answer;
+        let answer = if unclear {
+            interrupt::check()?;
+            let spent = workspace.simplex.pivots;
+            let decided = self.precise.solve(b, found);
+            decided.map(|answer| Certificate { pivots: answer.pivots + spent, ..answer })
+        } else {
+            answer
+        };
+        match answer {
+            Err(Error::InfeasibleWrench { direction, .. }) => {
+                let lower_bounds = b.amax() == 0.0 || self.unbounded.solve(b, found).is_ok();
+                Err(Error::InfeasibleWrench { direction, lower_bounds })
+            }
+            answer => answer,
         }
-        interrupt::check()?;
-        let answer = self.precise.solve(b, found)?;
-        Ok(Certificate { pivots: answer.pivots + workspace.simplex.pivots, ..answer })
     }
 
     fn solve_in_doubles(

@@ -28,6 +28,9 @@ const RAY: f64 = 2e4;
 /// What rounding leaves between the two ways of computing a ray's objective.
 const RAY_GAP: f64 = 1e-13;
 
+/// Laws whose forces change by more than this, relative to the wrench's and their own size, are steep.
+const STEEP: f64 = 1e6;
+
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
 
@@ -132,6 +135,8 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
+    /// Whether the law is that of one basis, because rounding hides what else is optimal.
+    pub(crate) basic: bool,
     /// The multipliers and the gap that were proven where the region is one ray.
     pub(crate) proven: Option<(SVector<f64, R>, f64)>,
 }
@@ -159,6 +164,7 @@ impl<const R: usize> Region<R> {
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),
+            basic: false,
             proven: None,
         }
     }
@@ -191,6 +197,21 @@ impl<const R: usize> Region<R> {
         self.proven = Some(proven);
     }
 
+    /// Whether a change of the wrench that is nearly nothing changes the forces by as much as they are: such a law follows
+    /// rounding of the contacts' positions.
+    pub(crate) fn is_steep(&self, b: &SVector<f64, R>) -> bool {
+        let unit = self.units.map(f64::recip);
+        let size = b.component_mul(&self.units).amax();
+        let (mut steepest, mut largest) = (0.0_f64, 0.0_f64);
+        for block in &self.forces.blocks {
+            largest = block.times(b).into_iter().fold(largest, |most, force| most.max(force.abs()));
+            for (column, unit) in block.0.iter().zip(unit.iter()) {
+                steepest = column.iter().fold(steepest, |most, x| most.max((x * unit).abs()));
+            }
+        }
+        steepest * size > STEEP * largest
+    }
+
     /// The multipliers of the wrench, and the relative gap they prove.
     pub(crate) fn proof(&self, b: &SVector<f64, R>) -> (SVector<f64, R>, f64) {
         self.proven.unwrap_or_else(|| (self.dual, self.gap(b)))
@@ -203,6 +224,7 @@ impl<const R: usize> Region<R> {
         self.forces.clear();
         self.normals.clear();
         self.proven = None;
+        self.basic = false;
     }
 
     /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective

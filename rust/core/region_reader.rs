@@ -188,6 +188,7 @@ impl<const D: usize> RegionReader<D> {
         face.read_basis(columns, simplex);
         let level = law::basic_law(face, simplex, coefficients);
         law::write_region(region, face, coefficients, &level, map, extremes);
+        region.basic = true;
         for row in (0..equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
             region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
         }
@@ -198,7 +199,12 @@ impl<const D: usize> RegionReader<D> {
     fn imbalance(&self, region: &Region<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
         region.forces.multiply(b, forces);
         let rows = forces.chunks(self.components.len());
-        imbalance(b, &region.units, 0.0, self.maps.iter().zip(rows.map(|row| contact_force(row, self.components))))
+        imbalance(
+            b,
+            &region.units,
+            0.0,
+            self.maps.iter().zip(rows.map(|row| contact_force(row, self.components))),
+        )
     }
 
     /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.

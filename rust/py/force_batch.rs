@@ -1,7 +1,7 @@
 //! `graspforce.ForceBatch`.
 
 use graspforce::{DistributionBatch, Grasp};
-use numpy::{PyArray1, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -17,6 +17,8 @@ use crate::arrays::as_array;
 ///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
 /// sigma_max, sigma_sum : numpy.ndarray
 ///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+/// residual : numpy.ndarray
+///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
 /// status : numpy.ndarray
 ///     (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
 #[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
@@ -30,6 +32,9 @@ pub struct PyForceBatch {
     /// (T,) sum of normalised normal forces (Eq. 6).
     #[pyo3(get)]
     sigma_sum: Py<PyArray1<f64>>,
+    /// (T, d) what the forces leave unbalanced; NaN where the status is not 0.
+    #[pyo3(get)]
+    residual: Py<PyArray2<f64>>,
     /// (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
@@ -61,14 +66,15 @@ impl PyForceBatch {
         forces: Py<PyArray3<f64>>,
         sigma_max: Py<PyArray1<f64>>,
         sigma_sum: Py<PyArray1<f64>>,
+        residual: Py<PyArray2<f64>>,
         status: Py<PyArray1<i8>>,
     ) -> Self {
-        Self { forces, sigma_max, sigma_sum, status }
+        Self { forces, sigma_max, sigma_sum, residual, status }
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.status);
+        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.residual, &this.status);
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
@@ -90,6 +96,7 @@ impl PyForceBatch {
             forces: PyArray1::from_vec(py, batch.forces).reshape(shape)?.unbind(),
             sigma_max: PyArray1::from_vec(py, batch.sigma_max).unbind(),
             sigma_sum: PyArray1::from_vec(py, batch.sigma_sum).unbind(),
+            residual: PyArray1::from_vec(py, batch.residual).reshape([shape[0], D])?.unbind(),
             status: PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)).unbind(),
         })
     }
