@@ -1,8 +1,8 @@
 """Supports that are degenerate but for rounding: feet on a floor, loads through the edge of what they span.
 
-Two to eight contacts on regular polygons and on none, heights off by 1e-12 to 1e-5 m, positions as float32 or with 6 to
-12 decimals, hard and soft fingers, 4 to 12 edges, loads through the centre, a foot or the middle of a side, upright and
-slightly tilted; boxes at any angle on their corners; two contacts on an edge.
+Two to eight contacts on regular polygons and on none, heights off by 1e-12 to 1e-5 m, positions as float32 or
+with 6 to 12 decimals, hard and soft fingers, 4 to 12 edges, loads through the centre, a foot or the middle
+of a side, upright and slightly tilted; boxes at any angle on their corners; two contacts on an edge.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CASES, CONE_CASES = 10_000, 2_000
 
 
 def rounded(rng: np.random.Generator, values: np.ndarray) -> np.ndarray:
-    """The values as a sensor, a file or a simulator hands them on."""
+    """Round the values as a sensor, a file or a simulator hands them on."""
     kind = rng.integers(3)
     if kind == 0:
         return values
@@ -60,7 +60,7 @@ def support(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def turn(rng: np.random.Generator) -> np.ndarray:
-    """A rotation, one in three the identity."""
+    """Draw a rotation, one in three the identity."""
     if rng.integers(3) == 0:
         return np.eye(3)
     q, _ = np.linalg.qr(rng.standard_normal((3, 3)))
@@ -81,7 +81,7 @@ def posed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
-    """A grasp over linearised cones, an external wrench and an objective."""
+    """Make a grasp over linearised cones, an external wrench and an objective."""
     rng = np.random.default_rng(seed)
     positions, normals, wrench = posed(rng)
     grasp = gf.Grasp(
@@ -96,7 +96,7 @@ def case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
 
 
 def cone_case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
-    """The same with true cones."""
+    """Make the same with true cones."""
     rng = np.random.default_rng([7, seed])
     positions, normals, wrench = posed(rng)
     torsion = 0.02 * float(np.abs(positions).max()) if rng.integers(2) else None

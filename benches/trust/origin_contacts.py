@@ -1,4 +1,4 @@
-"""Grasps of small integers with a contact at the torque origin, planar and spatial: torques that are all rounding."""
+"""Grasps of small integers with a contact at the torque origin: torques that are all rounding."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CASES = 15_057
 
 
 def case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
-    """A grasp, an external wrench and an objective."""
+    """Make a grasp, an external wrench and an objective."""
     rng = np.random.default_rng([3, seed])
     dim = 2 + seed % 2
     count = int(rng.integers(1, 5))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 class Row:
     """A family of cases, how many of them, what they were compared with, and how often the library failed.
 
-    `missed` counts cases without an answer where the oracle has one, `wrong` answers that differ from the oracle's.
+    `missed` counts cases without an answer where the oracle has one, `wrong` answers that differ from the
+    oracle's.
     """
 
     family: str

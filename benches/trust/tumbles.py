@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from benches.trust.row import Row
 
 import graspforce as gf
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 __all__ = ["rows", "states"]
 
@@ -18,8 +22,6 @@ SHAPES = {"box": "type='box' size='0.05 0.04 0.03'", "capsule": "type='capsule' 
 
 def states(shape: str, seed: int) -> Iterator[tuple[gf.Grasp, np.ndarray]]:
     """Grasps and wrenches of one tumble."""
-    import mujoco
-
     model = mujoco.MjModel.from_xml_string(
         "<mujoco><worldbody><geom type='plane' size='2 2 1' condim='4'/><body name='object' pos='0 0 0.12'>"
         f"<freejoint/><geom {SHAPES[shape]} mass='0.5' condim='4'/></body></worldbody></mujoco>"
@@ -42,7 +44,7 @@ def states(shape: str, seed: int) -> Iterator[tuple[gf.Grasp, np.ndarray]]:
 
 
 def rows(share: float) -> list[Row]:
-    """The simulator's own forces balance the wrench, so that none may be missed, and none be larger."""
+    """Miss no state: the simulator's own forces balance its wrench."""
     found = []
     for shape in SHAPES:
         cases = missed = wrong = 0

@@ -105,7 +105,8 @@ class InfeasibleWrenchError(GraspForceError):
     ----------
     direction : numpy.ndarray
         (d,) unit vector e that separates: ``w_ih . e <= 0`` for every primitive wrench, and
-        ``-w_ext . e`` is more than the feasibility tolerance. With ``min_normal`` c the second reads ``-w_ext . e > sum_i c_i max_h w_ih . e``.
+        ``-w_ext . e > 0`` by more than the feasibility tolerance. With ``min_normal`` c the second reads
+        ``-w_ext . e > sum_i c_i max_h w_ih . e``.
     """
 
     direction: NDArray[np.float64]
