@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
 from benches.trust.row import Row
 
