@@ -138,8 +138,11 @@ def verdict(  # noqa: PLR0911 - one return for each way to fail
     if least is not None and abs(value - least) <= OBJECTIVE * least:
         return "right", "as HiGHS"
     bound = proven(contacts, answer.dual, rest - np.asarray(wrench), objective)
-    # At the edge of what can be balanced doubles hold the multipliers to the reported gap only.
-    if answer.gap <= LOOSEST and abs(value - bound) <= max(OBJECTIVE, 1.1 * answer.gap) * value:
+    # At the edge of what can be balanced the wrenches' own rounding, times the multipliers, is all that is known.
+    rounding = 1e-15 * np.abs(answer.dual * scale).sum() * np.abs(np.asarray(wrench) / scale).max()
+    if answer.gap <= LOOSEST and abs(value - bound) <= max(
+        OBJECTIVE * value, 1.1 * answer.gap * value, rounding
+    ):
         return "right", f"proven, HiGHS {least} instead of {value}"
     return "wrong", f"{value}, HiGHS {least}, proven {bound}"
 

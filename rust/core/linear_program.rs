@@ -27,6 +27,9 @@ const REMEMBERED: usize = 16;
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 2;
 
+/// A gap that rounding alone does not leave: the face was told from multipliers that are off.
+const DOUBTFUL_GAP: f64 = 1e-11;
+
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
 
@@ -210,7 +213,8 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Whether the law of a region follows rounding, so that 32 digits and the third level choose better forces.
     fn is_doubtful(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
-        self.columns.wrenches.len() <= MAX_UNKNOWNS && (region.basic || region.is_steep(b))
+        self.columns.wrenches.len() <= MAX_UNKNOWNS
+            && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
     }
 
     fn solve_in_doubles(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
