@@ -56,7 +56,7 @@ fn every_spatial_case_has_its_least_sum_and_maximum_over_true_cones() {
                         assert!(answer.gap <= 1e-7);
                         assert_in_cones(&grasp, &external, &answer);
                     }
-                    (None, Err(Error::InfeasibleWrench { direction })) => {
+                    (None, Err(Error::InfeasibleWrench { direction, .. })) => {
                         let e = Wrench::<6>::from_row_slice(&direction);
                         assert!(-external.dot(&e) > 0.0);
                         let set = graspforce::WrenchSet::new(&grasp, Criterion::Sum);

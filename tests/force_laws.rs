@@ -176,7 +176,7 @@ proptest! {
         for criterion in BOTH {
             match ForceDistributor::new(&grasp, criterion).unwrap().solve(&external) {
                 Ok(answer) => assert_sound(&grasp, &external, &answer),
-                Err(Error::InfeasibleWrench { direction }) => {
+                Err(Error::InfeasibleWrench { direction, .. }) => {
                     let e = Wrench::<6>::from_row_slice(&direction);
                     prop_assert!(-external.dot(&e) > 0.0);
                     for w in grasp.primitive_wrenches().unwrap() {

@@ -135,7 +135,7 @@ proptest! {
         for criterion in BOTH {
             match distributor(&grasp, criterion, &low, 0.0).solve(&external) {
                 Ok(answer) => assert_sound(&grasp, &external, &low, &answer),
-                Err(Error::InfeasibleWrench { direction }) => {
+                Err(Error::InfeasibleWrench { direction, .. }) => {
                     let e = Wrench::<6>::from_row_slice(&direction);
                     let mut held = 0.0;
                     for (i, low) in low.iter().enumerate().take(c.len()) {

@@ -21,7 +21,7 @@ fn distributor<const D: usize>(
 }
 
 fn assert_separates(grasp: &Grasp<6>, external: &Wrench<6>, result: Result<Distribution<6>, Error>) {
-    let Err(Error::InfeasibleWrench { direction }) = result else {
+    let Err(Error::InfeasibleWrench { direction, .. }) = result else {
         panic!("expected infeasible: {result:?}")
     };
     let e = Wrench::<6>::from_row_slice(&direction);

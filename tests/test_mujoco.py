@@ -161,7 +161,7 @@ def test_a_body_that_nothing_touches_or_that_is_not_there_is_named():
     model, data = box_on_floor(3, 3)
     data.qpos[2] = 1
     mujoco.mj_forward(model, data)
-    with pytest.raises(gf.InvalidInputError, match="nothing touches 'box'"):
+    with pytest.raises(gf.NoContactError, match="nothing touches 'box'"):
         gf.from_mujoco(model, data, "box")
     with pytest.raises(gf.InvalidInputError, match="sphere"):
         gf.from_mujoco(model, data, "sphere")

@@ -8,11 +8,25 @@ from benches.trust import (
     mesh_unions,
     metrics,
     near_closure,
+    nearly_degenerate,
+    origin_contacts,
     smooth,
     symmetric_cones,
+    tumbles,
 )
 
-FAMILIES = (history_free, metrics, near_closure, smooth, symmetric_cones, global_bounds, mesh_unions)
+FAMILIES = (
+    nearly_degenerate,
+    origin_contacts,
+    tumbles,
+    history_free,
+    metrics,
+    near_closure,
+    smooth,
+    symmetric_cones,
+    global_bounds,
+    mesh_unions,
+)
 
 
 def main() -> None:

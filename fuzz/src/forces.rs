@@ -28,7 +28,7 @@ pub fn checked<const D: usize>(
             feasible(grasp, external, found);
             bounded(distributor, external, found);
         }
-        Err(Error::InfeasibleWrench { direction }) => {
+        Err(Error::InfeasibleWrench { direction, .. }) => {
             separates(distributor, external, &Wrench::from_column_slice(direction));
         }
         Err(_) => {}

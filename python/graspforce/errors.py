@@ -26,6 +26,7 @@ __all__ = [
     "InvalidGraspError",
     "InvalidInputError",
     "MissingExtraError",
+    "NoContactError",
     "NotConvergedError",
     "ResumeError",
     "TooLargeError",
@@ -115,7 +116,8 @@ class InfeasibleWrenchError(GraspForceError):
     ----------
     direction : numpy.ndarray
         (d,) unit vector e that separates: ``w_ih . e <= 0`` for every primitive wrench, and
-        ``-w_ext . e > 0``. With ``min_normal`` c the second reads ``-w_ext . e > sum_i c_i max_h w_ih . e``.
+        ``-w_ext . e > 0`` by more than the feasibility tolerance. With ``min_normal`` c the second reads
+        ``-w_ext . e > sum_i c_i max_h w_ih . e``.
     """
 
     direction: NDArray[np.float64]
@@ -132,8 +134,15 @@ class BusyError(GraspForceError):
     """A distributor is in use by another thread, or a folder by another run; give each one of its own."""
 
 
+class NoContactError(GraspForceError):
+    """Nothing touches the body that a simulation was asked about: there is no grasp to read."""
+
+
 class NotConvergedError(GraspForceError):
-    """A bounded iteration ended without an answer that meets the tolerance."""
+    """A bounded iteration ended without an answer that passes its checks.
+
+    The message says which check failed, by how much, and what to try.
+    """
 
 
 class ResumeError(GraspForceError):

@@ -175,6 +175,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "unique": solution.unique,
         "fell_back": solution.fell_back,
         "dual": solution.dual.tolist(),
+        "residual": solution.residual.tolist(),
         "shares": solution.shares.tolist(),
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
@@ -190,6 +191,9 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
         "forces": [row if good else None for row, good in zip(batch.forces.tolist(), solved, strict=True)],
         "sigma_max": _known(batch.sigma_max),
         "sigma_sum": _known(batch.sigma_sum),
+        "residual": [
+            row if good else None for row, good in zip(batch.residual.tolist(), solved, strict=True)
+        ],
         "status": batch.status.tolist(),
     }
 

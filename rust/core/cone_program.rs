@@ -11,9 +11,11 @@ use crate::columns::{Objective, UNUSED};
 use crate::cone_columns::ConeColumns;
 use crate::contact::ContactForce;
 use crate::equilibration::{Equilibration, Reachable};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::interrupt;
+use crate::precise::Precise;
 use crate::region_reader::loosened;
 use crate::second_order::least_forces;
 use crate::simplex::{Outcome, Simplex, Target};
@@ -28,6 +30,7 @@ pub(crate) struct ConeProgram<const D: usize> {
     columns: ConeColumns<D>,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
+    precise: Precise<D>,
 }
 
 /// What does.
@@ -47,7 +50,8 @@ impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
-        Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance }
+        let precise = Precise::new(grasp, objective, &[], tolerance);
+        Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
@@ -62,8 +66,39 @@ impl<const D: usize> ConeProgram<D> {
         b: &Wrench<D>,
         found: &mut Found,
     ) -> Result<Certificate<D>> {
-        let Reachable { target, scale } = self.equilibration.reachable(b)?;
+        let answer = self.solve_in_doubles(workspace, b, found);
+        let unclear = match &answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
+            _ => false,
+        };
+        if !unclear {
+            return answer;
+        }
+        interrupt::check()?;
+        let spent = workspace.simplex.pivots;
+        match self.precise.solve(b, found) {
+            Ok(answer) => Ok(Certificate { pivots: answer.pivots + spent, ..answer }),
+            Err(Error::NotConverged { .. }) => {
+                let Reachable { target, scale } = self.equilibration.reachable(b)?;
+                let simplex = &mut workspace.simplex;
+                let Some(z) = self.fall_back(simplex, &target, scale, found) else { return answer };
+                let better = self.certify(&z, b, found, simplex.pivots).or(answer)?;
+                Ok(Certificate { fell_back: true, ..better })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn solve_in_doubles(
+        &self,
+        workspace: &mut ConeWorkspace<D>,
+        b: &Wrench<D>,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
         let ConeWorkspace { simplex, last } = workspace;
+        simplex.pivots = 0;
+        let Reachable { target, scale } = self.equilibration.reachable(b)?;
         let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&z));
@@ -71,14 +106,11 @@ impl<const D: usize> ConeProgram<D> {
         found.clear();
         self.add_up(simplex, scale, found);
         let answer = self.certify(&simplex.multipliers[0], b, found, simplex.pivots);
-        if answer.is_ok() {
-            last.copy_from(&simplex.basis);
-            return answer;
+        match answer {
+            Ok(_) => last.copy_from(&simplex.basis),
+            Err(_) => last.artificial = [true; D],
         }
-        last.artificial = [true; D];
-        let Some(z) = self.fall_back(simplex, &target, scale, found) else { return answer };
-        let better = self.certify(&z, b, found, simplex.pivots).or(answer)?;
-        Ok(Certificate { fell_back: true, ..better })
+        answer
     }
 
     /// What the forces found are worth beside the bound that `z` proves once it is scaled to reach one.
@@ -94,6 +126,7 @@ impl<const D: usize> ConeProgram<D> {
         let demand = Demand {
             b,
             maps: &self.maps,
+            units: self.equilibration.units(),
             least: &[],
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),

@@ -88,12 +88,17 @@ pub struct Distribution<const D: usize> {
     /// Whether the objective and its tie-break alone are known to determine the forces. Where they may not, the least
     /// `sum_i |f_i|^2 / f_i^U^2` does; forces that extreme forces can make in several ways count as such.
     pub unique: bool,
+    /// What the forces leave unbalanced, `w_ext + sum_i G_i f_i`: rounding, or where no forces balance the wrench
+    /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows.
+    pub residual: Wrench<D>,
+    /// The tolerance of the relative gap in force.
+    pub tolerance: f64,
 }
 
 impl<const D: usize> Distribution<D> {
-    /// Whether every normal force keeps its upper bound: `sigma_max <= 1`.
+    /// Whether every normal force keeps its upper bound, up to the tolerance of the gap: `sigma_max <= 1 + tolerance`.
     pub fn within_limits(&self) -> bool {
-        self.sigma_max <= 1.0
+        self.sigma_max <= 1.0 + self.tolerance
     }
 
     /// The wrench `G_i f_i` of each contact (Eq. 8). They sum to `-w_ext`.

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 
+use crate::contact::contact_force;
 use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::memory::filled;
+use crate::memory::{filled, room};
 
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
@@ -35,6 +36,8 @@ pub struct DistributionBatch {
     pub sigma_max: Vec<f64>,
     /// Sum of normalised normal forces of each row (Eq. 6).
     pub sigma_sum: Vec<f64>,
+    /// What the forces of each row leave unbalanced, `w_ext + sum_i G_i f_i`.
+    pub residual: Vec<f64>,
     /// How each row ended.
     pub status: Vec<RowStatus>,
 }
@@ -64,6 +67,7 @@ impl<const D: usize> ForceDistributor<D> {
             forces: filled("forces", rows.saturating_mul(stride), 0.0)?,
             sigma_max: filled("sigma_max", rows, 0.0)?,
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
+            residual: Vec::new(),
             status: filled("status", rows, RowStatus::Refused)?,
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
@@ -81,7 +85,18 @@ impl<const D: usize> ForceDistributor<D> {
             let (w, s) = (external_wrenches, &mut batch.status);
             self.solve_rows(w, &mut batch.forces, &mut batch.sigma_max, &mut batch.sigma_sum, s)?;
         }
+        let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
+        batch.residual = room("residual", rows.saturating_mul(D))?;
+        batch.residual.extend(solved.flat_map(|(row, wrench)| self.residual_of_rows(row, wrench)));
         Ok(batch)
+    }
+
+    /// NaN where the forces are.
+    fn residual_of_rows(&self, row: &[f64], wrench: &Wrench<D>) -> Vec<f64> {
+        let components = self.grasp().force_components();
+        let forces: Vec<_> =
+            row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
+        self.residual(&-wrench, &forces).as_slice().to_vec()
     }
 
     fn solve_rows(

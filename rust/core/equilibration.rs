@@ -107,7 +107,7 @@ impl<const D: usize> Equilibration<D> {
     /// The error for a wrench that this multiplier separates from all the grasp can balance.
     pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
         let direction = unit(&self.dual(multiplier));
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec() }
+        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
     }
 
     /// Reciprocals of the largest force and torque of one contact.
@@ -129,12 +129,13 @@ impl<const D: usize> Equilibration<D> {
 /// Reciprocals of the largest force and the largest torque the contacts exert, so that their ratio is a
 /// lever and not a choice of units. Taken from lengths and not from components: a component that is zero but
 /// for rounding must stay that small.
-fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
+pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     let planar = D == 3;
-    let split = if planar { 2 } else { 3 };
+    // In space the arm stands in the map twice, once for each direction across it.
+    let (split, times) = if planar { (2, 1.0) } else { (3, 2.0_f64.sqrt()) };
     let (mut force, mut torque) = (0.0_f64, 0.0_f64);
     for (i, (contact, map)) in grasp.contacts().iter().zip(grasp.maps()).enumerate() {
-        let lever = map.fixed_columns::<3>(0).rows_range(split..).norm();
+        let lever = map.fixed_columns::<3>(0).rows_range(split..).norm() / times;
         let (strength, torsion) = if let Some(range) = grasp.edges(i) {
             grasp.finite_forces()[range]
                 .iter()

@@ -31,11 +31,15 @@ pub enum Error {
     /// The witness is a direction `e` with `w_ih . e <= 0` for every primitive wrench and
     /// `-w_ext . e > 0`.
     #[error(
-        "no contact forces within the friction cones balance the external wrench; separating direction {direction:?}"
+        "no contact forces within the friction cones {}balance the external wrench; separating direction {direction:?}{}",
+        if *lower_bounds { "keep the lower bounds and " } else { "" },
+        if *lower_bounds { "; min_normal is to blame: without it forces balance the wrench" } else { "" }
     )]
     InfeasibleWrench {
         /// The separating direction, of unit length.
         direction: Vec<f64>,
+        /// Whether the lower bounds of the normal forces are to blame: without them forces balance the wrench.
+        lower_bounds: bool,
     },
     /// An explicit enumeration would not fit the limit the caller allows.
     #[error(
@@ -64,15 +68,59 @@ pub enum Error {
     /// [`interruptible`](crate::interruptible) was told to stop.
     #[error("interrupted")]
     Interrupted,
-    /// A bounded iteration ended without an answer that meets the tolerance.
-    #[error("{solver} stopped after {iterations} iterations with a gap of {gap:.3e}")]
+    /// A bounded iteration ended without an answer that passes its checks.
+    #[error("{solver}, after {iterations} pivots: {unmet}")]
     NotConverged {
         /// Which iteration.
         solver: &'static str,
-        /// Iterations used.
+        /// Pivots used.
         iterations: usize,
-        /// What was left, relative.
-        gap: f64,
+        /// The check that failed.
+        unmet: Unmet,
+    },
+}
+
+/// The check that an answer did not pass, by how much, and what may help.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Unmet {
+    /// No optimal basis within the pivots allowed.
+    #[error(
+        "no optimal basis was reached; rescale the wrench or the limits where they are spread over many orders of magnitude"
+    )]
+    Pivots,
+    /// The objective is not proven to be the least.
+    #[error(
+        "the objective is {found:.3e} above its lower bound, relative, and {allowed:.1e} is allowed; raise the tolerance, \
+         or move the wrench away from the edge of what the contacts can balance"
+    )]
+    Gap {
+        /// The relative gap.
+        found: f64,
+        /// The largest that is allowed.
+        allowed: f64,
+    },
+    /// The forces do not balance the wrench.
+    #[error(
+        "the forces leave {found:.3e} of the terms of their balance, and {allowed:.1e} is allowed; bring limits and \
+         lever arms closer together, or move the wrench's origin towards the contacts"
+    )]
+    Balance {
+        /// What is left over, relative.
+        found: f64,
+        /// The largest that is allowed.
+        allowed: f64,
+    },
+    /// A contact presses less than its lower bound.
+    #[error(
+        "a contact presses {found:.3e} of the largest share less than its lower bound, and {allowed:.1e} is allowed; \
+         bring the lower bounds closer together"
+    )]
+    LeastNormal {
+        /// What is missing, relative.
+        found: f64,
+        /// The largest that is allowed.
+        allowed: f64,
     },
 }
 

@@ -8,14 +8,11 @@ use crate::contact::{ContactForce, contact_force};
 use crate::distribution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
 use crate::error::{Error, Result};
 use crate::found::{Certificate, Found};
-use crate::grasp::{Grasp, Wrench, length};
+use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::linear_program::{LinearProgram, LinearWorkspace};
 use crate::preload::{PreloadProgram, PreloadWorkspace, checked_bounds};
-use crate::wrench_set::{Criterion, cone_support};
-
-/// A wrench this far along a unit direction, as a share of its length, is not separated by it.
-const SEPARATED: f64 = 1e-9;
+use crate::wrench_set::Criterion;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
 ///
@@ -174,7 +171,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
     pub fn solve(&self, external_wrench: &Wrench<D>) -> Result<Distribution<D>> {
         if !self.preloaded() && external_wrench.iter().all(|x| *x == 0.0) {
-            return Ok(nothing_to_balance(self.grasp.num_contacts()));
+            return Ok(nothing_to_balance(self.grasp.num_contacts(), self.options.tolerance));
         }
         let mut workspace = self.workspace()?;
         let b = -external_wrench;
@@ -195,30 +192,21 @@ impl<const D: usize> ForceDistributor<D> {
                     pivots: answer.pivots,
                     unique: found.unique,
                     fell_back: answer.fell_back,
+                    residual: self.residual(&b, &found.forces),
+                    tolerance: self.options.tolerance,
                 }
             }),
         }
-        .map_err(|error| self.named(error, external_wrench))
+        .map_err(|error| Self::named(error, external_wrench))
     }
 
     fn preloaded(&self) -> bool {
         matches!(&*self.program, Program::Preload(_))
     }
 
-    /// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see. A witness
-    /// along which a weak contact still pushes is none, whatever rounding beside strong ones says.
-    fn named(&self, error: Error, external_wrench: &Wrench<D>) -> Error {
-        let error = check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error);
-        let Error::InfeasibleWrench { direction } = &error else { return error };
-        let z = Wrench::<D>::from_column_slice(direction);
-        let behind = |w: &Wrench<D>| w.dot(&z) <= SEPARATED * length(w);
-        let mut contacts = self.grasp.contacts().iter().zip(self.grasp.maps()).enumerate();
-        let separated = contacts.all(|(i, (contact, map))| match self.grasp.edges(i) {
-            Some(edges) => self.grasp.finite_wrenches()[edges].iter().all(behind),
-            None => behind(&(map * cone_support(&map.tr_mul(&z), contact.friction, contact.torsion))),
-        });
-        let stalled = Error::NotConverged { solver: "simplex", iterations: 0, gap: f64::INFINITY };
-        if separated { error } else { stalled }
+    /// A wrench that is not finite, or an interrupt, leads to some error or other; this is the one to see.
+    fn named(error: Error, external_wrench: &Wrench<D>) -> Error {
+        check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
     }
 
     fn solve_linear(
@@ -235,18 +223,28 @@ impl<const D: usize> ForceDistributor<D> {
         let mut shares = vec![0.0; m];
         region.normals.multiply(b, &mut shares);
         let (sigma_max, sigma_sum) = region.totals(b);
+        let (dual, gap) = region.proof(b);
+        let forces: Vec<_> =
+            rows.chunks(components.len()).map(|row| contact_force(row, components)).collect();
         Ok(Distribution {
-            forces: rows.chunks(components.len()).map(|row| contact_force(row, components)).collect(),
+            residual: self.residual(b, &forces),
+            forces,
             shares,
             sigma: program.objective().value(sigma_max, sigma_sum),
             sigma_max,
             sigma_sum,
-            dual: region.dual,
-            gap: region.gap(b),
+            dual,
+            gap,
             pivots,
             unique: region.unique,
             fell_back: region.fell_back,
+            tolerance: self.options.tolerance,
         })
+    }
+
+    /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
+    pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
+        self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
     }
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
@@ -291,7 +289,7 @@ impl<const D: usize> ForceDistributor<D> {
                 answer.sigma
             }),
         }
-        .map_err(|error| self.named(error, external_wrench))
+        .map_err(|error| Self::named(error, external_wrench))
     }
 }
 
@@ -352,7 +350,7 @@ fn solve_cones<'a, const D: usize>(
     }
 }
 
-fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
+fn nothing_to_balance<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
     Distribution {
         forces: vec![ContactForce::zeros(); contacts],
         shares: vec![0.0; contacts],
@@ -364,6 +362,8 @@ fn nothing_to_balance<const D: usize>(contacts: usize) -> Distribution<D> {
         pivots: 0,
         unique: true,
         fell_back: false,
+        residual: Wrench::zeros(),
+        tolerance,
     }
 }
 

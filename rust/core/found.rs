@@ -3,11 +3,12 @@
 
 use crate::columns::Objective;
 use crate::contact::ContactForce;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Unmet};
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
+use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_TERMS};
 
-/// How much may be missing to balance, or to a contact's least force, relative to what counts.
-const MISSING: f64 = 1e-9;
+/// Roundings of the largest torque by which a balance of torques may fail though no torque takes part in it.
+const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug, Clone)]
@@ -34,6 +35,8 @@ pub(crate) struct Certificate<const D: usize> {
 pub(crate) struct Demand<'a, const D: usize> {
     pub(crate) b: &'a Wrench<D>,
     pub(crate) maps: &'a [ContactMap<D>],
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) units: &'a Wrench<D>,
     /// Lower bounds of the normalised normal forces; none where empty.
     pub(crate) least: &'a [f64],
     pub(crate) objective: Objective,
@@ -73,18 +76,31 @@ impl Found {
         let gap = (1.0 - bound / sigma).abs();
         let short = demand.least.iter().zip(&self.normals).map(|(least, n)| least - n).fold(0.0, f64::max);
         let contacts = demand.maps.iter().zip(self.forces.iter().copied());
-        let missing = imbalance(demand.b, contacts).max(short / largest);
-        if gap <= demand.tolerance && missing <= MISSING {
+        let held = demand.least.iter().copied().fold(0.0, f64::max);
+        let missing = imbalance(demand.b, demand.units, held, contacts);
+        let allowed = FEASIBILITY_TOLERANCE;
+        let unmet = if missing > allowed {
+            Unmet::Balance { found: missing, allowed }
+        } else if short > allowed * largest {
+            Unmet::LeastNormal { found: short / largest, allowed }
+        } else if gap <= demand.tolerance {
             return Ok(Certificate { sigma, dual, gap, pivots, fell_back: false });
-        }
-        Err(Error::NotConverged { solver, iterations: pivots, gap: gap.max(missing) })
+        } else {
+            Unmet::Gap { found: gap, allowed: demand.tolerance }
+        };
+        Err(Error::NotConverged { solver, iterations: pivots, unmet })
     }
 }
 
 /// How far contact forces are from balancing `b`: forces and torques each for itself, relative to what they add up from,
-/// whatever cancels; infinite for NaN. A contact far away must not hide torques that the others lack.
+/// whatever cancels, and together relative to the wrench; infinite for NaN. A contact far away must not hide torques
+/// that the others lack, and where no torque takes part, its rounding is not compared with itself.
+///
+/// `units` make forces and torques comparable; `held` is the largest share that contacts must press with.
 pub(crate) fn imbalance<'a, const D: usize>(
     b: &Wrench<D>,
+    units: &Wrench<D>,
+    held: f64,
     contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
 ) -> f64 {
     let split = if D == 3 { 2 } else { 3 };
@@ -104,7 +120,12 @@ pub(crate) fn imbalance<'a, const D: usize>(
     }
     let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
     let [force_left, torque_left] = parts(&rest);
-    share(force_left, force).max(share(torque_left, torque))
+    let size = b.component_mul(units).amax().max(held);
+    let rounded = torque_left * units[split] <= ROUNDED_TORQUE * size;
+    let torque_share = if rounded { 0.0 } else { share(torque_left, torque) };
+    let terms = ROUNDED_TERMS * (force * units[0] + torque * units[split]);
+    let beyond = share((rest.component_mul(units).lp_norm(1) - terms).max(0.0), size);
+    share(force_left, force).max(torque_share).max(beyond)
 }
 
 #[cfg(test)]
@@ -120,7 +141,8 @@ mod tests {
         let contact = |x: f64| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(-x.signum(), 0.0, 0.0));
         let grasp = Grasp::<3>::new(&[contact(-1.0), contact(1.0), contact(1e10)]).unwrap();
         let forces = [1.0, 1.0, 0.0].map(|n| ContactForce::new(n, 0.0, 0.5 * n, 0.0));
-        let missing = |b| imbalance(&b, grasp.maps().iter().zip(forces));
+        let units = crate::equilibration::units(&grasp);
+        let missing = |b| imbalance(&b, &units, 0.0, grasp.maps().iter().zip(forces));
         let balanced: Wrench<3> = grasp.maps().iter().zip(&forces).map(|(map, f)| map * f).sum();
         assert!(missing(balanced) < 1e-15);
         assert!(missing(balanced + Wrench::<3>::new(0.0, 0.0, 0.1)) > 0.01);

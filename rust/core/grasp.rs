@@ -163,7 +163,11 @@ impl<const D: usize> Grasp<D> {
         let largest = self.primitive_wrenches[start..].iter().map(Wrench::amax).fold(reach, f64::max);
         let finite = self.primitive_wrenches[start..].iter().flatten().all(|x| x.is_finite());
         let limit = contact.max_normal_force;
-        if !finite || ![arm, limit, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
+        if !REPRESENTABLE.contains(&limit) {
+            let reason = format!("{limit:e}: limits must be between 1e-140 and 1e140; check the units");
+            return Err(Error::contact("max_normal_force", index, reason));
+        }
+        if !finite || ![arm, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
             let reason = format!(
                 "its wrenches reach {largest:e} with arms of {arm:e}, beyond what can be computed with"
             );

@@ -17,7 +17,7 @@ const MAX_UNKNOWNS: usize = 768;
 
 /// Weight of the coefficients beside the forces: it chooses among coefficients that make the same force, and
 /// moves the forces by no more than its square.
-const COEFFICIENT_WEIGHT: f64 = 1e-5;
+pub(crate) const COEFFICIENT_WEIGHT: f64 = 1e-5;
 
 /// A face of optimal forces, and what they have to keep on it.
 #[derive(Debug, Clone, Copy)]

@@ -11,8 +11,12 @@ use crate::columns::{ImplicitColumns, Objective, Pricing, UNUSED};
 use crate::distribution::{DistributionOptions, Method};
 use crate::enumerated::Enumeration;
 use crate::equilibration::Equilibration;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Unmet};
+use crate::found::Found;
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
+use crate::precise::Precise;
+use crate::precise_choice::MAX_UNKNOWNS;
 use crate::region::Region;
 use crate::region_reader::{Page, RegionReader};
 use crate::simplex::{Outcome, Simplex, TIE, Target};
@@ -22,6 +26,9 @@ const REMEMBERED: usize = 16;
 
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 2;
+
+/// A gap that rounding alone does not leave: the face was told from multipliers that are off.
+const DOUBTFUL_GAP: f64 = 1e-11;
 
 /// How negative a normalised force may be, relative to the objective, before it is another region's.
 const INSIDE: f64 = 1e-11;
@@ -35,6 +42,7 @@ pub(crate) struct LinearProgram<const D: usize> {
     /// The points kept by the reduction of section 4.2.
     pub(crate) reduced: Option<Vec<u32>>,
     reader: RegionReader<D>,
+    precise: Precise<D>,
 }
 
 /// What does.
@@ -45,6 +53,7 @@ pub(crate) struct LinearWorkspace<const D: usize> {
     active: Vec<u32>,
     remembered: Vec<Remembered<D>>,
     latest: usize,
+    found: Found,
     /// Whether the reduced set gave the last answer that was not known already.
     pub(crate) confirmed: bool,
     clock: u64,
@@ -105,6 +114,7 @@ impl<const D: usize> LinearProgram<D> {
             enumeration,
             reduced,
             reader: RegionReader::new(grasp, options.tolerance),
+            precise: Precise::new(grasp, objective, &[], options.tolerance),
         })
     }
 
@@ -124,6 +134,7 @@ impl<const D: usize> LinearProgram<D> {
             active: Vec::new(),
             remembered: vec![unknown; REMEMBERED],
             latest: 0,
+            found: Found::new(contacts),
             confirmed: true,
             clock: 0,
         }
@@ -175,18 +186,21 @@ impl<const D: usize> LinearProgram<D> {
         let (slot, pivots) = if let Some(slot) = found {
             (slot, 0)
         } else {
-            let target = self.equilibration.reachable(b)?.target;
-            let solved = self.solve(workspace, &target).and_then(|()| self.remember(workspace, b));
-            let slot = match solved {
-                // Whatever led there, a start from nothing may end on better numbers.
-                Err(Error::NotConverged { .. }) => {
-                    let spent = workspace.simplex.pivots;
-                    let outcome = workspace.simplex.cold(&self.columns, &target);
-                    workspace.simplex.pivots += spent;
-                    // Over the whole set, whatever the reduced one said.
-                    workspace.confirmed = self.reduced.is_none();
-                    self.optimal(outcome, &workspace.simplex)?;
-                    self.remember(workspace, b)?
+            workspace.simplex.pivots = 0;
+            let slot = match self.solve_in_doubles(workspace, b) {
+                Err(Error::NotConverged { .. }) => self.decide(workspace, b)?,
+                Err(Error::InfeasibleWrench { direction, .. })
+                    if !self.precise.clearly_separated(&direction, b) =>
+                {
+                    self.decide(workspace, b)?
+                }
+                // What the third level could not tell, it tells from the objective alone.
+                Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
+                    workspace.remembered[slot].used = clock;
+                    match self.decide(workspace, b) {
+                        Err(Error::Interrupted) => return Err(Error::Interrupted),
+                        decided => decided.unwrap_or(slot),
+                    }
                 }
                 solved => solved?,
             };
@@ -195,6 +209,45 @@ impl<const D: usize> LinearProgram<D> {
         workspace.latest = slot;
         workspace.remembered[slot].used = clock;
         Ok((&workspace.remembered[slot].region, pivots))
+    }
+
+    /// Whether the law of a region follows rounding, so that 32 digits and the third level choose better forces.
+    fn is_doubtful(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
+        self.columns.wrenches.len() <= MAX_UNKNOWNS
+            && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
+    }
+
+    fn solve_in_doubles(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
+        let target = self.equilibration.reachable(b)?.target;
+        let solved = self.solve(workspace, &target).and_then(|()| self.remember(workspace, b));
+        if !matches!(solved, Err(Error::NotConverged { .. })) {
+            return solved;
+        }
+        // Whatever led there, a start from nothing may end on better numbers.
+        let spent = workspace.simplex.pivots;
+        let outcome = workspace.simplex.cold(&self.columns, &target);
+        workspace.simplex.pivots += spent;
+        // Over the whole set, whatever the reduced one said.
+        workspace.confirmed = self.reduced.is_none();
+        self.optimal(outcome, &workspace.simplex)?;
+        self.remember(workspace, b)
+    }
+
+    /// Solves in 32 digits, and remembers the ray of the wrench.
+    fn decide(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
+        interrupt::check()?;
+        let LinearWorkspace { simplex, remembered, found, .. } = workspace;
+        let answer = self.precise.solve(b, found)?;
+        simplex.pivots += answer.pivots;
+        let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
+        let known = &mut remembered[slot];
+        known.forget();
+        let components = self.reader.components();
+        let rows = found.forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
+        let units = self.equilibration.units();
+        known.region.write_ray(b, rows, &found.normals, (answer.dual, answer.gap), units);
+        known.region.fell_back = self.reduced.is_some();
+        Ok(slot)
     }
 
     /// Leaves an optimal basis in the workspace's simplex.
@@ -217,7 +270,8 @@ impl<const D: usize> LinearProgram<D> {
             Outcome::Optimal => Ok(()),
             Outcome::Infeasible(z) => Err(self.equilibration.infeasible(&z)),
             Outcome::Stalled => {
-                Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap: f64::INFINITY })
+                let (solver, iterations) = ("simplex", simplex.pivots);
+                Err(Error::NotConverged { solver, iterations, unmet: Unmet::Pivots })
             }
         }
     }

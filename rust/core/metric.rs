@@ -121,7 +121,7 @@ fn factors<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<(SMatrix<f64, 
     // In the order of the pivots: an upper triangle.
     let mut upper = [[DoubleDouble::ZERO; D]; D];
     for step in 0..D {
-        let left = |k: &usize| rest[order[*k]][order[*k]].to_f64();
+        let left = |k: &usize| rest[order[*k]][order[*k]].value();
         let pivot = (step..D).max_by(|a, b| left(a).total_cmp(&left(b)))?;
         for row in upper.iter_mut().take(step) {
             row.swap(step, pivot);
@@ -132,7 +132,7 @@ fn factors<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<(SMatrix<f64, 
             return None;
         }
         let diagonal = rest[at][at];
-        if diagonal.to_f64() <= INDEFINITE * matrix[(at, at)] {
+        if diagonal.value() <= INDEFINITE * matrix[(at, at)] {
             return None;
         }
         let root = diagonal.sqrt();
@@ -158,8 +158,8 @@ fn factors<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<(SMatrix<f64, 
             solved[row] = right / upper[row][row];
         }
         for row in 0..D {
-            factor[(row, order[column])] = upper[row][column].to_f64();
-            inverse[(order[row], column)] = solved[row].to_f64();
+            factor[(row, order[column])] = upper[row][column].value();
+            inverse[(order[row], column)] = solved[row].value();
         }
     }
     Some((factor, inverse))

@@ -299,14 +299,14 @@ impl<const D: usize> Corral<D> {
                 }
             }
             let left = dot(&edge, &edge).sqrt();
-            if left.to_f64() > 1e-26 * whole.to_f64() {
+            if left.value() > 1e-26 * whole.value() {
                 r[k][k] = left;
                 q[k] = edge.map(|x| x / left);
             }
         }
         let mut target = [zero; CORRAL];
         for k in (0..edges).rev() {
-            if r[k][k].to_f64() > 0.0 {
+            if r[k][k].value() > 0.0 {
                 let mut right = -dot(&q[k], &first);
                 for j in k + 1..edges {
                     right -= r[k][j] * target[j + 1];
@@ -322,7 +322,7 @@ impl<const D: usize> Corral<D> {
                 less(&mut nearest, direction, along);
             }
         }
-        (target.map(DoubleDouble::to_f64), Wrench::from_fn(|c, _| nearest[c].to_f64()))
+        (target.map(DoubleDouble::value), Wrench::from_fn(|c, _| nearest[c].value()))
     }
 }
 

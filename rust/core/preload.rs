@@ -19,6 +19,7 @@ use crate::found::{Certificate, Demand, Found};
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interior::Interior;
 use crate::interrupt;
+use crate::precise::Precise;
 use crate::preload_columns::{PreloadColumns, ROWS};
 use crate::preload_face::{Bounds, Used};
 use crate::region::UNBALANCED;
@@ -38,6 +39,9 @@ pub(crate) struct PreloadProgram<const D: usize> {
     largest: f64,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
+    precise: Precise<D>,
+    /// The program without lower bounds, which tells whether they are to blame.
+    unbounded: Precise<D>,
 }
 
 /// What does.
@@ -76,6 +80,14 @@ pub(crate) fn checked_bounds<const D: usize>(
         if !(bound >= 0.0 && bound.is_finite()) {
             return refused(Some(contact), format!("{bound} must be finite and not negative"));
         }
+        if bound > 1.0 {
+            let (limit, least) = (described.max_normal_force, bound * described.max_normal_force);
+            let reason = format!(
+                "{bound} is a share of the contact's limit and must be at most 1: it asks for {least} N, and \
+                 max_normal_force is {limit} N"
+            );
+            return refused(Some(contact), reason);
+        }
         if bound > 0.0 && matches!(described.forces, ForceModel::Extreme(_)) {
             let reason = format!("{bound}: general extreme forces have no common normal force to bound");
             return refused(Some(contact), reason);
@@ -109,7 +121,9 @@ impl<const D: usize> PreloadProgram<D> {
             threshold: objective.unit() * if grasp.is_finite() { OPTIMAL } else { 0.5 * tolerance },
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
-        Self { equilibration, columns, least, largest, maps, tolerance }
+        let precise = Precise::new(grasp, objective, bounds, tolerance);
+        let unbounded = Precise::new(grasp, objective, &[], tolerance);
+        Self { equilibration, columns, least, largest, maps, tolerance, precise, unbounded }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
@@ -130,6 +144,36 @@ impl<const D: usize> PreloadProgram<D> {
         found: &mut Found,
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
+        let answer = self.solve_in_doubles(workspace, b, found);
+        let unclear = match &answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
+            _ => false,
+        };
+        let answer = if unclear {
+            interrupt::check()?;
+            let spent = workspace.simplex.pivots;
+            let decided = self.precise.solve(b, found);
+            decided.map(|answer| Certificate { pivots: answer.pivots + spent, ..answer })
+        } else {
+            answer
+        };
+        match answer {
+            Err(Error::InfeasibleWrench { direction, .. }) => {
+                let lower_bounds = b.amax() == 0.0 || self.unbounded.solve(b, found).is_ok();
+                Err(Error::InfeasibleWrench { direction, lower_bounds })
+            }
+            answer => answer,
+        }
+    }
+
+    fn solve_in_doubles(
+        &self,
+        workspace: &mut PreloadWorkspace,
+        b: &Wrench<D>,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
+        workspace.simplex.pivots = 0;
         let (target, scale) = self.target(b)?;
         let PreloadWorkspace { simplex, last, used, face } = workspace;
         let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
@@ -175,6 +219,7 @@ impl<const D: usize> PreloadProgram<D> {
         let demand = Demand {
             b,
             maps: &self.maps,
+            units: self.equilibration.units(),
             least: &self.least,
             objective: self.columns.objective,
             tolerance: loosened(

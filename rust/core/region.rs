@@ -22,6 +22,15 @@ const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
 /// Roundings of the largest term that a sum is off by, with a margin.
 pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
 
+/// Wrenches farther from a ray than rounding are not on it: what [`UNBALANCED`] allows, over this.
+const RAY: f64 = 2e4;
+
+/// What rounding leaves between the two ways of computing a ray's objective.
+const RAY_GAP: f64 = 1e-13;
+
+/// Laws whose forces change by more than this, relative to the wrench's and their own size, are steep.
+const STEEP: f64 = 1e6;
+
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
 
@@ -126,6 +135,10 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
+    /// Whether the law is that of one basis, because rounding hides what else is optimal.
+    pub(crate) basic: bool,
+    /// The multipliers and the gap that were proven where the region is one ray.
+    pub(crate) proven: Option<(SVector<f64, R>, f64)>,
 }
 
 impl<const R: usize> Region<R> {
@@ -151,7 +164,57 @@ impl<const R: usize> Region<R> {
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),
+            basic: false,
+            proven: None,
         }
+    }
+
+    /// Becomes the ray of wrenches along `b`, on which forces grow in proportion: rows of the components of the forces,
+    /// and the normalised normal forces. Any other wrench is outside.
+    pub(crate) fn write_ray(
+        &mut self,
+        b: &SVector<f64, R>,
+        forces: impl Iterator<Item = f64>,
+        normals: &[f64],
+        proven: (SVector<f64, R>, f64),
+        units: &SVector<f64, R>,
+    ) {
+        self.clear();
+        let largest = b.amax();
+        let scaled = b / largest;
+        let along = scaled / (largest * scaled.norm_squared());
+        forces.for_each(|force| self.forces.push(&(along * force)));
+        normals.iter().for_each(|normal| self.normals.push(&(along * *normal)));
+        for k in 0..R {
+            let mut row = along * -b[k];
+            row[k] += 1.0;
+            self.equations.push(&(row * (units[k] * RAY)));
+        }
+        let (most, sum) = normals.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
+        self.dual = along * self.objective.value(most, sum);
+        self.units = *units;
+        (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
+        self.proven = Some(proven);
+    }
+
+    /// Whether a change of the wrench that is nearly nothing changes the forces by as much as they are: such a law follows
+    /// rounding of the contacts' positions.
+    pub(crate) fn is_steep(&self, b: &SVector<f64, R>) -> bool {
+        let unit = self.units.map(f64::recip);
+        let size = b.component_mul(&self.units).amax();
+        let (mut steepest, mut largest) = (0.0_f64, 0.0_f64);
+        for block in &self.forces.blocks {
+            largest = block.times(b).into_iter().fold(largest, |most, force| most.max(force.abs()));
+            for (column, unit) in block.0.iter().zip(unit.iter()) {
+                steepest = column.iter().fold(steepest, |most, x| most.max((x * unit).abs()));
+            }
+        }
+        steepest * size > STEEP * largest
+    }
+
+    /// The multipliers of the wrench, and the relative gap they prove.
+    pub(crate) fn proof(&self, b: &SVector<f64, R>) -> (SVector<f64, R>, f64) {
+        self.proven.unwrap_or_else(|| (self.dual, self.gap(b)))
     }
 
     pub(crate) fn clear(&mut self) {
@@ -160,6 +223,8 @@ impl<const R: usize> Region<R> {
         self.equations.clear();
         self.forces.clear();
         self.normals.clear();
+        self.proven = None;
+        self.basic = false;
     }
 
     /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use crate::columns::{ImplicitColumns, Objective};
 use crate::contact::{ContactForce, contact_force};
 use crate::equilibration::Equilibration;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Unmet};
 use crate::face::Face;
 use crate::found::imbalance;
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
@@ -20,15 +20,13 @@ use crate::interrupt;
 use crate::law::{self, Extremes};
 use crate::region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
 use crate::simplex::Simplex;
+use crate::tolerances::FEASIBILITY_TOLERANCE;
 
 /// How negative a normalised force may be in the region that was just read off for a wrench.
 const FEASIBLE: f64 = 1e-9;
 
 /// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
 const FAR_APART: f64 = 100.0;
-
-/// How far forces may be from balance, relative to what they add up from.
-const UNBALANCED_TERMS: f64 = 1e-8;
 
 /// What turns the multipliers of a grasp into its contact forces.
 #[derive(Debug, Clone)]
@@ -77,6 +75,11 @@ impl<const D: usize> RegionReader<D> {
         }
     }
 
+    /// Which components of a contact force exist.
+    pub(crate) fn components(&self) -> &'static [usize] {
+        self.components
+    }
+
     /// A region with room for any law of the grasp.
     pub(crate) fn blank(&self, objective: Objective) -> Region<D> {
         // A condition for each extreme force or each facet of its cone, whichever are more.
@@ -115,10 +118,9 @@ impl<const D: usize> RegionReader<D> {
         let size = z.lp_norm(1) / columns.objective.unit();
         region.tolerance = loosened(self.tolerance, size.max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
-        if mismatch <= self.trusted(simplex)
-            && region.answers(b, FEASIBLE)
-            && self.imbalance(region, b, &mut page.forces) <= UNBALANCED_TERMS
-        {
+        let unbalanced = self.imbalance(region, b, &mut page.forces);
+        let balanced = unbalanced <= FEASIBILITY_TOLERANCE;
+        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) && balanced {
             return Ok(());
         }
         if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
@@ -126,8 +128,12 @@ impl<const D: usize> RegionReader<D> {
                 format!("forces of {objective:e} times their limits are beyond what can be computed with");
             return Err(Error::input("external_wrench", reason));
         }
-        let gap = region.gap(b).max(mismatch);
-        Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, gap })
+        let unmet = if balanced {
+            Unmet::Gap { found: region.gap(b).max(mismatch), allowed: region.tolerance }
+        } else {
+            Unmet::Balance { found: unbalanced, allowed: FEASIBILITY_TOLERANCE }
+        };
+        Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, unmet })
     }
 
     /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
@@ -184,6 +190,7 @@ impl<const D: usize> RegionReader<D> {
         face.read_basis(columns, simplex);
         let level = law::basic_law(face, simplex, coefficients);
         law::write_region(region, face, coefficients, &level, map, extremes);
+        region.basic = true;
         for row in (0..equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
             region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
         }
@@ -194,7 +201,12 @@ impl<const D: usize> RegionReader<D> {
     fn imbalance(&self, region: &Region<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
         region.forces.multiply(b, forces);
         let rows = forces.chunks(self.components.len());
-        imbalance(b, self.maps.iter().zip(rows.map(|row| contact_force(row, self.components))))
+        imbalance(
+            b,
+            &region.units,
+            0.0,
+            self.maps.iter().zip(rows.map(|row| contact_force(row, self.components))),
+        )
     }
 
     /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.

@@ -1,6 +1,6 @@
 //! How large a wrench along given directions the limited forces can resist.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Unmet};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
@@ -119,15 +119,16 @@ fn on_top<const D: usize>(
                 excess = forces.sigma - 1.0;
                 Cut { normal: forces.dual, bound: 1.0 }
             }
-            Err(Error::InfeasibleWrench { direction }) => Cut::separating(&direction),
+            Err(Error::InfeasibleWrench { direction, .. }) => Cut::separating(&direction),
             Err(error) => return Err(error),
         };
     }
     Err(stuck(excess))
 }
 
-fn stuck(gap: f64) -> Error {
-    Error::NotConverged { solver: "resistance on top of an external wrench", iterations: MAX_CUTS, gap }
+fn stuck(found: f64) -> Error {
+    let unmet = Unmet::Gap { found, allowed: 1e-6 };
+    Error::NotConverged { solver: "resistance on top of an external wrench", iterations: MAX_CUTS, unmet }
 }
 
 /// Wrenches w that the limited forces balance have `-w . normal <= bound`.
@@ -140,7 +141,7 @@ impl<const D: usize> Cut<D> {
     fn of(distributor: &ForceDistributor<D>, wrench: &Wrench<D>) -> Result<Self> {
         match distributor.solve(wrench) {
             Ok(forces) => Ok(Self { normal: forces.dual, bound: 1.0 }),
-            Err(Error::InfeasibleWrench { direction }) => Ok(Self::separating(&direction)),
+            Err(Error::InfeasibleWrench { direction, .. }) => Ok(Self::separating(&direction)),
             Err(error) => Err(error),
         }
     }

@@ -21,7 +21,7 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         _ => "NotConvergedError",
     };
     let raised = raise(py, class, &error.to_string());
-    if let Error::InfeasibleWrench { direction } = error
+    if let Error::InfeasibleWrench { direction, .. } = error
         && let Err(failed) =
             raised.value(py).setattr(intern!(py, "direction"), read_only(PyArray1::from_slice(py, direction)))
     {

@@ -32,7 +32,11 @@ use crate::restored;
 /// dual : numpy.ndarray
 ///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
 /// gap : float
-///     Relative distance between the objective and the lower bound that ``dual`` proves.
+///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
+///     forces balance.
+/// residual : numpy.ndarray
+///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
+///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
 /// pivots : int
 ///     Simplex pivots this solve took; 0 where a known region held the wrench.
 /// fell_back : bool
@@ -41,7 +45,7 @@ use crate::restored;
 ///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
 ///     make in several ways (soft fingers) do not count as such.
 /// within_limits : bool
-///     ``sigma_max <= 1``: no contact's share exceeds one.
+///     ``sigma_max <= 1 + tol``: no contact's share exceeds one by more than the tolerance of the gap.
 /// slip_margin : numpy.ndarray
 ///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
 ///     on the edge of slip; NaN for general extreme forces.
@@ -121,6 +125,12 @@ impl PyForceSolution {
         read_only(PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice())))
     }
 
+    /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, with_found!(self, found => found.residual.as_slice()))
+    }
+
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -170,7 +180,7 @@ impl PyForceSolution {
         with_found!(self, found => found.unique)
     }
 
-    /// ``sigma_max <= 1``: no normal force exceeds its upper bound.
+    /// ``sigma_max <= 1 + tol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
     #[getter]
     fn within_limits(&self) -> bool {
         with_found!(self, found => found.within_limits())
@@ -206,19 +216,19 @@ impl PyForceSolution {
         grasp: Py<PyGrasp>,
         forces: Vec<[f64; 4]>,
         shares: Vec<f64>,
-        dual: Vec<f64>,
-        numbers: (f64, f64, f64, f64, usize),
+        wrenches: [Vec<f64>; 2],
+        numbers: (f64, f64, f64, f64, f64, usize),
         answers: (bool, bool),
     ) -> PyResult<Self> {
         let (contacts, d) = match &grasp.get().inner {
             AnyGrasp::Planar(grasp) => (grasp.num_contacts(), 3),
             AnyGrasp::Spatial(grasp) => (grasp.num_contacts(), 6),
         };
-        let lengths = [forces.len(), shares.len(), dual.len()];
-        if lengths != [contacts, contacts, d] {
+        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
+        if lengths != [contacts, contacts, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
-        let state = State { forces, shares, dual, numbers, answers };
+        let state = State { forces, shares, wrenches, numbers, answers };
         let found = match d {
             3 => AnyDistribution::Planar(state.distribution()),
             _ => AnyDistribution::Spatial(state.distribution()),
@@ -231,8 +241,9 @@ impl PyForceSolution {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let State { forces, shares, dual, numbers, answers } = with_found!(this, found => State::of(found));
-        let state = (&this.grasp, forces, shares, dual, numbers, answers).into_pyobject(py)?;
+        let State { forces, shares, wrenches, numbers, answers } =
+            with_found!(this, found => State::of(found));
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers).into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
@@ -264,9 +275,10 @@ impl PyForceSolution {
 struct State {
     forces: Vec<[f64; 4]>,
     shares: Vec<f64>,
-    dual: Vec<f64>,
-    /// The objective, the largest share, their sum, the gap and the pivots.
-    numbers: (f64, f64, f64, f64, usize),
+    /// The multipliers and the residual.
+    wrenches: [Vec<f64>; 2],
+    /// The objective, the largest share, their sum, the gap, its tolerance and the pivots.
+    numbers: (f64, f64, f64, f64, f64, usize),
     /// Whether another solver answered, and whether the forces are unique.
     answers: (bool, bool),
 }
@@ -276,22 +288,32 @@ impl State {
         Self {
             forces: found.forces.iter().map(|&force| force.into()).collect(),
             shares: found.shares.clone(),
-            dual: found.dual.as_slice().to_vec(),
-            numbers: (found.sigma, found.sigma_max, found.sigma_sum, found.gap, found.pivots),
+            wrenches: [found.dual.as_slice().to_vec(), found.residual.as_slice().to_vec()],
+            numbers: (
+                found.sigma,
+                found.sigma_max,
+                found.sigma_sum,
+                found.gap,
+                found.tolerance,
+                found.pivots,
+            ),
             answers: (found.fell_back, found.unique),
         }
     }
 
     fn distribution<const D: usize>(self) -> Distribution<D> {
+        let [dual, residual] = self.wrenches.map(Wrench::from_vec);
         Distribution {
             forces: self.forces.into_iter().map(ContactForce::from).collect(),
             shares: self.shares,
             sigma: self.numbers.0,
             sigma_max: self.numbers.1,
             sigma_sum: self.numbers.2,
-            dual: Wrench::from_vec(self.dual),
+            dual,
             gap: self.numbers.3,
-            pivots: self.numbers.4,
+            pivots: self.numbers.5,
+            residual,
+            tolerance: self.numbers.4,
             fell_back: self.answers.0,
             unique: self.answers.1,
         }

@@ -9,7 +9,7 @@ import numpy as np
 from graspforce._checks import known_options
 from graspforce._core import unwarned_grasp
 from graspforce._optional import optional
-from graspforce.errors import InvalidInputError
+from graspforce.errors import InvalidInputError, NoContactError
 
 from .reading import ContactReading, ReadingOptions
 
@@ -48,7 +48,9 @@ def from_drake(
     Raises
     ------
     InvalidInputError
-        There is no such body, or nothing touches it at a point.
+        There is no such body.
+    NoContactError
+        Nothing touches it at a point.
     MissingExtraError
         Drake is not installed.
 
@@ -103,7 +105,7 @@ def from_drake(
         rows.append((info.contact_point(), sign * pair.nhat_BA_W, mu, -sign * info.contact_force()))
         ids.append(i)
     if not rows:
-        raise InvalidInputError(f"body: nothing touches {body!r} at a point")
+        raise NoContactError(f"body: nothing touches {body!r} at a point")
     positions, normals, friction, world_forces = (np.array(column) for column in zip(*rows, strict=True))
     centre = ours.EvalPoseInWorld(context) @ ours.CalcCenterOfMassInBodyFrame(context)
     given: dict[str, Any] = {"origin": centre, **options}

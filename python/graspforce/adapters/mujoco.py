@@ -9,7 +9,7 @@ import numpy as np
 from graspforce._checks import known_options
 from graspforce._core import unwarned_grasp
 from graspforce._optional import optional
-from graspforce.errors import InvalidInputError
+from graspforce.errors import InvalidInputError, NoContactError
 
 from .reading import ContactReading, ReadingOptions
 
@@ -49,7 +49,9 @@ def from_mujoco(
     Raises
     ------
     InvalidInputError
-        There is no such body, or nothing touches it.
+        There is no such body.
+    NoContactError
+        Nothing touches it.
     MissingExtraError
         MuJoCo is not installed.
 
@@ -96,7 +98,7 @@ def from_mujoco(
         rows.append((contact.pos.copy(), normal, tangent, mu, gamma, force))
         ids.append(i)
     if not rows:
-        raise InvalidInputError(f"body: nothing touches {body!r}")
+        raise NoContactError(f"body: nothing touches {body!r}")
     positions, normals, tangents, friction, torsion, forces = (
         np.array(column) for column in zip(*rows, strict=True)
     )
