@@ -119,7 +119,7 @@ dist: build
 	  --release --sdist --zig --compatibility manylinux2014 --out dist
 	$(PY) -m twine check --strict dist/*
 	$(PY) -m abi3audit --strict --verbose dist/*.whl
-	GRASPFORCE_WHEEL="$$(ls dist/*.whl)" $(PY) -m pytest tests/test_packaging.py
+	GRASPFORCE_WHEEL="$$(ls dist/*.whl)" $(PY) -m pytest tests/python/project/test_packaging.py
 
 $(VENV)/docs: $(VENV)/ready
 	$(PY) -m pip install --quiet --group docs

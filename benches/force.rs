@@ -1,16 +1,14 @@
 //! How long does it take to find the contact forces? `cargo bench --bench force`.
 #![allow(missing_docs, reason = "a program, not an interface")]
 
-mod common;
-
 use std::hint::black_box;
 use std::time::Duration;
 
-use common::Random;
-use common::tile::{OPTIMUM, tile, wrench};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion as Bench, criterion_group, criterion_main};
 use graspforce::{Criterion, DistributionOptions, ForceDistributor, Grasp, Method, Wrench};
+use support::problems::Random;
+use support::tile::{OPTIMUM, tile, wrench};
 
 /// Random wrenches, each component uniform in [-1, 1].
 fn jumps(count: usize) -> Vec<Wrench<6>> {
@@ -82,7 +80,7 @@ fn linearised(bench: &mut Bench) {
     pressing.min_normal = vec![0.05; 4];
     let pressing = with(&grasp, Criterion::Max, pressing);
     run(&mut group, "tile, 1 kHz trajectory, no finger below 0.05", &pressing, &trajectory, Kept);
-    let large = common::closed_grasps(3, 1, 8, 16).remove(0);
+    let large = support::problems::closed_grasps(3, 1, 8, 16).remove(0);
     let large = with(&large, Criterion::Max, DistributionOptions::default());
     run(&mut group, "8 contacts, 16 edges, random jumps", &large, &jumps, Kept);
     run(&mut group, "8 contacts, 16 edges, cold", &large, &jumps, Forgotten);
@@ -98,7 +96,7 @@ fn methods(bench: &mut Bench) {
     let reduced = with(&tile, Criterion::Max, reduced);
     run(&mut group, "reduced, tile, 1 kHz trajectory", &reduced, &trajectory, Memory::Kept);
     run(&mut group, "reduced, tile, cold", &reduced, &trajectory, Memory::Forgotten);
-    let small = common::closed_grasps(5, 1, 4, 4).remove(0);
+    let small = support::problems::closed_grasps(5, 1, 4, 4).remove(0);
     for (name, grasp) in [("624 points", &small), ("tile, 14640 points", &tile)] {
         let enumerated = with(grasp, Criterion::Max, of(Method::Enumerated));
         run(&mut group, &format!("enumerated, {name}"), &enumerated, &jumps, Memory::Forgotten);

@@ -1,14 +1,12 @@
 //! How long does one force solve take at the median and in the tail? A million calls of each kind.
 #![allow(missing_docs, reason = "a program, not an interface")]
 
-mod common;
-
 use std::hint::black_box;
 use std::time::Instant;
 
-use common::Random;
-use common::tile::{OPTIMUM, tile, wrench};
 use graspforce::{Criterion, ForceDistributor, Grasp, Wrench};
+use support::problems::Random;
+use support::tile::{OPTIMUM, tile, wrench};
 
 fn main() {
     let calls = std::env::var("CALLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
@@ -24,7 +22,7 @@ fn main() {
     });
     let mut random = Random::new(7);
     report("random jumps, tile", &grasp, calls, move || anywhere(&mut random));
-    let grasp = common::closed_grasps(3, 1, 8, 16).remove(0);
+    let grasp = support::problems::closed_grasps(3, 1, 8, 16).remove(0);
     let mut random = Random::new(8);
     report("random jumps, 8 contacts, 16 edges", &grasp, calls / 10, move || anywhere(&mut random));
 }

@@ -1,23 +1,21 @@
 //! How long does each kernel of quality take? Seeded grasps; `cargo bench --bench kernels`.
 
-mod common;
-
 use std::hint::black_box;
 use std::time::Duration;
 
-use common::Random;
 use criterion::{BenchmarkId, Criterion as Bench, criterion_group, criterion_main};
 use graspforce::{
     Closure, Contact, Criterion, Grasp, MinkowskiSum, QualityOptions, QualityWorkspace, Wrench, WrenchSet,
     quality_batch,
 };
 use nalgebra::Vector3;
+use support::problems::Random;
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
 
 /// The paper's size: four contacts with ten edges each.
 fn paper_sized() -> Grasp<6> {
-    common::closed_grasps(7, 1, 4, 10).remove(0)
+    support::problems::closed_grasps(7, 1, 4, 10).remove(0)
 }
 
 /// The same contacts with true cones, and as soft fingers.
@@ -40,7 +38,7 @@ fn planar() -> Grasp<3> {
 fn open() -> Grasp<6> {
     let mut random = Random::new(7);
     loop {
-        let contacts = common::ellipsoid_contacts(&mut random, 4).into_iter().map(|c| c.edges(10));
+        let contacts = support::problems::ellipsoid_contacts(&mut random, 4).into_iter().map(|c| c.edges(10));
         let grasp = Grasp::new(&contacts.collect::<Vec<_>>()).expect("ellipsoid contacts are valid");
         if grasp.closure() == Ok(Closure::None) {
             return grasp;
@@ -72,7 +70,7 @@ fn support_query(bench: &mut Bench) {
 fn minkowski(bench: &mut Bench) {
     let mut group = bench.benchmark_group("what does listing the Minkowski sum cost");
     for edges in [4, 8, 10] {
-        let grasp = common::closed_grasps(7, 1, 4, edges).remove(0);
+        let grasp = support::problems::closed_grasps(7, 1, 4, edges).remove(0);
         let points = MinkowskiSum::new(&grasp).expect("within the limit").len();
         group.bench_function(format!("{points} points"), |b| {
             b.iter(|| MinkowskiSum::new(black_box(&grasp)).map(|sum| sum.len()));
@@ -104,7 +102,7 @@ fn quality(bench: &mut Bench) {
     ask(bench, "4 contacts, true cones", &true_cones(0.0));
     ask(bench, "4 soft fingers, true cones", &true_cones(0.2));
     ask(bench, "4 contacts, 10 edges, not force closure", &open());
-    ask(bench, "8 contacts, 16 edges", &common::closed_grasps(7, 1, 8, 16).remove(0));
+    ask(bench, "8 contacts, 16 edges", &support::problems::closed_grasps(7, 1, 8, 16).remove(0));
 }
 
 fn gradient(bench: &mut Bench) {
@@ -134,7 +132,7 @@ fn resistance(bench: &mut Bench) {
 }
 
 fn batch(bench: &mut Bench) {
-    let grasps = common::closed_grasps(7, 200, 4, 8);
+    let grasps = support::problems::closed_grasps(7, 200, 4, 8);
     let mut group = bench.benchmark_group("how good are 200 grasps, on all cores");
     for criterion in BOTH {
         let options = QualityOptions::<6>::new(criterion);

@@ -1,15 +1,13 @@
 //! What does one step of a plan cost? Seeded problems; `cargo bench --bench planning`.
 
-mod common;
-
 use std::hint::black_box;
 use std::time::Duration;
 
-use common::Random;
-use common::tile::{OPTIMUM, tile};
 use criterion::{Criterion as Bench, criterion_group, criterion_main};
 use graspforce::{BoxBound, CandidateSearch, Contact, Criterion, Grasp, QualityOptions, TriangleTree};
 use nalgebra::Vector3;
+use support::problems::Random;
+use support::tile::{OPTIMUM, tile};
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
 const CANDIDATES: usize = 81;

@@ -1,8 +1,6 @@
 //! How long certified quality takes on random grasps, and how it grows: `cargo bench --bench quality`, and
 //! `cargo bench --bench quality -- growth` for the table over contacts and edges, `-- open` for open and closed grasps alone.
 
-mod common;
-
 use std::time::Instant;
 
 use graspforce::{Contact, Criterion, Grasp, Quality, QualityOptions, QualityWorkspace, quality_batch};
@@ -63,7 +61,7 @@ fn random_grasps() {
     println!("| contacts | cone | criterion | median us | mean us | p99 us | oracle calls | converged |");
     println!("|---|---|---|---|---|---|---|---|");
     for (contacts, edges) in [(4, 8), (4, 10), (8, 16), (4, 0)] {
-        let grasps = common::closed_grasps(7, 200, contacts, edges);
+        let grasps = support::problems::closed_grasps(7, 200, contacts, edges);
         let cone = if edges == 0 { "true, rtol 1e-6".into() } else { format!("{edges} edges, rtol 1e-9") };
         for criterion in BOTH {
             let t = timing(&grasps, criterion, if edges == 0 { 2 } else { 5 });
@@ -88,8 +86,9 @@ fn open_and_closed() {
     println!("| contacts | criterion | closed | closed: mean us | open: mean us | batch: grasps/s |");
     println!("|---|---|---|---|---|---|");
     for count in [4, 5, 6] {
-        let mut random = common::Random::new(7);
-        let contacts: Vec<_> = (0..1000).map(|_| common::ellipsoid_contacts(&mut random, count)).collect();
+        let mut random = support::problems::Random::new(7);
+        let contacts: Vec<_> =
+            (0..1000).map(|_| support::problems::ellipsoid_contacts(&mut random, count)).collect();
         let grasp = |row: usize| Grasp::<6>::new(&contacts[row]);
         for criterion in BOTH {
             let options = QualityOptions::new(criterion);
@@ -157,7 +156,7 @@ fn growth() {
     println!("|---|---|---|---|---|---|");
     for contacts in [3, 4, 5, 6, 8, 10, 12] {
         for edges in [4, 8, 16, 32, 64] {
-            let grasps = common::closed_grasps(11, 40, contacts, edges);
+            let grasps = support::problems::closed_grasps(11, 40, contacts, edges);
             let [max, sum] = BOTH.map(|criterion| timing(&grasps, criterion, 2));
             println!(
                 "| {contacts} | {edges} | {:.1} | {} | {:.1} | {} |",

@@ -138,7 +138,7 @@ def verdict(  # noqa: PLR0911 - one return for each way to fail
     if least is not None and abs(value - least) <= OBJECTIVE * least:
         return "right", "as HiGHS"
     bound = proven(contacts, answer.dual, rest - np.asarray(wrench), objective)
-    # At the edge of what can be balanced the wrenches' own rounding, times the multipliers, is all that is known.
+    # At the edge of what can be balanced, only the rounding of the wrenches times the multipliers is known.
     rounding = 1e-15 * np.abs(answer.dual * scale).sum() * np.abs(np.asarray(wrench) / scale).max()
     if answer.gap <= LOOSEST and abs(value - bound) <= max(
         OBJECTIVE * value, 1.1 * answer.gap * value, rounding

@@ -1,17 +1,12 @@
 //! Laws of force distribution: forces balance, lie in their cones, and the dual proves them least; where there
 //! are none, the witness separates.
 
-#[path = "../../tests/force_cases/balance.rs"]
-mod balance;
-#[path = "../../tests/force_cases/friction_cone.rs"]
-mod friction_cone;
-
-use balance::assert_balanced;
-use friction_cone::load;
 use graspforce::{
     ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
     Wrench,
 };
+use support::balance::assert_balanced;
+use support::friction_cone::load;
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.
 const ROUNDING: f64 = 1e-6;

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ._printable import printable
+from graspforce._internal.printable import printable
 
 if TYPE_CHECKING:
     from pathlib import Path

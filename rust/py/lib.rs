@@ -10,29 +10,12 @@
 #![allow(clippy::unused_self, reason = "getters take self")]
 #![allow(clippy::large_enum_variant, reason = "the larger variant, spatial, is the usual one")]
 
-mod any_grasp;
-mod arguments;
-mod arrays;
-mod box_bound;
-mod closest_point;
-mod errors;
-mod force_batch;
-mod force_calls;
-mod force_distributor;
-mod force_solution;
-mod force_steps;
-mod gradient;
+mod convert;
+mod force;
 mod grasp;
-mod interrupt;
-mod joint_torques;
-mod minkowski;
+mod planning;
 mod quality;
-mod quality_many;
-mod quality_options;
-mod restored;
-mod search;
-mod threads;
-mod workspace;
+mod runtime;
 
 use pyo3::prelude::*;
 
@@ -42,18 +25,18 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<grasp::PyGrasp>()?;
     module.add_class::<quality::PyQuality>()?;
-    module.add_class::<gradient::PyGradient>()?;
-    module.add_class::<minkowski::PyMinkowskiSum>()?;
-    module.add_class::<force_distributor::PyForceDistributor>()?;
-    module.add_class::<force_solution::PyForceSolution>()?;
-    module.add_class::<force_batch::PyForceBatch>()?;
-    module.add_class::<force_steps::PyForceSteps>()?;
-    module.add_class::<quality_many::PyQualityBatch>()?;
-    module.add_class::<search::PyCandidateSearch>()?;
-    module.add_class::<box_bound::PyBoxBound>()?;
-    module.add_class::<closest_point::PyTriangleTree>()?;
+    module.add_class::<quality::gradient::PyGradient>()?;
+    module.add_class::<grasp::minkowski_sum::PyMinkowskiSum>()?;
+    module.add_class::<force::distributor::PyForceDistributor>()?;
+    module.add_class::<force::solution::PyForceSolution>()?;
+    module.add_class::<force::batch::PyForceBatch>()?;
+    module.add_class::<force::solve_iter::PyForceSteps>()?;
+    module.add_class::<quality::batch::PyQualityBatch>()?;
+    module.add_class::<planning::candidate_search::PyCandidateSearch>()?;
+    module.add_class::<planning::box_bound::PyBoxBound>()?;
+    module.add_class::<planning::triangle_tree::PyTriangleTree>()?;
     // Not among the module's public names.
     module.setattr("unwarned_grasp", wrap_pyfunction!(grasp::unwarned_grasp, module)?)?;
-    module.add_function(wrap_pyfunction!(joint_torques::torque_limited_forces, module)?)?;
-    module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
+    module.add_function(wrap_pyfunction!(grasp::torque_limits::torque_limited_forces, module)?)?;
+    module.add_function(wrap_pyfunction!(quality::batch::quality_many, module)?)
 }

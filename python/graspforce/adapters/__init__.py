@@ -3,9 +3,9 @@
 Each needs its own extra (``mujoco``, ``drake``, ``pinocchio``) and imports it when called.
 """
 
+from .contact_reading import ContactReading
 from .drake import from_drake
 from .mujoco import from_mujoco
 from .pinocchio import from_pinocchio
-from .reading import ContactReading
 
 __all__ = ["ContactReading", "from_drake", "from_mujoco", "from_pinocchio"]

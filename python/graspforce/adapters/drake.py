@@ -6,12 +6,12 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from graspforce._checks import known_options
 from graspforce._core import unwarned_grasp
-from graspforce._optional import optional
+from graspforce._internal.checks import known_options
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError, NoContactError
 
-from .reading import ContactReading, ReadingOptions
+from .contact_reading import ContactReading, ReadingOptions
 
 __all__ = ["from_drake"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from graspforce._checks import finite_array, finite_vector, real_number
 from graspforce._core import Grasp, torque_limited_forces, unwarned_grasp
-from graspforce._optional import optional
+from graspforce._internal.checks import finite_array, finite_vector, real_number
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:

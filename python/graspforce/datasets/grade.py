@@ -146,8 +146,8 @@ def grade(
     try:
         import pyarrow as pa  # noqa: PLC0415 - needed here alone
 
-        from . import frames, options, run, schema  # noqa: PLC0415
-        from .grading import grade_table  # noqa: PLC0415
+        from . import dataframes, grade_files, options, schema  # noqa: PLC0415
+        from .grade_table import grade_table  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise MissingExtraError("datasets", error) from error
 
@@ -155,7 +155,7 @@ def grade(
     if isinstance(source, str | os.PathLike):
         if out is None:
             raise InvalidInputError("out: missing; the grades of files are written to a folder")
-        return run.grade_files(
+        return grade_files.grade_files(
             source,
             out,
             asked,
@@ -170,15 +170,15 @@ def grade(
     if isinstance(source, pa.Table | pa.RecordBatch):
         schema.check_schema(source.schema, asked)
         table = source if isinstance(source, pa.Table) else pa.Table.from_batches([source])
-        graded = grade_table(table, asked, frames.ROWS_AT_ONCE, progress)
+        graded = grade_table(table, asked, dataframes.ROWS_AT_ONCE, progress)
         if table is source:
             return graded
         columns = [column.combine_chunks() for column in graded.columns]
         return pa.RecordBatch.from_arrays(columns, schema=graded.schema)
     if _kind(source) == "pandas.DataFrame":
-        return frames.grade_pandas(source, asked, progress)
+        return dataframes.grade_pandas(source, asked, progress)
     if _kind(source) == "dask.DataFrame":
-        return frames.grade_dask(source, asked)
+        return dataframes.grade_dask(source, asked)
     raise InvalidInputError(
         f"source: {_kind(source)}, expected a path, a pyarrow Table or RecordBatch, or a DataFrame of pandas "
         "or Dask"

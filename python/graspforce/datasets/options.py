@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 
-from graspforce._checks import real_number, whole_number
 from graspforce._core import Grasp, quality_many
+from graspforce._internal.checks import real_number, whole_number
 from graspforce.errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:

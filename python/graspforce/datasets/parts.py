@@ -20,17 +20,17 @@ import pyarrow.parquet as pq
 from graspforce._core import __version__
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidInputError, ResumeError
 
-from .folder import identity, part_name
-from .grading import grade_batch
+from .atomic_files import appearing
+from .grade_table import grade_batch
+from .manifest import identity, part_name
+from .parquet_source import changed, state_of
 from .schema import graded_schema, is_list
-from .source import changed, state_of
-from .writing import appearing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from .options import GradeOptions
-    from .source import FileState, SourceFile
+    from .parquet_source import FileState, SourceFile
 
 __all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
 

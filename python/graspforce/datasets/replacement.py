@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from graspforce.errors import ResumeError
 
-from .writing import clear_leftovers, sync
+from .atomic_files import clear_leftovers, sync
 
 if TYPE_CHECKING:
     from pathlib import Path

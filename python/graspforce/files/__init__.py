@@ -5,12 +5,12 @@ NumPy files no pickles, and a mesh lies beside the file that names it.
 Whatever is wrong is an `graspforce.InvalidFileError` that names file, line and field.
 """
 
-from .grasps import GraspFile, load_grasp
-from .mesh_problems import MeshPlanFile
-from .meshes import load_mesh
-from .problems import PlanFile, load_problem
-from .wrenches import WrenchFile, load_wrenches, parse_wrench
-from .writing import save_grasp
+from .grasp_file import GraspFile, load_grasp
+from .mesh_file import load_mesh
+from .mesh_plan_file import MeshPlanFile
+from .plan_file import PlanFile, load_problem
+from .save_grasp import save_grasp
+from .wrench_file import WrenchFile, load_wrenches, parse_wrench
 
 __all__ = [
     "GraspFile",

@@ -1,11 +1,11 @@
 """Where contacts should go: pattern search, many starts, refinement, branch and bound, robustness."""
 
-from .global_search import GlobalOptimum, plan_global
-from .many_starts import PlanSet, plan_many
+from .branch_and_bound import GlobalOptimum, plan_global
+from .gradient_sampling import Refinement, refine
+from .multistart import PlanSet, plan_many
 from .pattern_search import Iterate, Plan, plan
-from .placement import Placement, PlacementQuality
+from .placement_noise import Placement, PlacementQuality
 from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
-from .refinement import Refinement, refine
 from .scoring import SearchCounts
 
 __all__ = [

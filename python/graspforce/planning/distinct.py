@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._optional import optional
+from graspforce._internal.optional_imports import optional
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

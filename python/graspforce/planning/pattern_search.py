@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce.display import plan_html
+from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.html import plan_html
+from graspforce._internal.to_dict import Owner, Record, plan_dict
 from graspforce.errors import GraspForceError, InvalidInputError
-from graspforce.records import Owner, Record, plan_dict
 
 from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp, Quality
 
-    from .placement import Placement
+    from .placement_noise import Placement
     from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
     from .scoring import SearchCounts
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 
-from graspforce._checks import chosen, known_options
+from graspforce._internal.checks import chosen, known_options
 from graspforce.errors import InvalidInputError
 
-from .placement import Placement
+from .placement_noise import Placement
 from .scoring import CandidateSource, EpsilonScore, Score
 
 if TYPE_CHECKING:

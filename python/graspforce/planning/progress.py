@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
-from graspforce._optional import optional
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:

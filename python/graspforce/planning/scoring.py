@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from graspforce._checks import checked_contacts, real_number
 from graspforce._core import CandidateSearch, Grasp, unwarned_grasp
+from graspforce._internal.checks import checked_contacts, real_number
+from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
-from graspforce.records import Record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

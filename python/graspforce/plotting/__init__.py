@@ -12,10 +12,11 @@ try:
 except ModuleNotFoundError as error:
     raise MissingExtraError("plot", error) from error
 
+from graspforce.paper.racket_drawing import plan_figure, save_plan_figures
+
 from .figures import grasp_figure, history_figure, polytope_figure, quality_figure, trajectory_figure
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
-from .racket import plan_figure, save_plan_figures
 from .scene import draw_mesh, frame_view
 from .spatial import draw_spatial_grasp
 from .statistics import draw_latencies, draw_plan_history

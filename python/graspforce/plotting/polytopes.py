@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from graspforce._optional import optional
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
 from .scene import equal_box

@@ -5,7 +5,7 @@ A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2)
 other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
 """
 
-from .arrangements import contacts_on, mirrored, tied
+from .contact_layouts import contacts_on, mirrored, tied
 from .curves import PlanarCurve, ellipse, line
 from .mesh import MeshSurface
 from .parametric import ParametricSurface, cylinder, ellipsoid, plane

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from graspforce._checks import chosen, finite_array, real_number
 from graspforce._core import TriangleTree, unwarned_grasp
-from graspforce._optional import optional
+from graspforce._internal.checks import chosen, finite_array, real_number
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
 from .mesh_checks import checked_mesh, metres

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._checks import finite_array, real_number
+from graspforce._internal.checks import finite_array, real_number
 from graspforce.errors import InvalidInputError, MissingExtraError
 
 from .mesh_parts import parts_of

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._checks import finite_array
 from graspforce._core import TriangleTree
-from graspforce._vectors import unit
+from graspforce._internal.checks import finite_array
+from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._optional import optional
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._optional import optional
+from graspforce._internal.optional_imports import optional
 from graspforce.errors import GraspWarning, InvalidInputError
 
 from .mesh_normals import unit_normals

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from graspforce._checks import chosen, finite_vector, real_number
-from graspforce._vectors import unit
+from graspforce._internal.checks import chosen, finite_vector, real_number
+from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
-from .differences import surface_normals
+from .finite_differences import surface_normals
 
 if TYPE_CHECKING:
     from collections.abc import Callable

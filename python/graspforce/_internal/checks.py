@@ -1,0 +1,175 @@
+"""Checks of arguments that Python code receives, with errors that name argument, row and value.
+
+What the extension module receives it checks itself.
+"""
+
+from __future__ import annotations
+
+import operator
+import reprlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "checked_contacts",
+    "chosen",
+    "finite_array",
+    "finite_vector",
+    "known_options",
+    "real_number",
+    "search_bounds",
+    "whole_number",
+]
+
+
+def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
+    """Refuse a word that is none of the choices."""
+    if value not in choices:
+        words = ", ".join(map(repr, choices[:-1]))
+        either = f"neither {words} nor" if len(choices) == 2 else f"none of {words} and"
+        raise InvalidInputError(f"{argument}: {value!r} is {either} {choices[-1]!r}")
+
+
+def known_options(options: Iterable[str], known: Collection[str]) -> None:
+    """Refuse keywords that would be passed on to something that does not take them."""
+    for name in options:
+        if name not in known:
+            raise InvalidInputError(f"{name}: no such option; there are {', '.join(known)}")
+
+
+def whole_number(argument: str, value: Any, *, least: int, most: int | None = None) -> int:
+    """Convert `value` to an int that is at least `least`, and at most `most`."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InvalidInputError(f"{argument}: {value!r} is not a whole number") from None
+    if number < least:
+        raise InvalidInputError(f"{argument}: {value!r} must be at least {least}")
+    if most is not None and number > most:
+        raise InvalidInputError(f"{argument}: {value!r} must be at most {most}")
+    return number
+
+
+def real_number(
+    argument: str, value: Any, *, least: float = -np.inf, positive: bool = False, finite: bool = True
+) -> float:
+    """Convert `value` to a float within its range; infinity only where it has a meaning."""
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "iuf":
+        raise InvalidInputError(f"{argument}: {value!r} is not a real number")
+    number = float(array)
+    if np.isnan(number) or (finite and np.isinf(number)):
+        raise InvalidInputError(f"{argument}: {number} is not {'finite' if finite else 'a number'}")
+    if positive and number <= 0:
+        raise InvalidInputError(f"{argument}: {number} must be positive")
+    if number < least:
+        raise InvalidInputError(f"{argument}: {number} must be at least {least:g}")
+    return number
+
+
+# A view that repeats itself may claim to be larger than memory.
+_MAX_NUMBERS = 2**27
+
+# Squares of parameters and of their differences must be representable.
+_LARGEST = 1e140
+
+
+def _real_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Convert `value` to a float64 array of its own, refusing what is not of real numbers."""
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{argument}: {error}") from error
+    if given.dtype.kind not in "iuf":
+        raise InvalidInputError(f"{argument}: {reprlib.repr(value)} is not an array of real numbers")
+    if np.ma.is_masked(value):
+        raise InvalidInputError(f"{argument}: some of its entries are masked")
+    if given.size > _MAX_NUMBERS:
+        raise InvalidInputError(f"{argument}: {given.size} numbers, more than the {_MAX_NUMBERS} of one call")
+    # Numbers beyond float64 become infinite, and are then refused by name.
+    with np.errstate(over="ignore"):
+        return given.astype(np.float64)
+
+
+def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
+    array = _real_array(argument, value)
+    if not np.isfinite(array).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        where = f", entry {at[0] if len(at) == 1 else at}" if at else ""
+        raise InvalidInputError(f"{argument}{where}: {array[at]} is not finite")
+    return array
+
+
+def finite_vector(
+    argument: str, value: ArrayLike, size: int | None = None, *, positive: bool = False
+) -> NDArray[np.float64]:
+    """Convert `value` to (size,) float64; a scalar stands for all entries where the size is known."""
+    array = finite_array(argument, value)
+    if size is not None and array.ndim == 0:
+        array = np.full(size, array)
+    if array.ndim != 1 or array.size == 0 or (size is not None and array.size != size):
+        expected = f"({size},)" if size is not None else "(p,) with p >= 1"
+        raise InvalidInputError(f"{argument}: shape {array.shape}, expected {expected}")
+    if positive and (array <= 0).any():
+        at = int(np.argmax(array <= 0))
+        raise InvalidInputError(f"{argument}, entry {at}: {array[at]} must be positive")
+    return array
+
+
+def search_bounds(
+    bounds: ArrayLike, initial: NDArray[np.float64], argument: str = "initial"
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
+    array = finite_array("bounds", bounds)
+    if array.shape != (initial.size, 2):
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
+    if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():
+        row, side = beyond[0]
+        raise InvalidInputError(f"bounds, row {row}: {array[row, side]} is beyond what can be computed with")
+    lower, upper = array[:, 0].copy(), array[:, 1].copy()
+    for row, (low, high, start) in enumerate(zip(lower, upper, initial, strict=True)):
+        if low > high:
+            raise InvalidInputError(f"bounds, row {row}: lower {low} is above upper {high}")
+        if not low <= start <= high:
+            raise InvalidInputError(f"{argument}, entry {row}: {start} is outside its bounds [{low}, {high}]")
+    return lower, upper
+
+
+def checked_contacts(returned: object, params: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Check what a surface returned for (B, p) parameters and name its arrays."""
+    if not isinstance(returned, tuple) or len(returned) not in (2, 3):
+        what = f"tuple of {len(returned)}" if isinstance(returned, tuple) else type(returned).__name__
+        raise InvalidInputError(
+            f"surface: returned {what}, expected (positions, normals) or (positions, normals, tangents)"
+        )
+    contacts: dict[str, NDArray[np.float64]] = {}
+    for name, value in zip(("positions", "normals", "tangents"), returned, strict=False):
+        contacts[name] = _contact_array(name, value, params)
+        if contacts[name].shape != contacts["positions"].shape:
+            expected = contacts["positions"].shape
+            raise InvalidInputError(f"surface: {name} of shape {contacts[name].shape}, expected {expected}")
+    return contacts
+
+
+def _contact_array(name: str, value: ArrayLike, params: NDArray[np.float64]) -> NDArray[np.float64]:
+    array = _real_array(f"surface: {name}", value)
+    rows = len(params)
+    if array.ndim != 3 or len(array) != rows or array.shape[1] < 1 or array.shape[2] not in (2, 3):
+        expected = f"({rows}, m, 2) or ({rows}, m, 3) with m at least 1"
+        raise InvalidInputError(f"surface: {name} of shape {array.shape}, expected {expected}")
+    if not np.isfinite(array).all():
+        row, contact, _ = (int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InvalidInputError(
+            f"surface, row {row}: {name} of contact {contact} at parameters {params[row].tolist()} "
+            f"are not finite: {array[row, contact].tolist()}"
+        )
+    return array

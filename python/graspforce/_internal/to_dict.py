@@ -1,0 +1,242 @@
+"""Results as plain dictionaries, ready for JSON.
+
+The classes of the extension module call this; they are the public names.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from graspforce._core import (
+        ForceBatch,
+        ForceDistributor,
+        ForceSolution,
+        Gradient,
+        Grasp,
+        MinkowskiSum,
+        Quality,
+        QualityBatch,
+    )
+    from graspforce.planning import Plan, PlanSet
+
+__all__ = [
+    "Owner",
+    "Record",
+    "batch_dict",
+    "distributor_dict",
+    "forces_dict",
+    "gradient_dict",
+    "grasp_dict",
+    "minkowski_dict",
+    "plan_dict",
+    "plan_set_dict",
+    "quality_dict",
+    "solution_dict",
+]
+
+
+class Owner:
+    """A frozen dataclass whose arrays are read-only, also after a copy or a pickle."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # type: ignore[arg-type] # of dataclasses alone
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                # A view: whoever made the array may go on writing it.
+                owned = value.view()
+                owned.flags.writeable = False
+                object.__setattr__(self, field.name, owned)
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
+        return _made, (type(self), {name: getattr(self, name) for name in names})
+
+
+def _made(kind: type[Owner], fields: dict[str, Any]) -> Owner:
+    return kind(**fields)
+
+
+class Record(Owner):
+    """A dataclass that can be written as JSON."""
+
+    __slots__ = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain Python numbers and lists, ready for JSON; None in place of NaN."""
+        values = ((field.name, getattr(self, field.name)) for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
+        return {name: _plain(value) for name, value in values}
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "to_dict"):
+        return value.to_dict()
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {str(name): _plain(item) for name, item in value.items()}
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+# In the order of its constructor, which is how a grasp is pickled.
+_CONTACTS = (
+    "positions",
+    "normals",
+    "friction",
+    "max_normal_force",
+    "edges",
+    "torsion",
+    "tangents",
+    "origin",
+    "length_scale",
+    "friction_margin",
+    "extreme_forces",
+)
+
+
+def grasp_dict(grasp: Grasp) -> dict[str, Any]:
+    """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
+    return {
+        "wrench_dim": grasp.wrench_dim,
+        "num_contacts": grasp.num_contacts,
+        "force_dim": grasp.force_dim,
+        "num_edges": grasp.num_edges.tolist(),
+        **{name: _plain(value) for name, value in zip(_CONTACTS, grasp.__reduce__()[1], strict=True)},
+    }
+
+
+def quality_dict(quality: Quality) -> dict[str, Any]:
+    """Everything a quality knows but its gradient."""
+    return {
+        "criterion": quality.criterion,
+        "rho": quality.rho,
+        "epsilon": quality.epsilon,
+        "epsilon_lower": quality.epsilon_lower,
+        "epsilon_upper": quality.epsilon_upper,
+        "lower": quality.lower,
+        "upper": quality.upper,
+        "converged": quality.converged,
+        "closure": quality.closure,
+        "direction": quality.direction.tolist(),
+        "wrench": quality.wrench.tolist(),
+        "supports": quality.supports,
+        "hint": quality.hint,
+    }
+
+
+def gradient_dict(gradient: Gradient) -> dict[str, Any]:
+    """Both halves of a gradient, and whether it is one."""
+    return {
+        "positions": gradient.positions.tolist(),
+        "normals": gradient.normals.tolist(),
+        "spins": gradient.spins.tolist(),
+        "unique": gradient.unique,
+    }
+
+
+_BATCH_NUMBERS = ("rho", "epsilon", "epsilon_lower", "epsilon_upper", "lower", "upper")
+
+
+def batch_dict(batch: QualityBatch) -> dict[str, Any]:
+    """Columns of a batch; None where a row is no grasp."""
+    numbers = {name: getattr(batch, name) for name in _BATCH_NUMBERS}
+    return {
+        **{name: _known(column) for name, column in numbers.items()},
+        "closure": batch.closure.tolist(),
+        "status": batch.status.tolist(),
+        "errors": dict(batch.errors),
+    }
+
+
+def minkowski_dict(points: MinkowskiSum) -> dict[str, Any]:
+    """All points and the index arrays A and B."""
+    return {
+        name: getattr(points, name).tolist() for name in ("wrenches", "starts", "ends", "contacts", "edges")
+    }
+
+
+def solution_dict(solution: ForceSolution) -> dict[str, Any]:
+    """Collect the forces of one wrench with their certificate; None for a margin that is not defined."""
+    return {
+        "sigma_max": solution.sigma_max,
+        "sigma_sum": solution.sigma_sum,
+        "within_limits": solution.within_limits,
+        "gap": solution.gap,
+        "pivots": solution.pivots,
+        "unique": solution.unique,
+        "fell_back": solution.fell_back,
+        "dual": solution.dual.tolist(),
+        "residual": solution.residual.tolist(),
+        "shares": solution.shares.tolist(),
+        "forces": solution.forces.tolist(),
+        "world_forces": solution.world_forces.tolist(),
+        "contact_wrenches": solution.contact_wrenches.tolist(),
+        "slip_margin": _known(solution.slip_margin),
+    }
+
+
+def forces_dict(batch: ForceBatch) -> dict[str, Any]:
+    """Rows of a batch; None in place of what has no answer."""
+    solved = batch.status == 0
+    return {
+        "forces": [row if good else None for row, good in zip(batch.forces.tolist(), solved, strict=True)],
+        "sigma_max": _known(batch.sigma_max),
+        "sigma_sum": _known(batch.sigma_sum),
+        "residual": [
+            row if good else None for row, good in zip(batch.residual.tolist(), solved, strict=True)
+        ],
+        "status": batch.status.tolist(),
+    }
+
+
+def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
+    """Collect what a distributor was made of."""
+    bounds = distributor.min_normal
+    return {
+        "grasp": grasp_dict(distributor.grasp),
+        "objective": distributor.objective,
+        "method": distributor.method,
+        "weight": distributor.weight,
+        "min_normal": None if bounds is None else bounds.tolist(),
+        "tol": distributor.tol,
+    }
+
+
+def plan_dict(plan: Plan) -> dict[str, Any]:
+    """Where a plan ended, how good that is, and every iterate."""
+    return {
+        "criterion": plan.criterion,
+        "params": plan.params.tolist(),
+        "quality": quality_dict(plan.quality),
+        "grasp": grasp_dict(plan.grasp),
+        "num_candidates": plan.num_candidates,
+        "counts": plan.counts.to_dict(),
+        "blocks": _plain(plan.blocks),
+        "stopped": plan.stopped,
+        "history": [row.to_dict() for row in plan.history],
+    }
+
+
+def plan_set_dict(found: PlanSet) -> dict[str, Any]:
+    """Show the grasps kept, best first, and where every search began and ended."""
+    return {
+        "plans": [plan_dict(plan) for plan in found.plans],
+        "starts": found.starts.tolist(),
+        "epsilon": _known(found.epsilon),
+        "failures": {str(row): reason for row, reason in found.failures.items()},
+        "stopped": found.stopped,
+        "seconds": found.seconds,
+    }
+
+
+def _known(column: NDArray[np.float64]) -> list[float | None]:
+    return [None if np.isnan(x) else x for x in column.tolist()]

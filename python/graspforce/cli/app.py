@@ -1,0 +1,74 @@
+"""The command line put together: every command is registered here, and every error gets its exit code."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from graspforce import __version__
+from graspforce._internal.printable import printable
+from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFileError
+
+from . import forces, grade, info, plan, quality, reproduce, view
+from .exit_codes import BAD_FILE, FAILED, INFEASIBLE, MEANINGS
+
+__all__ = ["app", "run"]
+
+_EXIT_CODES = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in MEANINGS.items()) + "."
+
+app = typer.Typer(
+    name="graspforce",
+    help="Multifingered grasps: quality, planning, forces.",
+    epilog=_EXIT_CODES,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+)
+# A further command is one module with a function that Typer can read, and one line here.
+app.command("quality")(quality.quality)
+app.command("forces")(forces.forces)
+app.command("plan")(plan.plan)
+app.command("grade")(grade.grade)
+app.command("view")(view.view)
+app.command("reproduce")(reproduce.reproduce)
+app.command("info")(info.info)
+
+
+def run(arguments: list[str]) -> int:
+    """Run the command line and return its exit code."""
+    command = typer.main.get_command(app)
+    try:
+        command.main(arguments, prog_name="graspforce", standalone_mode=True)
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except InvalidFileError as error:
+        return _failed(error, BAD_FILE)
+    except InfeasibleWrenchError as error:
+        return _failed(error, INFEASIBLE)
+    except (GraspForceError, OSError) as error:
+        return _failed(error, FAILED)
+    return 0
+
+
+def _failed(error: Exception, code: int) -> int:
+    print(printable(f"graspforce: {error}", keep="\n"), file=sys.stderr)
+    return code
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"graspforce {__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def _main(
+    context: typer.Context,
+    version: Annotated[  # noqa: ARG001 - its callback has done the work
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+        raise typer.Exit(2)

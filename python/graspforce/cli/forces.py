@@ -1,0 +1,126 @@
+"""``graspforce forces``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, cast
+
+import numpy as np
+import typer
+
+from graspforce._core import ForceDistributor
+from graspforce._internal.html import FORCE_COMPONENTS
+from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
+
+from .exit_codes import INFEASIBLE
+from .grasp_options import At, Edges, Friction, GraspArgument, MaxNormalForce, Unit, grasp_from
+from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, rounded, save, vector
+from .progress import progress
+from .trajectory import Trajectory, solve_trajectory
+
+__all__ = ["forces"]
+
+
+def forces(
+    grasp: GraspArgument,
+    wrench: Annotated[str | None, typer.Option(help="One external wrench: numbers with commas.")] = None,
+    wrenches: Annotated[Path | None, typer.Option(help="Many of them: CSV or NPY.")] = None,
+    objective: Criterion = "max",
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write all forces into FILE (npz).", callback=in_a_folder),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
+    ] = None,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
+) -> None:
+    """Find how hard each finger must press: the least contact forces against one or many external wrenches.
+
+    Example: `graspforce forces cup.yaml --wrench 0,0,-5,0,0,0`
+    """
+    if (wrench is None) == (wrenches is None):
+        raise typer.BadParameter("give either --wrench or --wrenches")
+    file = grasp_from(grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges)
+    distributor = ForceDistributor(file.grasp, objective)
+    if wrench is not None:
+        _one(file, distributor, wrench, as_json=as_json, plot=plot)
+        if out is None:
+            return
+        given = WrenchFile(parse_wrench(wrench, file.grasp.wrench_dim)[None])
+    else:
+        given = load_wrenches(cast("Path", wrenches), file.grasp.wrench_dim)
+    with progress("distributing", len(given.wrenches)) as done:
+        found = solve_trajectory(distributor, given, done)
+    if wrench is None:
+        _many(file, found, objective, as_json=as_json, plot=plot)
+    if out is not None:
+        with out.open("wb") as stream:
+            np.savez(stream, **found.arrays())
+        note(f"wrote {out}")
+    if found.infeasible.any():
+        raise typer.Exit(INFEASIBLE)
+
+
+def _one(
+    file: GraspFile, distributor: ForceDistributor, text: str, *, as_json: bool, plot: Path | None
+) -> None:
+    wrench = parse_wrench(text, file.grasp.wrench_dim)
+    solution = distributor.solve(wrench)
+    if as_json:
+        print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
+    else:
+        columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
+        title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
+        scale = float(np.abs(solution.forces).max())
+        rows = [
+            (str(i), vector(force, scale), rounded(share), rounded(margin))
+            for i, (force, share, margin) in enumerate(columns)
+        ]
+        names = FORCE_COMPONENTS[file.grasp.force_dim]
+        print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
+        limits = "within limits" if solution.within_limits else "PAST THE LIMITS"
+        print(f"max {solution.sigma_max:.6g}, sum {solution.sigma_sum:.6g}: {limits}")
+    if plot is not None:
+        from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+
+        title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
+        figure = grasp_figure(
+            file.grasp, solution.forces, title=title, outline=file.outline, mesh=file.object_mesh()
+        )
+        save(figure, plot)
+
+
+def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, plot: Path | None) -> None:
+    if as_json:
+        print_json({"objective": objective, **found.to_dict()})
+    else:
+        answered = ~found.infeasible
+        rows = [
+            ("wrenches", str(len(found.infeasible))),
+            ("cannot be balanced", str(int(found.infeasible.sum()))),
+        ]
+        if answered.any():
+            worst = int(np.nanargmax(found.sigma_max))
+            rows += [
+                ("past the limits", str(int((found.sigma_max[answered] > 1 + 1e-9).sum()))),
+                ("largest max", f"{found.sigma_max[worst]:.6g} (row {worst})"),
+                ("largest sum", f"{np.nanmax(found.sigma_sum):.6g}"),
+                ("median max", f"{np.nanmedian(found.sigma_max):.6g}"),
+            ]
+        if found.infeasible.any():
+            rows.append(("first without an answer", f"row {int(np.argmax(found.infeasible))}"))
+        print_table(f"{file.name}: least {objective}", ("", ""), rows)
+    if plot is not None:
+        from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+        from graspforce.plotting.planar import limits_of  # noqa: PLC0415 - the same
+
+        limits, title = limits_of(file.grasp), f"{file.name}: least {objective}"
+        figure = trajectory_figure(found.forces[:, :, 0], limits, times=found.times, title=title)
+        save(figure, plot)

@@ -1,0 +1,104 @@
+"""A mesh in place of a grasp or plan file: the command line says what a file would."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from graspforce.errors import InvalidInputError
+from graspforce.files import GraspFile, MeshPlanFile, load_grasp
+from graspforce.files.grasp_file import grasp_of
+from graspforce.files.mesh_file import FORMATS
+from graspforce.files.mesh_plan_file import mesh_problem
+from graspforce.files.schema import GraspModel
+from graspforce.files.yaml_document import Document
+
+__all__ = [
+    "PANEL", "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit",
+    "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file",
+]  # fmt: skip
+
+PANEL = "With a mesh in place of a file"
+
+GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]
+At = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="X,Y,Z",
+        help="A contact in m, moved to the nearest point of the mesh; once for each.",
+        rich_help_panel=PANEL,
+    ),
+]
+Unit = Annotated[
+    Literal["m", "dm", "cm", "mm", "in", "ft"] | None,
+    typer.Option(help="Unit of the mesh's vertices.  \\[default: m]", rich_help_panel=PANEL),
+]
+Friction = Annotated[
+    float | None, typer.Option(help="Coulomb coefficient.  \\[default: 0.5]", rich_help_panel=PANEL)
+]
+MaxNormalForce = Annotated[
+    float | None,
+    typer.Option(help="Limit of each normal force in N.  \\[default: 1]", rich_help_panel=PANEL),
+]
+Edges = Annotated[
+    int | None,
+    typer.Option(help="Edges of friction cones, 0 for true ones.  \\[default: 8]", rich_help_panel=PANEL),
+]
+LengthScale = Annotated[
+    float | None,
+    typer.Option(help="Length in m that makes torques comparable with forces.", rich_help_panel=PANEL),
+]
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether the suffix is that of a mesh."""
+    return path.suffix.lower().removeprefix(".") in FORMATS
+
+
+def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: float | None) -> GraspFile:
+    """Read a grasp file, or a mesh with the contacts and options of the command line."""
+    if not is_mesh(path):
+        refuse_with_a_file(at=at, unit=unit, **options)
+        return load_grasp(path)
+    if not at:
+        raise typer.BadParameter("a mesh has no contacts: give x,y,z of each of them", param_hint="--at")
+    contacts = [{"point": _point(text)} for text in at]
+    document = _document(path, unit, {"contacts": contacts, **_given(options)})
+    return grasp_of(document, document.parsed(GraspModel))
+
+
+def mesh_problem_from(path: Path, unit: str | None, **options: float | None) -> MeshPlanFile:
+    """Make the planning problem on a mesh that the command line's options describe."""
+    return mesh_problem(_document(path, unit, _given(options)))
+
+
+def refuse_with_a_file(**options: object) -> None:
+    """Refuse options that only go with a mesh: what a file says is said there."""
+    for name, value in options.items():
+        if value is not None and value != []:
+            flag = f"--{name.replace('_', '-')}"
+            raise typer.BadParameter("only with a mesh; a file says this itself", param_hint=flag)
+
+
+def _document(path: Path, unit: str | None, fields: dict[str, Any]) -> Document:
+    mesh = {"file": path.name} | ({} if unit is None else {"unit": unit})
+    return Document(path, {"mesh": mesh, **fields}, {}, mesh=path)
+
+
+def _given(options: dict[str, float | None]) -> dict[str, Any]:
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if given.get("edges") == 0:
+        given["edges"] = None
+    return given
+
+
+def _point(text: str) -> list[float]:
+    try:
+        numbers = [float(number) for number in text.replace(",", " ").split()]
+    except ValueError as error:
+        raise InvalidInputError(f"--at {text}: {error}") from None
+    if len(numbers) != 3:
+        raise InvalidInputError(f"--at {text}: {len(numbers)} numbers, expected x,y,z")
+    return numbers

@@ -1,0 +1,100 @@
+"""What commands print: tables for people, JSON for programs, pictures for both."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from graspforce._internal.printable import printable
+from graspforce.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "AsJson",
+    "Criterion",
+    "in_a_folder",
+    "note",
+    "print_json",
+    "print_table",
+    "rounded",
+    "save",
+    "vector",
+]
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
+Criterion = Annotated[
+    Literal["max", "sum"],
+    typer.Option(help="What is limited to 1: each normalised normal force (max), or their sum (sum)."),
+]
+
+_PIPED_WIDTH = 100
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON object."""
+    # Everything else that a terminal might obey is escaped already.
+    print(json.dumps(value, indent=2, allow_nan=False).replace("\x7f", "\\u007f"))
+
+
+def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
+    """Print a table with its first column to the left and numbers to the right."""
+    table = Table(box=None, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=i > 0)
+    for row in rows:
+        table.add_row(*map(printable, row))
+    # Brackets are vectors here, not markup.
+    console = Console(markup=False, highlight=False)
+    if not console.is_terminal:
+        # A pipe has no width of its own, and should not depend on the terminal beside it.
+        console.width = _PIPED_WIDTH
+    console.print(printable(title), style="bold")
+    console.print(table)
+
+
+def note(text: str) -> None:
+    """Print what is no result, beside the results."""
+    print(printable(text), file=sys.stderr)
+
+
+def in_a_folder(path: Path | None) -> Path | None:
+    """Refuse, before any work, a file or folder to write whose own folder does not exist."""
+    if path is not None and not path.parent.is_dir():
+        raise typer.BadParameter(printable(f"{path}: there is no folder {path.parent}; make it first"))
+    return path
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture in the format of its suffix."""
+    from matplotlib.text import Text  # noqa: PLC0415 - matplotlib only where it is asked for
+
+    for text in figure.findobj(Text):
+        text.set_text(printable(text.get_text(), keep="\n"))
+    try:
+        figure.savefig(path)
+    except ValueError as error:
+        raise InvalidInputError(f"--plot: {error}") from None
+    note(f"wrote {path}")
+
+
+def rounded(value: float) -> str:
+    """Four digits after the point, and no zero with a sign."""
+    return f"{0.0 if abs(value) < 5e-5 else value:.4f}"
+
+
+def vector(values: Iterable[float], scale: float | None = None) -> str:
+    """Numbers as a list that can be pasted, without the dust of rounding beside `scale` or their largest."""
+    numbers = list(values)
+    largest = max((abs(number) for number in numbers), default=0.0) if scale is None else scale
+    dust = 1e-12 * largest
+    return "[" + ", ".join("0" if abs(x) <= dust else f"{x:.4g}" for x in numbers) + "]"

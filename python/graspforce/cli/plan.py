@@ -1,0 +1,100 @@
+"""``graspforce plan``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graspforce.files import MeshPlanFile, PlanFile, load_problem, save_grasp
+
+from .grasp_options import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
+from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, save, vector
+from .plan_mesh import plan_on_mesh
+from .progress import progress
+
+__all__ = ["plan"]
+
+
+def plan(
+    problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (OBJ, OFF, PLY, STL).")],
+    criterion: Criterion = "max",
+    as_json: AsJson = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).", callback=in_a_folder
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
+    ] = None,
+    contacts: Annotated[
+        int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=PANEL)
+    ] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(help="Searches, from all over the mesh.  \\[default: 100]", rich_help_panel=PANEL),
+    ] = None,
+    best: Annotated[
+        int | None,
+        typer.Option(help="How many distinct grasps to keep.  \\[default: 3]", rich_help_panel=PANEL),
+    ] = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    edges: Edges = None,
+    refine: Annotated[
+        bool | None,
+        typer.Option(
+            "--refine/--no-refine",
+            help="Whether to refine the grasps by gradients.  \\[default: refine]",
+            rich_help_panel=PANEL,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Of the starts.  \\[default: 0]", rich_help_panel=PANEL)
+    ] = None,
+) -> None:
+    """Search for the best contact positions: the paper's pattern search, on curves, surfaces or a mesh.
+
+    Example: `graspforce plan disc.yaml --criterion sum`
+    """
+    options = {
+        "contacts": contacts, "starts": starts, "best": best, "friction": friction, "edges": edges,
+        "refine": refine, "seed": seed,
+    }  # fmt: skip
+    if is_mesh(problem):
+        file: PlanFile | MeshPlanFile = mesh_problem_from(problem, unit, **options)
+    else:
+        refuse_with_a_file(unit=unit, **options)
+        file = load_problem(problem)
+    if isinstance(file, MeshPlanFile):
+        plan_on_mesh(file, criterion, as_json=as_json, out=out, plot=plot)
+    else:
+        _plan_on_places(file, criterion, as_json=as_json, out=out, plot=plot)
+
+
+def _plan_on_places(
+    file: PlanFile, criterion: Criterion, *, as_json: bool, out: Path | None, plot: Path | None
+) -> None:
+    with progress("planning"):
+        found = file.plan(criterion)
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        rows = [
+            (str(k), vector(row.params), f"{row.rho:.9g}", vector(row.step))
+            for k, row in enumerate(found.history)
+        ]
+        title = f"{file.name}: least rho_{criterion}, {found.num_candidates} candidates"
+        print_table(title, ("iteration", "parameters", f"rho_{criterion}", "steps after"), rows)
+        print(f"closure {found.quality.closure}, epsilon {found.quality.epsilon:.9g}")
+    if out is not None:
+        save_grasp(out, found.grasp, name=file.name)
+        note(f"wrote {out}")
+    if plot is not None:
+        from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+
+        save(history_figure(found, title=file.name, outline=file.outline), plot)

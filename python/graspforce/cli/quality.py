@@ -1,0 +1,88 @@
+"""``graspforce quality``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graspforce._core import Quality
+from graspforce.files import GraspFile, parse_wrench
+from graspforce.files.wrench_file import COLUMNS
+
+from .grasp_options import (
+    At,
+    Edges,
+    Friction,
+    GraspArgument,
+    LengthScale,
+    MaxNormalForce,
+    Unit,
+    grasp_from,
+)
+from .output import AsJson, in_a_folder, print_json, print_table, save
+from .progress import progress
+
+__all__ = ["quality"]
+
+
+def quality(
+    grasp: GraspArgument,
+    center: Annotated[
+        str | None,
+        typer.Option(help="External wrench that acts all the time, such as the weight: numbers with commas."),
+    ] = None,
+    rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder),
+    ] = None,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
+    length_scale: LengthScale = None,
+) -> None:
+    """Measure a grasp by both criteria: how large a wrench it resists in its worst direction.
+
+    Example: `graspforce quality cup.yaml --center 0,0,-3,0,0,0 --plot cup.png`
+    """
+    file = grasp_from(
+        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
+        length_scale=length_scale,
+    )  # fmt: skip
+    about = None if center is None else parse_wrench(center, file.grasp.wrench_dim)
+    with progress("measuring"):
+        found = [file.grasp.quality(criterion, rtol, about) for criterion in ("max", "sum")]
+    if as_json:
+        numbers = {f"rho_{q.criterion}": q.to_dict() for q in found}
+        print_json({"file": str(grasp), "grasp": file.grasp.to_dict(), **numbers})
+    else:
+        _print(file, found)
+    if plot is not None:
+        from graspforce.plotting import quality_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+
+        figure = quality_figure(file.grasp, title=file.name, outline=file.outline, mesh=file.object_mesh())
+        save(figure, plot)
+
+
+def _print(file: GraspFile, found: list[Quality]) -> None:
+    grasp = file.grasp
+    rows = [
+        ("epsilon", *(f"{q.epsilon:.9g}" for q in found)),
+        ("rho", *(f"{q.rho:.9g}" for q in found)),
+        ("proven within", *(f"{q.upper - q.lower:.1e}" for q in found)),
+        ("closure", *(q.closure for q in found)),
+        ("converged", *("yes" if q.converged else "no" for q in found)),
+    ]
+    for i, name in enumerate(COLUMNS[grasp.wrench_dim]):
+        label = f"weakest along {name}" if i == 0 else f"{name:>{len('weakest along ') + len(name)}}"
+        rows.append((label, *(f"{round(float(q.direction[i]), 6) + 0.0:.6f}" for q in found)))
+    kind = "planar" if grasp.wrench_dim == 3 else "spatial"
+    title = f"{file.name}: {kind}, {grasp.num_contacts} contacts, length scale {grasp.length_scale:g} m"
+    print_table(title, ("", "max", "sum"), rows)
+    if found[0].hint is not None:
+        print(f"hint: {found[0].hint}")

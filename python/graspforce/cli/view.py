@@ -1,0 +1,68 @@
+"""``graspforce view``."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from graspforce.files import load_mesh, load_wrenches
+
+from .grasp_options import (
+    At,
+    Edges,
+    Friction,
+    GraspArgument,
+    LengthScale,
+    MaxNormalForce,
+    Unit,
+    grasp_from,
+)
+from .output import note
+
+__all__ = ["view"]
+
+
+def view(
+    grasp: GraspArgument,
+    mesh: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
+    ] = None,
+    wrenches: Annotated[Path | None, typer.Option(help="External wrenches to play: CSV or NPY.")] = None,
+    host: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="Address to listen at; the default is for this machine."),
+    ] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(min=1, max=65535, help="Port of the page; the next free one where it is taken.")
+    ] = 8080,
+    at: At = None,
+    unit: Unit = None,
+    friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
+    edges: Edges = None,
+    length_scale: LengthScale = None,
+) -> None:
+    """Show a spatial grasp in the browser: sliders for friction and limits, contacts to drag, forces to play.
+
+    Open the address that is printed. It ends with a token, and the page answers nobody without it.
+
+    Example: `graspforce view cup.yaml --wrenches lift.csv`
+    """
+    from graspforce.viewer import scene  # noqa: PLC0415 - viser only where it is asked for
+    from graspforce.viewer.guard import is_loopback  # noqa: PLC0415 - the same
+
+    file = grasp_from(
+        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
+        length_scale=length_scale,
+    )  # fmt: skip
+    surface = file.object_mesh() if mesh is None else load_mesh(mesh)
+    given = None if wrenches is None else load_wrenches(wrenches, file.grasp.wrench_dim).wrenches
+    with warnings.catch_warnings(action="ignore"):
+        viewer = scene.view(file.grasp, surface, given, host=host, port=port)
+    if not is_loopback(host):
+        note(f"warning: {scene.exposure(host)}")
+    scene.serve(viewer, lambda: note(f"{viewer.address}  (Ctrl-C ends)"))

@@ -1,0 +1,161 @@
+"""The object's mesh as grasp and plan files name it: a surface to put contacts on."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce._internal.optional_imports import optional
+from graspforce.errors import InvalidFileError, InvalidInputError, MissingExtraError
+from graspforce.surfaces import MeshSurface
+
+from .mesh_file import load_mesh
+from .safe_read import beside
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from .schema import ContactModel, GraspModel, MeshModel
+    from .yaml_document import Document
+
+__all__ = ["contact_places", "load_surface", "mesh_path"]
+
+MAX_PARTS = 256
+"""Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
+
+_FAR = 2.0
+"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
+
+
+def mesh_path(document: Document, model: MeshModel) -> Path:
+    """Where the mesh is: its name is relative to the file that names it, beside it or below."""
+    if document.mesh is not None:
+        return document.mesh
+    try:
+        return beside(document.path, model.file)
+    except (ValueError, OSError) as error:
+        raise document.error(("mesh", "file"), str(error)) from None
+
+
+def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -> MeshSurface:
+    """Read and check the mesh that a file names; whatever is wrong with it names the file's field.
+
+    Where it need not be `closed`, holes are no fault.
+    """
+    vertices, faces = load_mesh(mesh_path(document, model))
+    if (parts := _num_parts(faces)) > MAX_PARTS:
+        message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
+        raise document.error(("mesh", "file"), message)
+    try:
+        # STL repeats the corners of every triangle; merging keeps the triangles and their order.
+        mesh = optional("trimesh", "mesh").Trimesh(vertices, faces, process=True)
+        return MeshSurface(
+            mesh,
+            unit=model.unit,
+            normals=model.normals,
+            max_curvature=model.max_curvature,
+            check_watertight=model.check_watertight and closed,
+        )
+    except InvalidInputError as error:
+        argument, _, message = str(error).partition(": ")
+        field = argument if argument in ("unit", "max_curvature") else "file"
+        message = message.replace(", or pass check_size=False", "").replace(
+            "pass check_watertight=False", "set `check_watertight: false` in a file"
+        )
+        raise document.error(("mesh", field), message) from None
+
+
+def _num_parts(faces: NDArray[np.int64]) -> int:
+    """Count groups of faces (F, 3) that share no vertex."""
+    sparse = importlib.import_module("scipy.sparse")
+    ends = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
+    size = int(faces.max()) + 1
+    graph = sparse.coo_matrix((np.ones(len(ends[0]), bool), ends), (size, size))
+    labels = importlib.import_module("scipy.sparse.csgraph").connected_components(graph, directed=False)[1]
+    return len(np.unique(labels[faces[:, 0]]))
+
+
+def contact_places(
+    document: Document, model: GraspModel
+) -> tuple[list[list[float]], list[list[float]], MeshSurface | None, bool]:
+    """Positions and normals of all contacts, the surface that gave some, and whether all normals are known.
+
+    Normals that the file gives are checked against its mesh, and known then; without the packages that read
+    meshes they are not.
+    """
+    positions, normals = [], []
+    surface = None
+    for i, contact in enumerate(model.contacts):
+        if contact.position is not None and contact.normal is not None:
+            position, normal = contact.position, contact.normal
+        elif model.mesh is None:
+            message = "no normal, and the file names no `mesh` that would give it"
+            raise document.error(("contacts", i), message)
+        else:
+            surface = surface or load_surface(document, model.mesh)
+            position, normal = (row.tolist() for row in _on_mesh(document, i, contact, surface))
+        positions.append(position)
+        normals.append(normal)
+    given = [i for i, contact in enumerate(model.contacts) if contact.normal is not None]
+    known = not given or (model.mesh is not None and not model.mesh.check_normals)
+    if model.mesh is not None and not known and all(len(row) == 3 for row in (*positions, *normals)):
+        known = _checked(document, model.mesh, surface, given, [positions[i] for i in given], normals)
+    return positions, normals, surface, known
+
+
+def _checked(
+    document: Document,
+    mesh: MeshModel,
+    surface: MeshSurface | None,
+    given: list[int],
+    positions: list[list[float]],
+    normals: list[list[float]],
+) -> bool:
+    """Refuse normals that point out of the mesh; False where no package reads it."""
+    keep = "set `check_normals: false` in a file"
+    try:
+        surface = surface or load_surface(document, mesh, closed=False)
+    except MissingExtraError:
+        return False
+    except InvalidFileError as error:
+        error.add_note(f"The mesh is read to check the normals that the file gives; to keep them, {keep}.")
+        raise
+    try:
+        surface.check_normals(positions, [normals[i] for i in given])
+    except InvalidInputError as error:
+        message = str(error).partition(": ")[2].replace("pass check_normals=False", keep)
+        at = re.match(r"normals, contact (\d+)", str(error))
+        field = ("contacts", given[int(at[1])], "normal") if at else ("contacts",)
+        raise document.error(field, message) from None
+    return True
+
+
+def _on_mesh(
+    document: Document, i: int, contact: ContactModel, surface: MeshSurface
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    if contact.face is not None:
+        try:
+            points, normals = surface.on_faces([contact.face], [contact.barycentric or ()])
+        except InvalidInputError as error:
+            argument, _, message = str(error).partition(": ")
+            field = "face" if argument.startswith("faces") else "barycentric"
+            raise document.error(("contacts", i, field), message) from None
+        return points[0], normals[0]
+    field = "point" if contact.point is not None else "position"
+    given = np.array(contact.point if contact.point is not None else contact.position)
+    if given.shape != (3,):
+        raise document.error(("contacts", i, field), f"{len(given)} numbers, where a mesh has 3")
+    points, normals = surface.contacts(given[None])
+    distance, extent = float(np.linalg.norm(points[0] - given)), float(np.ptp(surface.bounds, axis=1).max())
+    if distance > _FAR * extent:
+        message = (
+            f"{distance:.4g} m away from the mesh, which is {extent:.4g} m long: "
+            "is it in metres, and the mesh's `unit` right?"
+        )
+        raise document.error(("contacts", i, field), message)
+    return (points[0] if contact.point is not None else given), normals[0]

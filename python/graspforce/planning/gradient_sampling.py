@@ -1,0 +1,303 @@
+"""Gradient refinement: uphill from where a pattern search ended, or a proof that there is no uphill.
+
+Epsilon is a minimum of smooth functions, and good grasps sit where several of them meet: there it has no
+gradient, and following one of them zigzags. Gradient sampling (Burke, Lewis and Overton, 2005) collects
+gradients from a small neighbourhood; the shortest vector in their convex hull points uphill for all of them,
+and where it vanishes the point is stationary for that neighbourhood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
+
+from graspforce._core import Grasp, unwarned_grasp
+from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.optional_imports import optional
+from graspforce._internal.to_dict import Record
+from graspforce._internal.vectors import unit
+from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
+
+from .problem import SearchProblem, read_only
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Quality
+
+    from .problem import Criterion, Feasible, GraspOptions, Surface
+    from .scoring import Contacts
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Refinement", "refine"]
+
+_DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
+_FIRST_RADIUS, _LAST_RADIUS, _SHRINK = 1e-2, 1e-5, 0.2  # of the range: where gradients are sampled
+_BUNDLES = 3  # samples of a neighbourhood before a smaller one is tried
+_SUFFICIENT = 1e-4  # share of the predicted increase that a step must deliver (Armijo)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refinement(Record):
+    """Where refinement ended.
+
+    Threads may share it; it can be copied and pickled.
+
+    Attributes
+    ----------
+    params : numpy.ndarray
+        (p,) parameters; those of the start where nothing better was found.
+    quality, grasp : Quality, Grasp
+        What they are worth; epsilon is never below that of the start.
+    gain : float
+        By how much epsilon rose.
+    stationary : bool
+        Whether no direction within the bounds is uphill for all gradients sampled nearby, to the tolerance.
+    slope : float
+        Length of the shortest vector in the hull of the last gradients, in epsilon by a full range of
+        parameters.
+    iterations, evaluations : int
+        Steps taken, and qualities and gradients computed.
+    unique : bool
+        Whether epsilon has a gradient at the end.
+    """
+
+    params: NDArray[np.float64]
+    quality: Quality
+    grasp: Grasp
+    gain: float
+    stationary: bool
+    slope: float
+    iterations: int
+    evaluations: int
+    unique: bool
+
+
+def refine(
+    surface: Surface,
+    params: ArrayLike,
+    bounds: ArrayLike,
+    criterion: Criterion = "max",
+    *,
+    rtol: float | None = None,
+    center: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
+    feasible: Feasible | None = None,
+    min_distance: float = 0.0,
+    max_iterations: int = 100,
+    tolerance: float = 1e-3,
+    seed: int = 0,
+    **grasp_options: Unpack[GraspOptions],
+) -> Refinement:
+    """Improve a grasp by gradients of epsilon, projected on the bounds.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+
+    Parameters
+    ----------
+    surface, bounds, criterion, rtol, center, metric, feasible, min_distance, **grasp_options
+        As for `graspforce.plan`.
+    params : array_like
+        (p,) where to start, such as `Plan.params`.
+    max_iterations : int
+        Bound on the work: each iteration computes about ``p`` gradients and a few qualities.
+    tolerance : float
+        A slope counts as zero below this share of epsilon by a full range of the parameters.
+    seed : int
+        Of the places where gradients are sampled.
+
+    Returns
+    -------
+    Refinement
+        Never worse than the start.
+
+    Raises
+    ------
+    InvalidInputError
+        As for `graspforce.plan`, with a `Refinement` as ``partial``; or the start is infeasible.
+    NotConvergedError
+        SciPy gave up on a least-squares problem; with the `Refinement` so far as ``partial``.
+    MissingExtraError
+        SciPy is not installed.
+
+    Examples
+    --------
+    A pattern of coarse steps leaves two fingers on a disc nearly opposite; gradients bring them in line.
+
+    >>> import numpy as np
+    >>> import graspforce as gf
+    >>> def disc(angles):
+    ...     outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    ...     return 0.1 * outward, -outward
+    >>> better = gf.refine(disc, [0.0, 3.0], [(0, 1), (1, 4)], friction=0.6)
+    >>> bool(abs(better.params[1] - better.params[0] - np.pi) < 1e-3), better.gain > 0
+    (True, True)
+    """
+    start = finite_vector("params", params)
+    lower, upper = search_bounds(bounds, start, "params")
+    tolerance = real_number("tolerance", tolerance, positive=True)
+    max_iterations = whole_number("max_iterations", max_iterations, least=0)
+    seed = whole_number("seed", seed, least=0)
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance,
+        criterion=criterion, rtol=rtol, center=center, metric=metric,
+    )  # fmt: skip
+    if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
+        raise InvalidInputError(f"params: {start.tolist()} is not feasible")
+    return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations)
+
+
+class _Ascent:
+    """Refinement in unit parameters: each runs from 0 to 1 over its bounds."""
+
+    def __init__(
+        self, problem: SearchProblem, start: Array, lower: Array, upper: Array, tolerance: float, seed: int
+    ) -> None:
+        self._source, self._tolerance = problem.source, tolerance
+        self._question = problem.question
+        self._lower, self._upper, self._range = lower, upper, upper - lower
+        self._random = np.random.default_rng(seed)
+        # A parameter whose bounds are so close that rounding swallows the difference has nowhere to go.
+        rounding = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
+        self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
+        self._start = start
+        self.evaluations = 0
+
+    def run(self, max_iterations: int) -> Refinement:
+        params = self._start
+        quality = first = self._quality(params)
+        radius, slope, stationary, iterations = _FIRST_RADIUS, 0.0, not len(self._free), 0
+        gradients = np.zeros((0, len(params)))
+
+        def result() -> Refinement:
+            gain = quality.epsilon - first.epsilon
+            return Refinement(
+                read_only(params), quality, quality.grasp, gain, stationary, slope, iterations,
+                self.evaluations, quality.gradient.unique,
+            )  # fmt: skip
+
+        try:
+            while len(self._free) and iterations < max_iterations:
+                iterations += 1
+                gradients = np.concatenate([gradients, self._gradients_near(params, radius)])
+                direction = self._uphill(gradients, params)
+                slope = float(np.linalg.norm(direction))
+                flat = slope <= self._tolerance * max(abs(quality.epsilon), 1e-12)
+                moved = None if flat else self._line_search(params, quality.epsilon, direction, slope)
+                if moved is not None:
+                    params, quality = moved
+                    gradients = gradients[:0]
+                    continue
+                # A direction that fails shows that a piece is missing: look again before looking closer.
+                if not flat and len(gradients) < _BUNDLES * (len(self._free) + 2):
+                    continue
+                if radius <= _LAST_RADIUS:
+                    stationary = flat
+                    break
+                radius *= _SHRINK
+                gradients = gradients[:0]
+        except GraspForceError as error:
+            error.partial = result()
+            raise
+        return result()
+
+    def _quality(self, params: Array) -> Quality:
+        self.evaluations += 1
+        return self._source.grasp(params).quality(**self._question)
+
+    def _gradients_near(self, params: Array, radius: float) -> Array:
+        """Gradients (n, p) by unit parameters, here and at random places within the radius."""
+        places = [params]
+        for _ in range(len(self._free) + 1):
+            offset = self._random.uniform(-radius, radius, len(params)) * self._range
+            places.append(np.clip(params + offset, self._lower, self._upper))
+        return np.array([self._gradient(place) for place in places])
+
+    def _gradient(self, params: Array) -> Array:
+        """Chain rule: how contacts move with each parameter, and epsilon with the contacts."""
+        self.evaluations += 1
+        question = {name: value for name, value in self._question.items() if name != "rtol"}
+        gradient = self._source.grasp(params)._gradient(**question)  # noqa: SLF001 - the quality is not wanted
+        step = _DIFFERENCE * self._range[self._free]
+        moves = np.zeros((len(self._free), len(params)))
+        moves[np.arange(len(self._free)), self._free] = step
+        ends = [np.clip(params + sign * moves, self._lower, self._upper) for sign in (1, -1)]
+        spans = (ends[0] - ends[1]).sum(axis=1) / self._range[self._free]
+        after, before = (self._source.contacts(np.atleast_2d(end)) for end in ends)
+        slopes = np.zeros(len(params))
+        positions = after["positions"] - before["positions"]
+        normals = unit(after["normals"]) - unit(before["normals"])
+        rise = (positions * gradient.positions).sum(axis=(1, 2)) + (normals * gradient.normals).sum(
+            axis=(1, 2)
+        )
+        if np.any(gradient.spins):
+            rise += self._spins(after, before) @ gradient.spins
+        slopes[self._free] = rise / spans
+        return slopes
+
+    def _spins(self, after: Contacts, before: Contacts) -> Array:
+        """Angles (B, m) by which contact frames spin about their normals beyond the smallest rotation."""
+        new, old = self._frames(after), self._frames(before)
+        n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
+        # The smallest rotation from n_old to n_new, applied to o_old.
+        axis = np.cross(n_old, n_new)
+        cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
+        along = (axis * o_old).sum(axis=-1, keepdims=True)
+        carried = o_old * cosine + np.cross(axis, o_old) + axis * along / (1 + cosine)
+        sine = (np.cross(carried, new[:, :, 1]) * n_new).sum(axis=-1)
+        angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=-1))
+        return angles
+
+    def _frames(self, contacts: Contacts) -> Array:
+        """Contact frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least."""
+        shape = contacts["positions"].shape
+        tangents = contacts.get("tangents", self._source.options.get("tangents"))
+        if tangents is not None:
+            tangents = np.broadcast_to(np.asarray(tangents, dtype=np.float64), shape).reshape(-1, 3)
+        places, normals = (contacts[name].reshape(-1, 3) for name in ("positions", "normals"))
+        return unwarned_grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
+
+    def _uphill(self, gradients: Array, params: Array) -> Array:
+        """Shortest vector of the gradients' hull, what points out of the bounds removed.
+
+        The minimum over weights of the gradients and over multipliers of the bounds met is a nonnegative
+        least squares problem once the weights' sum is a heavy equation.
+        """
+        optimize = optional("scipy.optimize", "search")
+        edge = 1e-12 * self._range
+        at_lower = np.flatnonzero(params <= self._lower + edge)
+        at_upper = np.flatnonzero(params >= self._upper - edge)
+        identity = np.eye(len(params))
+        # At a lower bound a negative slope is no way to go: its multiplier takes it away; upper ones
+        # likewise.
+        outward = np.concatenate([identity[at_lower], -identity[at_upper]])
+        scale = max(np.abs(gradients).max(), 1e-300)
+        heavy = 1e4
+        columns = np.concatenate([gradients / scale, outward]).T
+        sums = np.concatenate([np.full(len(gradients), heavy), np.zeros(len(outward))])
+        try:
+            weights, _ = optimize.nnls(np.vstack([columns, sums]), np.append(np.zeros(len(params)), heavy))
+        except RuntimeError as error:
+            raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
+        shares = weights[: len(gradients)] / weights[: len(gradients)].sum()
+        direction = shares @ gradients
+        direction[at_lower] = np.maximum(direction[at_lower], 0.0)
+        direction[at_upper] = np.minimum(direction[at_upper], 0.0)
+        return np.asarray(direction)
+
+    def _line_search(
+        self, params: Array, epsilon: float, direction: Array, slope: float
+    ) -> tuple[Array, Quality] | None:
+        step = 0.1
+        while step > 1e-9:
+            move = step * direction / slope
+            place = np.clip(params + move * self._range, self._lower, self._upper)
+            if self._source.feasible(self._source.contacts(place[None]))[0]:
+                quality = self._quality(place)
+                if quality.epsilon > epsilon + _SUFFICIENT * step * slope:
+                    return place, quality
+            step *= 0.3
+        return None

@@ -1,0 +1,281 @@
+"""Planning from many starts: the best few grasps that differ, out of local searches all over the bounds."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast
+
+import numpy as np
+
+from graspforce._core import quality_many
+from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
+from graspforce._internal.html import plan_set_html
+from graspforce._internal.optional_imports import optional
+from graspforce._internal.to_dict import Owner, plan_set_dict
+from graspforce.errors import GraspForceError, InvalidInputError
+
+from .distinct import default_distance, distinct_plans, interchangeable_contacts
+from .pattern_search import deadline_after, pattern_search
+from .problem import SearchProblem, read_only
+from .progress import Report, reporting
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .pattern_search import Plan
+    from .placement_noise import Placement
+    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from .scoring import CandidateSource
+
+    Array = NDArray[np.float64]
+
+__all__ = ["PlanSet", "plan_many"]
+
+# Draws by start before the search for feasible starts gives up.
+_DRAWS = 50
+
+_MAX_STARTS = 1_000_000
+
+Starts: TypeAlias = "int | ArrayLike"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanSet(Owner):
+    """The best distinct grasps of many searches.
+
+    Threads may share it; it can be copied and pickled.
+
+    Attributes
+    ----------
+    plans : tuple of Plan
+        Best first; no two of them are within the distance that makes grasps the same.
+    starts : numpy.ndarray
+        (S, p) where searches began, in the order they ran: the most promising first.
+    epsilon : numpy.ndarray
+        (S,) the best that each of them found, also where it failed later; NaN where it found nothing or was
+        not run.
+    failures : dict of int to str
+        Why searches failed, by row of `starts`. What they had found before counts.
+    stopped : {"tolerance", "target", "time", "interrupted"}
+        Whether all starts were searched, or why not.
+    seconds : float
+        How long it took.
+    """
+
+    plans: tuple[Plan, ...]
+    starts: NDArray[np.float64]
+    epsilon: NDArray[np.float64]
+    failures: dict[int, str]
+    stopped: Stopped
+    seconds: float
+
+    @property
+    def best(self) -> Plan:
+        """The best plan."""
+        return self.plans[0]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain Python numbers and lists, ready for JSON."""
+        return plan_set_dict(self)
+
+    def _repr_html_(self) -> str:
+        return plan_set_html(self)
+
+    def __repr__(self) -> str:
+        run = int(np.isfinite(self.epsilon).sum())
+        return (
+            f"PlanSet({len(self.plans)} plans, best epsilon={self.best.quality.epsilon:.6g}, "
+            f"{run} of {len(self.starts)} starts, {self.seconds:.1f} s)"
+        )
+
+
+def plan_many(
+    surface: Surface,
+    bounds: ArrayLike,
+    step: ArrayLike,
+    tolerance: ArrayLike,
+    criterion: Criterion = "max",
+    *,
+    starts: Starts = 200,
+    best: int = 10,
+    distinct: float | None = None,
+    seed: int = 0,
+    rtol: float | None = None,
+    center: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
+    feasible: Feasible | None = None,
+    min_distance: float = 0.0,
+    placement: Placement | None = None,
+    target: float | None = None,
+    time_limit: float | None = None,
+    max_candidates: int = 729,
+    progress: bool | Report = False,
+    **grasp_options: Unpack[GraspOptions],
+) -> PlanSet:
+    """Run the pattern search from many starts and keep the best few grasps that differ.
+
+    Starts are drawn from a scrambled Halton sequence over the bounds, infeasible ones are replaced, and all
+    are measured first, so that the most promising are searched first.
+
+    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+
+    Parameters
+    ----------
+    surface, step, tolerance, criterion, rtol, center, metric
+        As for `graspforce.plan`.
+    feasible, min_distance, placement, max_candidates
+        As for `graspforce.plan`.
+    bounds : array_like
+        (p, 2) finite lower and upper bounds, for the starts as for the searches.
+    starts : int or array_like
+        How many, or (S, p) the starts themselves. Drawn ones where the surface has no finite contacts are
+        replaced as infeasible ones are; the searches of given ones fail.
+    best : int
+        How many distinct grasps to keep.
+    distinct : float, optional
+        Two grasps are the same where their contacts, matched with each other, are all within this many m; by
+        default a fiftieth of the distance that contacts range over.
+    seed : int
+        Of the sequence: the same seed gives the same plans, whatever the machine.
+    target, time_limit : float, optional
+        Stop as soon as an epsilon reaches the target, or after this many seconds.
+    progress : bool or callable
+        Show a progress bar (needs rich), or call ``progress(done, total, epsilon)`` after every search with
+        the best epsilon so far.
+    **grasp_options
+        As for `graspforce.plan`.
+
+    Returns
+    -------
+    PlanSet
+        At least one plan. A search that fails does not stop the others; Ctrl-C returns what was found.
+
+    Raises
+    ------
+    InvalidInputError
+        As for `graspforce.plan`; also where no start is feasible.
+    InvalidGraspError
+        As for `graspforce.plan`, where every start fails.
+    MissingExtraError
+        SciPy, or rich for the progress bar, is not installed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import graspforce as gf
+    >>> from graspforce.surfaces import contacts_on, ellipse
+    >>> egg = contacts_on(ellipse(0.05, 0.03), ellipse(0.05, 0.03), ellipse(0.05, 0.03))
+    >>> found = gf.plan_many(
+    ...     egg, [(0, 2 * np.pi)] * 3, step=0.5, tolerance=0.05, starts=8, best=3, length_scale=0.05
+    ... )
+    >>> len(found.plans), found.best.quality.closure
+    (3, 'force')
+    """
+    best = whole_number("best", best, least=1)
+    seed = whole_number("seed", seed, least=0)
+    if distinct is not None:
+        distinct = real_number("distinct", distinct, least=0, finite=False)
+    began = time.monotonic()
+    deadline = deadline_after(time_limit)
+    problem = SearchProblem.of(
+        surface, grasp_options, feasible, min_distance, placement=placement,
+        criterion=criterion, rtol=rtol, center=center, metric=metric,
+    )  # fmt: skip
+    points = _feasible_starts(problem.source, bounds, starts, seed)
+    order, near = _ranked(problem, points)
+    points = points[order]
+    epsilon = np.full(len(points), np.nan)
+    plans: list[Plan] = []
+    failures: dict[int, str] = {}
+    first_error: GraspForceError | None = None
+    stopped: Stopped = "tolerance"
+    with reporting(progress, "planning", "best epsilon") as report:
+        try:
+            for row, start in enumerate(points):
+                found: Plan | None
+                try:
+                    found = pattern_search(
+                        problem, start, step, tolerance, bounds, target, deadline, max_candidates
+                    )
+                except GraspForceError as error:
+                    failures[row] = str(error)
+                    first_error = first_error or error
+                    found = cast("Plan | None", error.partial)
+                if found is not None:
+                    plans.append(found)
+                    epsilon[row] = -found.history[-1].rho
+                if report is not None:
+                    best_so_far = float(np.nanmax(epsilon)) if plans else np.nan
+                    report(row + 1, len(points), best_so_far)
+                if found is not None and found.stopped not in ("tolerance", "error"):
+                    stopped = found.stopped
+                    break
+        except KeyboardInterrupt:
+            if not plans:
+                raise
+            stopped = "interrupted"
+    if not plans:
+        raise first_error or InvalidInputError("starts: no search was run")
+    plans.sort(key=lambda plan: plan.history[-1].rho)
+    same = near if distinct is None else distinct
+    kept = distinct_plans(plans, best, same, interchangeable=interchangeable_contacts(problem.source))
+    seconds = time.monotonic() - began
+    return PlanSet(tuple(kept), read_only(points), read_only(epsilon), failures, stopped, seconds)
+
+
+def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts, seed: int) -> Array:
+    box = finite_array("bounds", bounds)
+    if box.ndim != 2 or box.shape[1:] != (2,):
+        raise InvalidInputError(f"bounds: shape {box.shape}, expected (p, 2)")
+    lower, upper = search_bounds(box, np.minimum(box[:, 0], box[:, 1]))
+    if not isinstance(starts, int | np.integer):
+        points = finite_array("starts", starts)
+        if points.ndim != 2 or points.shape[1] != len(box) or not len(points):
+            raise InvalidInputError(f"starts: shape {points.shape}, expected (S, {len(box)})")
+        for point in points:
+            search_bounds(box, point)
+        return points
+    starts = whole_number("starts", starts, least=1, most=_MAX_STARTS)
+    sequence = _halton(len(box), seed)
+    kept: list[Array] = []
+    drawn = 0
+    failure: GraspForceError | None = None
+    while len(kept) < starts and drawn < _DRAWS * starts:
+        points = lower + sequence.random(starts) * (upper - lower)
+        drawn += len(points)
+        contacts, failed = source.answered(points)
+        if failed:
+            failure = failure or next(iter(failed.values()))
+            points = np.delete(points, list(failed), axis=0)
+        if len(points):
+            kept.extend(points[source.feasible(contacts)])
+    if not kept:
+        why = "" if failure is None else f"; the surface has no contacts at some: {failure}"
+        raise InvalidInputError(
+            f"feasible: none of {drawn} starts all over the bounds was feasible{why}"
+        ) from failure
+    return np.array(kept[:starts])
+
+
+def _halton(size: int, seed: int) -> Any:
+    qmc = optional("scipy.stats", "search").qmc
+    generator = np.random.default_rng(seed)
+    try:
+        return qmc.Halton(size, scramble=True, rng=generator)
+    except TypeError:  # SciPy before 1.15
+        return qmc.Halton(size, scramble=True, seed=generator)
+
+
+def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
+    """Which starts to take first, and the distance in m up to which two grasps are the same."""
+    contacts, failed = problem.source.answered(points)
+    # Rows that are no grasp go last; their searches will say why.
+    epsilon = np.full(len(points), -np.inf)
+    if not contacts:
+        return np.arange(len(points)), 0.0
+    coarse = {**problem.question, "rtol": max(problem.question["rtol"] or 0.0, 1e-2)}
+    given: dict[str, Any] = {**problem.source.options, **contacts}
+    answered = np.delete(np.arange(len(points)), list(failed))
+    epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)
+    return np.argsort(-epsilon, kind="stable"), default_distance(contacts["positions"])

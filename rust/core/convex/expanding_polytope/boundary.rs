@@ -1,0 +1,314 @@
+//! The boundary of the expanding polytope: a cycle of simplices around the origin.
+//!
+//! **Why its distance from the origin is a valid bound whatever rounding does.** The update is
+//! *old - visible + cone(horizon, p)*, a cycle modulo 2. As long as no removed piece holds the origin, the facets cover
+//! all directions, and every ray from the origin leaves through a facet. Any vector `y` certifies
+//! `|x| >= min_k (y . v_k) / |y|` for all points `x` of the facet with vertices `v_k`. The final bound is taken over
+//! all facets this way.
+
+use std::collections::BinaryHeap;
+
+use crate::convex::expanding_polytope::facet::{
+    Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges,
+};
+use crate::convex::expanding_polytope::ridge_table::{RidgeTable, Side};
+use crate::convex::rounding::{LOST, along};
+use crate::grasp::Wrench;
+use crate::linalg::dense::{pierces, plane_through};
+
+/// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
+pub(crate) const BEYOND: f64 = 1e-12;
+
+/// What rounding leaves uncertain in a distance, relative to the longest vertex.
+pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
+
+/// What norms and quotients lose, relative to themselves.
+pub(crate) const ROUNDED: f64 = 8.0 * f64::EPSILON;
+
+/// Vertex indices are packed into 16 bits each.
+const MAX_POINTS: usize = 65_000;
+
+/// A simplicial boundary that grows by one vertex at a time, and its facets in the order of their distance.
+#[derive(Debug, Clone)]
+pub(crate) struct Boundary<const D: usize> {
+    points: Vec<Wrench<D>>,
+    facets: Vec<Facet<D>>,
+    free: Vec<u32>,
+    heap: BinaryHeap<Candidate>,
+    visible: Vec<u32>,
+    horizon: RidgeTable,
+    round: u32,
+    serial: u32,
+    /// What rounding leaves uncertain in the distance of a plane.
+    noise: f64,
+    /// A bound on what rounding has done to each component of a point; zero where it is not known.
+    uncertain: Wrench<D>,
+}
+
+impl<const D: usize> Boundary<D> {
+    pub(crate) fn new() -> Self {
+        Self {
+            points: Vec::new(),
+            facets: Vec::new(),
+            free: Vec::new(),
+            heap: BinaryHeap::new(),
+            visible: Vec::new(),
+            horizon: RidgeTable::new(),
+            round: 0,
+            serial: 0,
+            noise: 0.0,
+            uncertain: Wrench::zeros(),
+        }
+    }
+
+    /// States what rounding has done to each component of the points to come, for this and later boundaries.
+    pub(crate) fn allow(&mut self, uncertain: Wrench<D>) {
+        self.uncertain = uncertain;
+    }
+
+    /// The boundary of a regular simplex whose vertices have length `size`.
+    pub(crate) fn start(&mut self, size: f64) {
+        self.points.clear();
+        self.facets.clear();
+        self.free.clear();
+        self.heap.clear();
+        self.round = 1;
+        self.serial = 0;
+        self.noise = NOISE * size;
+        self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
+        for opposite in 0..=D {
+            let others = |slot: usize| slot + usize::from(slot >= opposite);
+            self.serial += 1;
+            let facet = Facet {
+                plane: self.points[opposite] * (-(D as f64) / (size * size)),
+                distance: size / D as f64,
+                reach: 0.0,
+                vertices: std::array::from_fn(|slot| others(slot) as u16),
+                neighbours: std::array::from_fn(|slot| others(slot) as u32),
+                round: 1,
+                serial: self.serial,
+                visible: false,
+            };
+            self.facets.push(facet);
+            let Facet { distance, serial, .. } = facet;
+            self.heap.push(Candidate { distance, facet: opposite as u32, serial });
+        }
+    }
+
+    /// Facets made in all.
+    pub(crate) fn facets_made(&self) -> usize {
+        self.serial as usize
+    }
+
+    /// Whether there is no number for another vertex.
+    pub(crate) fn is_full(&self) -> bool {
+        self.points.len() >= MAX_POINTS
+    }
+
+    /// What rounding leaves uncertain in the distance of any plane.
+    pub(crate) fn noise(&self) -> f64 {
+        self.noise
+    }
+
+    /// What of [`Self::noise`] concerns products with `z`: of points that differ by orders of magnitude among their
+    /// components, a small part. Not a bound, but what more work would not improve.
+    pub(crate) fn noise_along(&self, z: &Wrench<D>) -> f64 {
+        noise_along(z, &self.uncertain, self.noise)
+    }
+
+    /// `|z| . e`: a bound on what is uncertain in products of points with `z`.
+    pub(crate) fn uncertain_along(&self, z: &Wrench<D>) -> f64 {
+        along(z, &self.uncertain)
+    }
+
+    /// Accounts for the rounding of a point of this length.
+    pub(crate) fn admit_noise_of(&mut self, length: f64) {
+        self.noise = self.noise.max(NOISE * length);
+    }
+
+    /// `y` with `y . x = 1` on the facet.
+    pub(crate) fn plane(&self, facet: u32) -> Wrench<D> {
+        self.facets[facet as usize].plane
+    }
+
+    /// Unit normals of the facets no further out than `distance`.
+    pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
+        let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.distance <= distance);
+        near.map(|facet| facet.plane * facet.distance)
+    }
+
+    /// The live facet nearest to the origin, its plane freshly checked.
+    pub(crate) fn pop_nearest(&mut self) -> Option<Candidate> {
+        while let Some(mut candidate) = self.heap.pop() {
+            let facet = &mut self.facets[candidate.facet as usize];
+            if facet.round == 0 || facet.serial != candidate.serial {
+                continue;
+            }
+            let vertices = facet.vertices.map(|v| self.points[v as usize]);
+            if offset(&facet.plane, &vertices) > 1e-13 {
+                if let Some(plane) = plane_through(&vertices) {
+                    (facet.plane, facet.distance) = (plane, plane.norm().recip());
+                }
+                let distance = certified_distance(&facet.plane, &vertices);
+                if distance > candidate.distance
+                    && self.heap.peek().is_some_and(|next| next.distance < distance)
+                {
+                    candidate.distance = distance;
+                    self.heap.push(candidate);
+                    continue;
+                }
+                candidate.distance = distance;
+            }
+            return Some(candidate);
+        }
+        None
+    }
+
+    /// Ranks a facet again that [`Self::pop_nearest`] gave.
+    pub(crate) fn put_back(&mut self, candidate: Candidate) {
+        self.heap.push(candidate);
+    }
+
+    /// Replaces what `p` sees, starting with the facet `first`, by the cone of the horizon and `p`. False where rounding
+    /// broke the cycle; what is further out than `interesting` is never ranked.
+    pub(crate) fn add(&mut self, first: u32, p: Wrench<D>, interesting: f64) -> bool {
+        self.round += 1;
+        self.horizon.clear();
+        self.visible.clear();
+        let apex = self.points.len() as u16;
+        self.points.push(p);
+        let round = self.round;
+        let facet = &mut self.facets[first as usize];
+        (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
+        self.visible.push(first);
+        let mut next = 0;
+        while let Some(&inner) = self.visible.get(next) {
+            next += 1;
+            for slot in 0..D {
+                let outer = self.facets[inner as usize].neighbours[slot];
+                let neighbour = &mut self.facets[outer as usize];
+                if neighbour.round != round {
+                    neighbour.round = round;
+                    neighbour.reach = neighbour.plane.dot(&p);
+                    let beyond = neighbour.reach - 1.0 - BEYOND;
+                    neighbour.visible = beyond > self.noise / neighbour.distance
+                        || (beyond > 0.0
+                            && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
+                    if neighbour.visible {
+                        self.visible.push(outer);
+                    }
+                }
+                if !self.facets[outer as usize].visible {
+                    self.join(inner, slot, outer, apex, interesting);
+                }
+            }
+        }
+        for index in 0..self.visible.len() {
+            let gone = self.visible[index];
+            self.facets[gone as usize].round = 0;
+            self.free.push(gone);
+        }
+        self.horizon.is_paired()
+    }
+
+    /// Makes the facet of a horizon ridge and the apex, and links it with its neighbours.
+    fn join(&mut self, inner: u32, slot: usize, outer: u32, apex: u16, interesting: f64) {
+        let inside = &self.facets[inner as usize];
+        let outside = &self.facets[outer as usize];
+        let mut vertices = [apex; D];
+        for (k, vertex) in vertices[..D - 1].iter_mut().enumerate() {
+            *vertex = inside.vertices[k + usize::from(k >= slot)];
+        }
+        let plane = self.tilted_plane(inside, outside, &vertices);
+        let back = shared_slot(outside, inner, &vertices);
+        let mut neighbours = [outer; D];
+        let (made, serial) = self.next_slot();
+        self.facets[outer as usize].neighbours[back] = made;
+        let keys = sub_ridges(&vertices);
+        for slot in 0..D - 1 {
+            let side = Side { facet: made, slot: slot as u32 };
+            // A sub-ridge met for the first time gets its neighbour when it is met again.
+            neighbours[slot] = u32::MAX;
+            if let Some(partner) = self.horizon.toggle(keys[slot], side) {
+                neighbours[slot] = partner.facet;
+                self.facets[partner.facet as usize].neighbours[partner.slot as usize] = made;
+            }
+        }
+        let distance = plane.norm().recip();
+        self.facets[made as usize] = Facet {
+            plane,
+            distance,
+            reach: 1.0,
+            vertices,
+            neighbours,
+            round: self.round,
+            serial,
+            visible: false,
+        };
+        // What is further out than the radius can never be the nearest facet before the bracket closes.
+        if distance < interesting {
+            self.heap.push(Candidate { distance, facet: made, serial });
+        }
+    }
+
+    /// A slot for a new facet, and the number that tells it from earlier ones there.
+    fn next_slot(&mut self) -> (u32, u32) {
+        self.serial += 1;
+        let index = self.free.pop().unwrap_or_else(|| {
+            self.facets.push(self.facets[0]);
+            self.facets.len() as u32 - 1
+        });
+        (index, self.serial)
+    }
+
+    /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
+    /// that meet in the ridge: a convex combination, so errors in old vertices never grow.
+    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> Wrench<D> {
+        let t = ((1.0 - outside.reach) / (inside.reach - outside.reach)).clamp(0.0, 1.0);
+        let plane = outside.plane + (inside.plane - outside.plane) * t;
+        // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
+        let before = outside.plane.norm_squared().max(t * t * inside.plane.norm_squared());
+        if plane.norm_squared() < 1e-6 * before {
+            let vertices = vertices.map(|v| self.points[v as usize]);
+            return plane_through(&vertices).unwrap_or(plane);
+        }
+        plane
+    }
+
+    /// Whether the facets still surround the origin: a cycle does where a ray meets it an odd number of times, and if one
+    /// ray does, all do. Rounding may have removed the piece that holds the origin where points differ by many orders.
+    pub(crate) fn surrounds_origin(&self) -> bool {
+        let ray = Wrench::<D>::from_fn(|row, _| (1.7 * row as f64 + 0.9).sin());
+        let live = self.facets.iter().filter(|facet| facet.round != 0);
+        let met = live.filter(|facet| pierces(&ray, &facet.vertices.map(|v| self.points[v as usize])));
+        met.count() % 2 == 1
+    }
+
+    /// No point of the facet, had it not been rounded, is nearer to the origin than this.
+    fn certified(&self, plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
+        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED) / plane.norm();
+        certified_distance(plane, vertices) * (1.0 - ROUNDED) - lost
+    }
+
+    /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
+    ///
+    /// Planes that have drifted and certify less than `wanted` are computed afresh: the better of two is as valid.
+    pub(crate) fn certified_radius(&self, wanted: f64) -> f64 {
+        let certified = |facet: &Facet<D>| {
+            let vertices = facet.vertices.map(|v| self.points[v as usize]);
+            // Zero rather than a number that is none, which would drop out of the minimum over all facets.
+            let drifted = self.certified(&facet.plane, &vertices).max(0.0);
+            if drifted >= wanted {
+                return drifted;
+            }
+            plane_through(&vertices).map_or(drifted, |plane| self.certified(&plane, &vertices).max(drifted))
+        };
+        self.facets.iter().filter(|facet| facet.round != 0).map(certified).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// What of `noise` concerns products with `z`, where points are `uncertain` by so much.
+fn noise_along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>, noise: f64) -> f64 {
+    let along = along(z, uncertain) * (NOISE / LOST);
+    if along > 0.0 { along.min(noise * z.norm()) } else { noise * z.norm() }
+}

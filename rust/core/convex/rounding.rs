@@ -1,0 +1,99 @@
+//! What rounding has done to a wrench set: a bound for every component of its points.
+//!
+//! A point of the set is a sum over contacts of `C G_i s`. Each product and sum on the way, from the normal as it was
+//! given to the point, loses at most a unit of rounding of its own size, so what is lost of a component is at most a
+//! small multiple of the unit times the sum of the *sizes* of the terms: `|C| |G_i| |s|`, with the sizes of the frame's
+//! components in `|G_i|`. Component by component, since a hard metric makes some of them many orders larger than others.
+//!
+//! With `e` such a bound, a plane `y` certifies `min_k y . v_k - |y| . e` where it would certify `min_k y . v_k`, and a
+//! support value along the unit `z` is right to within `|z| . e`.
+
+use nalgebra::Vector3;
+
+use crate::grasp::contact::{Contact, ContactForce, ForceModel};
+use crate::grasp::wrench_norm::Metric;
+use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::wrench_set::Criterion;
+
+/// Units of rounding lost between what was given and a component of a wrench; counted, it is fewer.
+pub(crate) const LOST: f64 = 16.0 * f64::EPSILON;
+
+/// `|z| . e`: what is uncertain along `z`.
+#[inline]
+pub(crate) fn along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>) -> f64 {
+    z.iter().zip(uncertain.iter()).map(|(z, e)| z.abs() * e).sum()
+}
+
+/// The bound for the wrench set of a grasp in the coordinates where the metric is Euclidean, without a center.
+pub(crate) fn of_set<const D: usize>(
+    grasp: &Grasp<D>,
+    criterion: Criterion,
+    metric: &Metric<D>,
+) -> Wrench<D> {
+    let mut all = Wrench::zeros();
+    for (i, contact) in grasp.contacts().iter().enumerate() {
+        let lever = (contact.position - grasp.options().origin).abs();
+        let wrench = map_magnitude::<D>(grasp, i, &lever, 1.0) * force_magnitude(grasp, i, contact);
+        let wrench = metric.magnitude(&wrench);
+        match criterion {
+            Criterion::Max => all += wrench,
+            Criterion::Sum => all = all.sup(&wrench),
+        }
+    }
+    // Adding up as many contacts rounds as often.
+    all * (LOST + grasp.num_contacts() as f64 * f64::EPSILON)
+}
+
+/// `|G_i|` with the sizes of what its entries were computed from, torsion in units of `size`.
+pub(crate) fn map_magnitude<const D: usize>(
+    grasp: &Grasp<D>,
+    i: usize,
+    lever: &Vector3<f64>,
+    size: f64,
+) -> ContactMap<D> {
+    let frame = &grasp.frames()[i];
+    let n: Vector3<f64> = frame.column(0).abs();
+    // The first tangent is a seed less its part along the normal; what that rounds is relative to what is left.
+    let seed = match &grasp.contacts()[i].tangent {
+        Some(tangent) if tangent.amax() > 0.0 => (tangent / tangent.amax()).normalize(),
+        _ => Vector3::zeros(),
+    };
+    let along = frame.column(0).dot(&seed).abs();
+    let left = (1.0 - along * along).max(1e-18).sqrt();
+    let o = frame.column(1).abs() + (n + seed.abs() * along) / left;
+    let o = if D == 3 { frame.column(1).abs() } else { o };
+    let mut map = ContactMap::<D>::zeros();
+    for (column, axis) in [n, o, cross_magnitude(&n, &o)].iter().enumerate() {
+        let torque = cross_magnitude(lever, axis);
+        if D == 3 {
+            map.set_column(column, &Wrench::from_iterator([axis.x, axis.y, torque.z]));
+        } else {
+            map.set_column(column, &Wrench::from_iterator(axis.iter().chain(torque.iter()).copied()));
+        }
+    }
+    if D == 6 {
+        map.set_column(3, &Wrench::from_iterator([0.0; 3].into_iter().chain((n / size).iter().copied())));
+    }
+    map
+}
+
+/// The largest components of what a contact can exert.
+fn force_magnitude<const D: usize>(grasp: &Grasp<D>, i: usize, contact: &Contact) -> ContactForce {
+    if let (ForceModel::Extreme(_), Some(range)) = (&contact.forces, grasp.edges(i)) {
+        let all = grasp.finite_forces()[range].iter();
+        return all.fold(ContactForce::zeros(), |largest, force| largest.sup(&edge_magnitude(force)));
+    }
+    let (mu, gamma) = (contact.friction, contact.torsion);
+    ContactForce::new(1.0, mu, mu, gamma) * contact.max_normal_force
+}
+
+/// The sizes of the components of an extreme force; cosine and sine round by the size of both.
+pub(crate) fn edge_magnitude(force: &ContactForce) -> ContactForce {
+    let tangential = force[1].abs().max(force[2].abs());
+    ContactForce::new(force[0].abs(), tangential, tangential, force[3].abs())
+}
+
+/// The sizes of a cross product's components.
+fn cross_magnitude(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
+}

@@ -1,0 +1,129 @@
+//! Many wrenches in one call: warm along the rows, or in parallel chunks where they are independent.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::force::distributor::ForceDistributor;
+use crate::grasp::Wrench;
+use crate::grasp::contact::contact_force;
+use crate::interrupt;
+use crate::memory::{filled, room};
+
+/// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
+const CHUNK: usize = 256;
+
+/// How one row of a batch ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i8)]
+pub enum RowStatus {
+    /// Least forces were found.
+    Solved = 0,
+    /// No forces inside the friction cones balance this wrench.
+    Infeasible = 1,
+    /// The wrench is not finite, or beyond what can be computed with.
+    Refused = 2,
+    /// The tolerance was not met.
+    NotConverged = 3,
+}
+
+/// Least contact forces for many wrenches; rows that were not solved hold NaN.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistributionBatch {
+    /// Contact forces, row by row and contact by contact, in the components of
+    /// [`Grasp::force_components`](crate::Grasp::force_components).
+    pub forces: Vec<f64>,
+    /// Largest normalised normal force of each row (Eq. 7).
+    pub sigma_max: Vec<f64>,
+    /// Sum of normalised normal forces of each row (Eq. 6).
+    pub sigma_sum: Vec<f64>,
+    /// What the forces of each row leave unbalanced, `w_ext + sum_i G_i f_i`.
+    pub residual: Vec<f64>,
+    /// How each row ended.
+    pub status: Vec<RowStatus>,
+}
+
+impl<const D: usize> ForceDistributor<D> {
+    /// Solves for each wrench in turn. Along a trajectory each starts from the one before; `parallel` cuts
+    /// the rows into chunks for all cores, each with a workspace of its own. Results that do not fit into memory
+    /// are [`Error::OutOfMemory`], before any row is solved.
+    ///
+    /// ```
+    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, RowStatus, Wrench};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-1.0, 1.0), (1.0, -1.0)]
+    ///     .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
+    /// let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers)?, Criterion::Max)?;
+    /// let weights = [1.0, 2.0, f64::NAN].map(|weight| Wrench::<3>::new(0.0, -weight, 0.0));
+    /// let batch = distributor.solve_many(&weights, false)?;
+    /// assert_eq!(batch.status, [RowStatus::Solved, RowStatus::Solved, RowStatus::Refused]);
+    /// assert!((batch.sigma_max[1] - 2.0 * batch.sigma_max[0]).abs() < 1e-12);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn solve_many(&self, external_wrenches: &[Wrench<D>], parallel: bool) -> Result<DistributionBatch> {
+        let rows = external_wrenches.len();
+        let stride = self.grasp().num_contacts() * self.grasp().force_dim();
+        let mut batch = DistributionBatch {
+            forces: filled("forces", rows.saturating_mul(stride), 0.0)?,
+            sigma_max: filled("sigma_max", rows, 0.0)?,
+            sigma_sum: filled("sigma_sum", rows, 0.0)?,
+            residual: Vec::new(),
+            status: filled("status", rows, RowStatus::Refused)?,
+        };
+        let chunk = if parallel { CHUNK } else { rows.max(1) };
+        let chunks = external_wrenches
+            .par_chunks(chunk)
+            .zip(batch.forces.par_chunks_mut(chunk * stride))
+            .zip(batch.sigma_max.par_chunks_mut(chunk).zip(batch.sigma_sum.par_chunks_mut(chunk)))
+            .zip(batch.status.par_chunks_mut(chunk));
+        if parallel {
+            let interrupt = interrupt::current();
+            chunks.try_for_each(|(((w, f), (max, sum)), s)| {
+                interrupt::inherit(interrupt.as_ref(), || self.clone().solve_rows(w, f, max, sum, s))
+            })?;
+        } else {
+            let (w, s) = (external_wrenches, &mut batch.status);
+            self.solve_rows(w, &mut batch.forces, &mut batch.sigma_max, &mut batch.sigma_sum, s)?;
+        }
+        let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
+        batch.residual = room("residual", rows.saturating_mul(D))?;
+        batch.residual.extend(solved.flat_map(|(row, wrench)| self.residual_of_rows(row, wrench)));
+        Ok(batch)
+    }
+
+    /// NaN where the forces are.
+    fn residual_of_rows(&self, row: &[f64], wrench: &Wrench<D>) -> Vec<f64> {
+        let components = self.grasp().force_components();
+        let forces: Vec<_> =
+            row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
+        self.residual(&-wrench, &forces).as_slice().to_vec()
+    }
+
+    fn solve_rows(
+        &self,
+        wrenches: &[Wrench<D>],
+        forces: &mut [f64],
+        sigma_max: &mut [f64],
+        sigma_sum: &mut [f64],
+        status: &mut [RowStatus],
+    ) -> Result<()> {
+        let mut session = self.session()?;
+        let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
+        for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
+            interrupt::check()?;
+            let solved = session.solve(wrench, row);
+            status[k] = match &solved {
+                Ok(_) => RowStatus::Solved,
+                Err(Error::InfeasibleWrench { .. }) => RowStatus::Infeasible,
+                Err(Error::InvalidInput { .. }) => RowStatus::Refused,
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(_) => RowStatus::NotConverged,
+            };
+            if solved.is_err() {
+                row.fill(f64::NAN);
+            }
+            (sigma_max[k], sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,151 @@
+//! Forces added up from columns, and whether they are an answer: they balance the wrench, press no less than they
+//! must, and their objective is the proven one.
+
+use crate::error::{Error, Result, Unmet};
+use crate::force::simplex::pricing::Objective;
+use crate::grasp::contact::ContactForce;
+use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
+use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_TERMS};
+
+/// Roundings of the largest torque by which a balance of torques may fail though no torque takes part in it.
+const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
+
+/// Forces and normalised normal forces of an answer, written in place.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) forces: Vec<ContactForce>,
+    pub(crate) normals: Vec<f64>,
+    /// Whether the forces were the only optimal ones.
+    pub(crate) unique: bool,
+}
+
+/// The multipliers and what they prove of the forces that were found.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Certificate<const D: usize> {
+    pub(crate) sigma: f64,
+    pub(crate) dual: Wrench<D>,
+    pub(crate) gap: f64,
+    pub(crate) pivots: usize,
+    /// Whether the interior-point solver had to give the answer.
+    pub(crate) fell_back: bool,
+}
+
+/// The right-hand side `b = -w_ext` and all that forces have to keep.
+#[derive(Debug)]
+pub(crate) struct Demand<'a, const D: usize> {
+    pub(crate) b: &'a Wrench<D>,
+    pub(crate) maps: &'a [ContactMap<D>],
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) units: &'a Wrench<D>,
+    /// Lower bounds of the normalised normal forces; none where empty.
+    pub(crate) least: &'a [f64],
+    pub(crate) objective: Objective,
+    /// Largest relative gap.
+    pub(crate) tolerance: f64,
+}
+
+impl Found {
+    pub(crate) fn new(contacts: usize) -> Self {
+        Self { forces: vec![ContactForce::zeros(); contacts], normals: vec![0.0; contacts], unique: false }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.forces.fill(ContactForce::zeros());
+        self.normals.fill(0.0);
+    }
+
+    pub(crate) fn totals(&self) -> (f64, f64) {
+        self.normals.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
+    }
+
+    /// Certifies the forces by a multiplier that proves `bound`, or says how far they are from an answer.
+    pub(crate) fn certify<const D: usize>(
+        &self,
+        demand: &Demand<'_, D>,
+        (dual, bound): (Wrench<D>, f64),
+        solver: &'static str,
+        pivots: usize,
+    ) -> Result<Certificate<D>> {
+        let (largest, sum) = self.totals();
+        let sigma = demand.objective.value(largest, sum);
+        if sigma > 0.0 && !REPRESENTABLE.contains(&sigma) {
+            let reason =
+                format!("forces of {sigma:e} times their limits are beyond what can be computed with");
+            return Err(Error::input("external_wrench", reason));
+        }
+        let gap = (1.0 - bound / sigma).abs();
+        let short = demand.least.iter().zip(&self.normals).map(|(least, n)| least - n).fold(0.0, f64::max);
+        let contacts = demand.maps.iter().zip(self.forces.iter().copied());
+        let held = demand.least.iter().copied().fold(0.0, f64::max);
+        let missing = imbalance(demand.b, demand.units, held, contacts);
+        let allowed = FEASIBILITY_TOLERANCE;
+        let unmet = if missing > allowed {
+            Unmet::Balance { found: missing, allowed }
+        } else if short > allowed * largest {
+            Unmet::LeastNormal { found: short / largest, allowed }
+        } else if gap <= demand.tolerance {
+            return Ok(Certificate { sigma, dual, gap, pivots, fell_back: false });
+        } else {
+            Unmet::Gap { found: gap, allowed: demand.tolerance }
+        };
+        Err(Error::NotConverged { solver, iterations: pivots, unmet })
+    }
+}
+
+/// How far contact forces are from balancing `b`: forces and torques each for itself, relative to what they add up from,
+/// whatever cancels, and together relative to the wrench; infinite for NaN. A contact far away must not hide torques
+/// that the others lack, and where no torque takes part, its rounding is not compared with itself.
+///
+/// `units` make forces and torques comparable; `held` is the largest share that contacts must press with.
+pub(crate) fn imbalance<'a, const D: usize>(
+    b: &Wrench<D>,
+    units: &Wrench<D>,
+    held: f64,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+) -> f64 {
+    let split = if D == 3 { 2 } else { 3 };
+    let parts = |w: &Wrench<D>| [w.rows_range(..split).amax(), w.rows_range(split..).amax()];
+    let mut rest = *b;
+    let [mut force, mut torque] = parts(b);
+    for (map, f) in contacts {
+        rest -= map * f;
+        let push = f.fixed_rows::<3>(0).amax();
+        // Through the origin every force has an arm of rounding.
+        let arm = map.fixed_columns::<3>(0).rows_range(split..).amax().max(REPRESENTABLE.start);
+        force += push;
+        torque += push * arm + f[3].abs();
+    }
+    if !rest.iter().all(|x| x.is_finite()) {
+        return f64::INFINITY;
+    }
+    let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
+    let [force_left, torque_left] = parts(&rest);
+    let size = b.component_mul(units).amax().max(held);
+    let rounded = torque_left * units[split] <= ROUNDED_TORQUE * size;
+    let torque_share = if rounded { 0.0 } else { share(torque_left, torque) };
+    let terms = ROUNDED_TERMS * (force * units[0] + torque * units[split]);
+    let beyond = share((rest.component_mul(units).lp_norm(1) - terms).max(0.0), size);
+    share(force_left, force).max(torque_share).max(beyond)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::grasp::Grasp;
+    use crate::grasp::contact::Contact;
+
+    #[test]
+    fn a_contact_far_away_hides_no_torque_that_others_lack() {
+        let contact = |x: f64| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(-x.signum(), 0.0, 0.0));
+        let grasp = Grasp::<3>::new(&[contact(-1.0), contact(1.0), contact(1e10)]).unwrap();
+        let forces = [1.0, 1.0, 0.0].map(|n| ContactForce::new(n, 0.0, 0.5 * n, 0.0));
+        let units = crate::force::equilibration::units(&grasp);
+        let missing = |b| imbalance(&b, &units, 0.0, grasp.maps().iter().zip(forces));
+        let balanced: Wrench<3> = grasp.maps().iter().zip(&forces).map(|(map, f)| map * f).sum();
+        assert!(missing(balanced) < 1e-15);
+        assert!(missing(balanced + Wrench::<3>::new(0.0, 0.0, 0.1)) > 0.01);
+        assert!(missing(balanced * f64::NAN).is_infinite());
+    }
+}

@@ -1,0 +1,174 @@
+//! Coordinates in which every row of the primitive wrenches is of order one.
+//!
+//! Newtons and newton metres, millimetres and metres, and force limits spread over many orders make rows of
+//! the grasp equation that differ by as many orders. A pivoted orthogonalisation of the wrenches gives a map
+//! `T` with `|T w_ih| <= 1` in every component, whose first `rank` rows are the directions in which the grasp
+//! can act at all, the strongest first. The simplex then works with one tolerance.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::error::{Error, Result};
+use crate::force::linear_cones::critical_region::UNBALANCED;
+use crate::force::simplex::primal::Target;
+use crate::grasp::{Grasp, REPRESENTABLE, unit};
+
+/// Directions weaker than this, relative to the strongest, are rounding and not directions.
+const RANK_TOLERANCE: f64 = 1e-12;
+
+/// The map `T` between physical wrenches and equilibrated coordinates.
+#[derive(Debug, Clone)]
+pub(crate) struct Equilibration<const D: usize> {
+    map: SMatrix<f64, D, D>,
+    /// Strengths of the rows, relative to the strongest contact.
+    lengths: SVector<f64, D>,
+    units: SVector<f64, D>,
+    /// Rows beyond this are zero for every wrench the grasp can exert.
+    pub(crate) rank: usize,
+}
+
+/// A wrench in equilibrated coordinates: `T b = scale * target`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reachable<const D: usize> {
+    pub(crate) target: Target<D>,
+    pub(crate) scale: f64,
+}
+
+impl<const D: usize> Equilibration<D> {
+    /// Equilibrates the wrenches that span what the grasp can exert.
+    pub(crate) fn new(grasp: &Grasp<D>, wrenches: &[SVector<f64, D>]) -> Self {
+        let units = units(grasp);
+        let mut rest: Vec<_> = wrenches.iter().map(|w| w.component_mul(&units)).collect();
+        let mut axes = SMatrix::<f64, D, D>::zeros();
+        let mut map = SMatrix::<f64, D, D>::zeros();
+        let mut lengths = SVector::repeat(1.0);
+        let mut rank = 0;
+        while rank < D {
+            let (strongest, length) = longest(&rest);
+            if length <= RANK_TOLERANCE {
+                break;
+            }
+            // The second projection removes what the first left when almost all of the wrench was cancelled.
+            let mut axis = rest[strongest] / length;
+            axis -= axes * axes.tr_mul(&axis);
+            let axis = axis.normalize();
+            axes.set_column(rank, &axis);
+            lengths[rank] = length;
+            map.set_row(rank, &(axis.component_mul(&units) / length).transpose());
+            for wrench in &mut rest {
+                *wrench -= axis * axis.dot(wrench);
+            }
+            rank += 1;
+        }
+        for k in rank..D {
+            let axis = complement(&axes);
+            axes.set_column(k, &axis);
+            map.set_row(k, &axis.component_mul(&units).transpose());
+        }
+        Self { map, lengths, units, rank }
+    }
+
+    /// `T w` of a wrench that the grasp can exert.
+    pub(crate) fn wrench(&self, wrench: &SVector<f64, D>) -> SVector<f64, D> {
+        let mut mapped = self.map * wrench;
+        mapped.rows_range_mut(self.rank..).fill(0.0);
+        mapped
+    }
+
+    /// `b` in equilibrated coordinates; an error if the grasp cannot act on it at all.
+    pub(crate) fn reachable(&self, b: &SVector<f64, D>) -> Result<Reachable<D>> {
+        let rank = self.rank;
+        let largest = b.amax();
+        if !(largest > 0.0 && b.iter().all(|x| x.is_finite())) {
+            return Err(Error::input("external_wrench", format!("{:?} has no direction", b.as_slice())));
+        }
+        if !REPRESENTABLE.contains(&largest) {
+            let reason = format!("its largest component, {largest:e}, is beyond what can be computed with");
+            return Err(Error::input("external_wrench", reason));
+        }
+        // Scaled first, so that one tolerance has one meaning.
+        let mapped = self.map * (b / largest);
+        let unscaled = mapped.component_mul(&self.lengths).norm();
+        let mut wrench = mapped;
+        if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
+            if mapped[k].abs() > UNBALANCED * unscaled {
+                let mut z = SVector::zeros();
+                z[k] = mapped[k].signum();
+                return Err(self.infeasible(&z));
+            }
+            wrench.rows_range_mut(rank..).fill(0.0);
+        }
+        let size = wrench.amax();
+        // Rounding in the wrench grows where a weak direction was strengthened, and only there.
+        let rounding = 4.0 * f64::EPSILON * unscaled / size;
+        let tolerance = self.lengths.map(|length| UNBALANCED + rounding / length);
+        Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
+    }
+
+    /// The error for a wrench that this multiplier separates from all the grasp can balance.
+    pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
+        let direction = unit(&self.dual(multiplier));
+        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+    }
+
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) fn units(&self) -> &SVector<f64, D> {
+        &self.units
+    }
+
+    /// The map `T` itself.
+    pub(crate) fn matrix(&self) -> &SMatrix<f64, D, D> {
+        &self.map
+    }
+
+    /// The multiplier `z` with `z . w = z' . T w`.
+    pub(crate) fn dual(&self, multiplier: &SVector<f64, D>) -> SVector<f64, D> {
+        self.map.tr_mul(multiplier)
+    }
+}
+
+/// Reciprocals of the largest force and the largest torque the contacts exert, so that their ratio is a
+/// lever and not a choice of units. Taken from lengths and not from components: a component that is zero but
+/// for rounding must stay that small.
+pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
+    let planar = D == 3;
+    // In space the arm stands in the map twice, once for each direction across it.
+    let (split, times) = if planar { (2, 1.0) } else { (3, 2.0_f64.sqrt()) };
+    let (mut force, mut torque) = (0.0_f64, 0.0_f64);
+    for (i, (contact, map)) in grasp.contacts().iter().zip(grasp.maps()).enumerate() {
+        let lever = map.fixed_columns::<3>(0).rows_range(split..).norm() / times;
+        let (strength, torsion) = if let Some(range) = grasp.edges(i) {
+            grasp.finite_forces()[range]
+                .iter()
+                .fold((0.0_f64, 0.0_f64), |(f, t), s| (f.max(s.fixed_rows::<3>(0).norm()), t.max(s[3].abs())))
+        } else {
+            let limit = contact.max_normal_force;
+            (limit * contact.friction.hypot(1.0), limit * contact.torsion)
+        };
+        force = force.max(strength);
+        torque = torque.max(strength * lever + torsion);
+    }
+    // What is nearly nothing has no reciprocal.
+    let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
+    let (force, torque) = (reciprocal(force), reciprocal(torque));
+    SVector::from_fn(|row, _| if row < split { force } else { torque })
+}
+
+fn longest<const D: usize>(wrenches: &[SVector<f64, D>]) -> (usize, f64) {
+    let lengths = wrenches.iter().map(SVector::norm).enumerate();
+    lengths.fold((0, 0.0), |best, (i, length)| if length > best.1 { (i, length) } else { best })
+}
+
+/// A unit vector orthogonal to the columns set so far (the others are zero).
+fn complement<const D: usize>(axes: &SMatrix<f64, D, D>) -> SVector<f64, D> {
+    let mut best = SVector::zeros();
+    for k in 0..D {
+        let mut axis = SVector::<f64, D>::zeros();
+        axis[k] = 1.0;
+        axis -= axes * axes.tr_mul(&axis);
+        axis -= axes * axes.tr_mul(&axis);
+        if axis.norm_squared() > SVector::norm_squared(&best) {
+            best = axis;
+        }
+    }
+    best.normalize()
+}

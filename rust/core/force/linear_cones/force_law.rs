@@ -1,0 +1,272 @@
+//! The linear law of a face: normalised forces as functions of the wrench (Eqs. 4 and 11).
+//!
+//! The unknowns are the common level `s` of the saturated contacts and the coefficients `lambda_ih` of the
+//! active extreme forces; of each saturated contact one coefficient follows from the others. Usually there
+//! are exactly as many unknowns as equations, and the forces are unique. Otherwise the least-squares level
+//! chooses among them.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
+use crate::force::least_norm::solver::UNMOVED;
+use crate::force::linear_cones::cone_interior::Interior;
+use crate::force::linear_cones::critical_region::Region;
+use crate::force::linear_cones::optimal_face::{ContactStatus, Face};
+use crate::force::simplex::basis::invert;
+use crate::force::simplex::pricing::ImplicitColumns;
+use crate::force::simplex::primal::Simplex;
+use crate::grasp::contact::ContactForce;
+
+/// Unknowns whose columns are dependent up to this are not determined by the equations.
+const DEPENDENT: f64 = 1e-11;
+
+/// What turns coefficients into forces.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extremes<'a> {
+    /// Extreme forces of all contacts.
+    pub(crate) forces: &'a [ContactForce],
+    /// Which components of a contact force exist.
+    pub(crate) components: &'static [usize],
+    /// Largest force of each contact at a share of one, where limits are far apart; else empty.
+    pub(crate) strengths: &'a [f64],
+    /// The cones whose interior is described by facets.
+    pub(crate) interiors: &'a [Option<Interior>],
+}
+
+/// The unique law of a face, if its unknowns are independent: coefficients of each active extreme force, in
+/// the face's order, and of the common level.
+///
+/// `rank` rows of the equilibrated wrenches are not zero.
+pub(crate) fn unique_law<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    rank: usize,
+    coefficients: &mut Vec<SVector<f64, R>>,
+) -> Option<SVector<f64, R>> {
+    let mut matrix = unknowns(face, columns, rank)?;
+    // Columns of unit size, so that a weak contact's unknowns are as independent as a strong one's.
+    let sizes = SVector::<f64, R>::from_fn(|k, _| matrix.column(k).amax());
+    if sizes.iter().any(|size| size.is_nan() || *size <= 0.0) {
+        return None;
+    }
+    for (mut column, size) in matrix.column_iter_mut().zip(sizes.iter()) {
+        column /= *size;
+    }
+    let inverse = invert(&matrix, DEPENDENT)?;
+    let error = SMatrix::<f64, R, R>::identity() - matrix * inverse;
+    let inverse = if error.amax() > 1e-14 { inverse + inverse * error } else { inverse };
+    coefficients.clear();
+    let mut next = 0;
+    let mut take = || {
+        next += 1;
+        inverse.row(next - 1).transpose() / sizes[next - 1]
+    };
+    let level = if face.limited { take() } else { SVector::zeros() };
+    for (contact, status) in face.statuses.iter().enumerate() {
+        let count = face.edges(contact).len();
+        if *status == ContactStatus::Saturated {
+            let first = coefficients.len();
+            coefficients.push(level);
+            for _ in 1..count {
+                let coefficient = take();
+                coefficients[first] -= coefficient;
+                coefficients.push(coefficient);
+            }
+        } else {
+            for _ in 0..count {
+                coefficients.push(take());
+            }
+        }
+    }
+    Some(level)
+}
+
+/// The law that the third level selects at the wrench that the simplex just balanced.
+#[derive(Debug, Clone)]
+pub(crate) struct LeastSquaresLaw<const R: usize> {
+    /// One row for each active extreme force in the face's order.
+    pub(crate) coefficients: Vec<SVector<f64, R>>,
+    /// The common level of the saturated contacts.
+    pub(crate) level: SVector<f64, R>,
+    /// Multipliers of the active constraints, which must stay nonnegative, too.
+    pub(crate) multipliers: Vec<SVector<f64, R>>,
+    /// What must vanish for the face to balance a wrench at all: it may span less than the grasp.
+    pub(crate) equations: Vec<SVector<f64, R>>,
+}
+
+/// The forces of least norm on a face as a law of the wrench. `limits` are the `f_i^U`. `None` if nothing is left to
+/// choose, or if rounding gets the better of it.
+pub(crate) fn least_squares_law<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    simplex: &Simplex<R>,
+    extremes: Extremes<'_>,
+    limits: &[f64],
+) -> Option<LeastSquaresLaw<R>> {
+    let Extremes { forces, components, interiors, .. } = extremes;
+    let program = FaceProgram { face, components, interiors, limits, least: &[], level: None };
+    let at = DVector::from_column_slice(simplex.target.as_slice());
+    let wrench = |edge: u32| columns.wrenches[edge as usize];
+    let balance = Balance { right: DMatrix::identity(R, R), at };
+    let chosen = program.solve(&balance, |_, edge| (wrench(edge), forces[edge as usize]))?;
+    let Chosen::LeastNorm(law) = chosen else { return None };
+    let row = |matrix: &DMatrix<f64>, k: usize| SVector::<f64, R>::from_fn(|j, _| matrix[(k, j)]);
+    let edges: Vec<u32> = (0..face.statuses.len()).flat_map(|i| face.edges(i)).copied().collect();
+    let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&law.solution, k)).collect();
+    let mut unspanned = SMatrix::<f64, R, R>::identity();
+    for (&edge, coefficient) in edges.iter().zip(&coefficients) {
+        unspanned -= wrench(edge) * coefficient.transpose();
+    }
+    let rows = unspanned.row_iter().map(|row| row.transpose());
+    Some(LeastSquaresLaw {
+        level: if face.limited { row(&law.solution, edges.len()) } else { SVector::zeros() },
+        multipliers: (0..law.multipliers.nrows()).map(|k| row(&law.multipliers, k)).collect(),
+        equations: rows.filter(|rest| rest.amax() > UNMOVED).collect(),
+        coefficients,
+    })
+}
+
+/// The law of one basis, whatever else is optimal: `alpha = B^-1 b`, added up over the columns (Eq. 31).
+pub(crate) fn basic_law<const R: usize>(
+    face: &Face,
+    simplex: &Simplex<R>,
+    coefficients: &mut Vec<SVector<f64, R>>,
+) -> SVector<f64, R> {
+    coefficients.clear();
+    let rows = || (0..R).filter(|&row| !simplex.basis.artificial[row]);
+    let level = |row: usize| simplex.basis.inverse.row(row).transpose();
+    for contact in 0..face.statuses.len() {
+        for &edge in face.edges(contact) {
+            let users = rows().filter(|&row| simplex.basis.edges(row)[contact] == edge);
+            coefficients.push(users.map(level).sum());
+        }
+    }
+    rows().map(level).sum()
+}
+
+/// How far a law is from balancing the wrench that the simplex balanced.
+pub(crate) fn unbalanced<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    coefficients: &[SVector<f64, R>],
+    target: &SVector<f64, R>,
+) -> f64 {
+    let edges = (0..face.statuses.len()).flat_map(|contact| face.edges(contact));
+    let forces = edges.zip(coefficients).map(|(&edge, c)| columns.wrenches[edge as usize] * c.dot(target));
+    (forces.sum::<SVector<f64, R>>() - target).amax()
+}
+
+/// How far a law's objective at the simplex's target is from the multipliers' (Eq. 26), relative.
+pub(crate) fn duality_gap<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    coefficients: &[SVector<f64, R>],
+    simplex: &Simplex<R>,
+) -> f64 {
+    let (mut largest, mut sum, mut next) = (0.0_f64, 0.0, 0);
+    for contact in 0..face.statuses.len() {
+        let count = face.edges(contact).len();
+        let normal: f64 = coefficients[next..next + count].iter().map(|c| c.dot(&simplex.target)).sum();
+        next += count;
+        largest = largest.max(normal);
+        sum += normal;
+    }
+    let sigma = columns.objective.value(largest, sum);
+    (1.0 - simplex.multipliers[0].dot(&simplex.target) / sigma).abs()
+}
+
+/// The columns of the unknowns, completed by unit vectors in the rows that are zero; `None` unless there are
+/// as many unknowns as equations.
+fn unknowns<const R: usize>(
+    face: &Face,
+    columns: &ImplicitColumns<R>,
+    rank: usize,
+) -> Option<SMatrix<f64, R, R>> {
+    let mut matrix = SMatrix::<f64, R, R>::zeros();
+    let mut count = usize::from(face.limited);
+    for (contact, status) in face.statuses.iter().enumerate() {
+        let edges = face.edges(contact);
+        let wrench = |edge: u32| columns.wrenches[edge as usize];
+        let (reference, rest) = match (status, edges) {
+            (ContactStatus::Idle, _) | (_, []) => continue,
+            (ContactStatus::Saturated, [first, rest @ ..]) => (Some(wrench(*first)), rest),
+            (ContactStatus::Free, all) => (None, all),
+        };
+        if let Some(reference) = reference {
+            let sum = matrix.column(0) + reference;
+            matrix.set_column(0, &sum);
+        }
+        for &edge in rest {
+            if count >= rank {
+                return None;
+            }
+            matrix.set_column(count, &(wrench(edge) - reference.unwrap_or_else(SVector::zeros)));
+            count += 1;
+        }
+    }
+    if count != rank {
+        return None;
+    }
+    for k in rank..R {
+        matrix[(k, k)] = 1.0;
+    }
+    Some(matrix)
+}
+
+/// Writes the law into a region, in the coordinates of the caller's wrench: `map` takes `-w_ext` there to the
+/// coordinates of the coefficients.
+pub(crate) fn write_region<const R: usize>(
+    region: &mut Region<R>,
+    face: &Face,
+    coefficients: &[SVector<f64, R>],
+    level: &SVector<f64, R>,
+    map: &SMatrix<f64, R, R>,
+    extremes: Extremes<'_>,
+) {
+    region.clear();
+    let mut next = 0;
+    let level = map.tr_mul(level);
+    for (contact, status) in face.statuses.iter().enumerate() {
+        let mut force = [SVector::<f64, R>::zeros(); 4];
+        let mut normal = SVector::<f64, R>::zeros();
+        let edges = face.edges(contact);
+        let strength = extremes.strengths.get(contact);
+        let first = next;
+        for &edge in edges {
+            let coefficient = map.tr_mul(&coefficients[next]);
+            next += 1;
+            // A contact with one active force presses as hard as that force is used: one condition for both.
+            let implied = face.inside[contact] || (edges.len() == 1 && *status == ContactStatus::Saturated);
+            if !implied {
+                region.conditions.push(&coefficient);
+            }
+            if let (Some(strength), false) = (strength, face.inside[contact]) {
+                region.pushes.push(&(coefficient * *strength));
+            }
+            normal += coefficient;
+            for (row, component) in force.iter_mut().zip(extremes.forces[edge as usize].iter()) {
+                *row += coefficient * *component;
+            }
+        }
+        if let Some(interior) = extremes.interiors[contact].as_ref().filter(|_| face.inside[contact]) {
+            let mut own = [SVector::<f64, R>::zeros(); 4];
+            for (row, coefficient) in own.iter_mut().zip(&coefficients[first..next]) {
+                *row = map.tr_mul(coefficient);
+            }
+            for facet in &interior.facets {
+                let row = own[0] * facet[0] + own[1] * facet[1] + own[2] * facet[2] + own[3] * facet[3];
+                region.conditions.push(&row);
+                if let Some(strength) = strength {
+                    region.pushes.push(&(row * *strength));
+                }
+            }
+        }
+        if face.limited && *status == ContactStatus::Free {
+            region.conditions.push(&(level - normal));
+        }
+        for &component in extremes.components {
+            region.forces.push(&force[component]);
+        }
+        region.normals.push(&normal);
+    }
+}

@@ -1,0 +1,18 @@
+//! Force distribution over finitely many extreme forces.
+//!
+//! - [`program`]: from a wrench to its critical region: remembered, by dual pivots, or from a cold start.
+//! - [`critical_region`]: the wrenches that one affine force law answers; [`critical_region_builder`] reads it off a basis.
+//! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: forces as a linear map
+//!   of the wrench.
+//! - [`cone_interior`]: contacts whose force lies inside its cone.
+//! - [`enumerated`]: all points of the set (Eqs. 26 and 31) and the reduction of section 4.2; [`interior_point_lp`] is
+//!   its start by Clarabel.
+
+pub(crate) mod cone_interior;
+pub(crate) mod critical_region;
+pub(crate) mod critical_region_builder;
+pub(crate) mod enumerated;
+pub(crate) mod force_law;
+pub(crate) mod interior_point_lp;
+pub(crate) mod optimal_face;
+pub(crate) mod program;

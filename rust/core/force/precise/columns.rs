@@ -1,0 +1,241 @@
+//! Columns of the force distribution program for the simplex method in 32 digits.
+//!
+//! Coordinates are physical ones over the largest force and the largest torque of one contact, so that what is left
+//! unbalanced means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
+//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in `preload_columns`.
+
+use crate::force::equilibration::units;
+use crate::force::simplex::pricing::Objective;
+use crate::grasp::Grasp;
+use crate::grasp::contact::ContactForce;
+use crate::linalg::double_double::DoubleDouble;
+use crate::wrench_set::cone_support;
+
+/// Six rows of the wrench and the one that makes combinations convex.
+pub(crate) const ROWS: usize = 7;
+
+/// A column, a right-hand side or a multiplier.
+pub(crate) type Vector = [DoubleDouble; ROWS];
+
+/// What the maximum's tie-break by the sum weighs beside it: less than the tolerance of the objective, and far more than
+/// rounding in 32 digits.
+const TIE_BREAK: f64 = 1e-12;
+
+/// How far a value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
+const ROUGH: f64 = 1e-14;
+
+/// The wrenches of one contact.
+#[derive(Debug, Clone)]
+enum Reach {
+    Finite { wrenches: Vec<[f64; 6]>, forces: Vec<ContactForce> },
+    Cone { map: [[f64; 6]; 4], limit: f64, mu: f64, gamma: f64 },
+}
+
+/// What one contact contributes to a column: its normalised normal force, and its force at a share of one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Share {
+    pub(crate) contact: usize,
+    pub(crate) normal: f64,
+    pub(crate) force: ContactForce,
+}
+
+/// A point of the wrench set with its cost.
+#[derive(Debug, Clone)]
+pub(crate) struct Point {
+    pub(crate) wrench: Vector,
+    pub(crate) cost: DoubleDouble,
+    pub(crate) shares: Vec<Share>,
+}
+
+/// The wrench set, and what its points cost.
+#[derive(Debug, Clone)]
+pub(crate) struct PreciseColumns {
+    reaches: Vec<Reach>,
+    objective: Objective,
+    /// Lower bounds over the largest of them; none where empty.
+    least: Vec<f64>,
+    /// Rows of the wrench; the convexity row, if there is one, comes next.
+    pub(crate) dim: usize,
+    /// Reciprocals of the largest force and torque of one contact.
+    pub(crate) units: [f64; 6],
+    /// Gains below this are no improvement.
+    pub(crate) threshold: f64,
+}
+
+/// How far one contact reaches, and by what.
+struct Best {
+    value: DoubleDouble,
+    wrench: [f64; 6],
+    force: ContactForce,
+}
+
+pub(crate) fn dot(wrench: &[f64; 6], z: &Vector) -> DoubleDouble {
+    wrench
+        .iter()
+        .zip(z)
+        .fold(DoubleDouble::ZERO, |sum, (w, z)| if *w == 0.0 { sum } else { sum + z.times(*w) })
+}
+
+impl PreciseColumns {
+    /// `least` holds the lower bounds over the largest of them, or nothing.
+    pub(crate) fn new<const D: usize>(
+        grasp: &Grasp<D>,
+        objective: Objective,
+        least: Vec<f64>,
+        tolerance: f64,
+    ) -> Self {
+        let scales = units(grasp);
+        let scaled = |wrench: &[f64]| {
+            let mut row = [0.0; 6];
+            row.iter_mut().zip(wrench).zip(&scales).for_each(|((x, w), unit)| *x = w * unit);
+            row
+        };
+        let reach = |i: usize| {
+            let contact = &grasp.contacts()[i];
+            if let Some(range) = grasp.edges(i) {
+                let wrenches = grasp.finite_wrenches()[range.clone()].iter();
+                return Reach::Finite {
+                    wrenches: wrenches.map(|w| scaled(w.as_slice())).collect(),
+                    forces: grasp.finite_forces()[range].to_vec(),
+                };
+            }
+            let limit = contact.max_normal_force;
+            let mut map = [[0.0; 6]; 4];
+            for (row, column) in map.iter_mut().zip(grasp.maps()[i].column_iter()) {
+                *row = scaled((column * limit).as_slice());
+            }
+            Reach::Cone { map, limit, mu: contact.friction, gamma: contact.torsion }
+        };
+        let mut units = [0.0; 6];
+        units[..D].copy_from_slice(scales.as_slice());
+        Self {
+            reaches: (0..grasp.num_contacts()).map(reach).collect(),
+            objective,
+            least,
+            dim: D,
+            units,
+            threshold: if grasp.is_finite() { 1e-24 } else { (0.1 * tolerance).min(1e-8) },
+        }
+    }
+
+    pub(crate) fn num_contacts(&self) -> usize {
+        self.reaches.len()
+    }
+
+    /// Rows of the program.
+    pub(crate) fn rows(&self) -> usize {
+        self.dim + usize::from(!self.least.is_empty())
+    }
+
+    pub(crate) fn objective(&self) -> Objective {
+        self.objective
+    }
+
+    /// The extreme forces of a contact and their wrenches; `None` for a true cone.
+    pub(crate) fn listed(&self, contact: usize) -> Option<(&[[f64; 6]], &[ContactForce])> {
+        match &self.reaches[contact] {
+            Reach::Finite { wrenches, forces } => Some((wrenches, forces)),
+            Reach::Cone { .. } => None,
+        }
+    }
+
+    /// What each contact adds to the cost of a column.
+    fn weight(&self) -> f64 {
+        match self.objective {
+            Objective::Sum => 0.0,
+            Objective::MaxThenSum => TIE_BREAK,
+            Objective::Weighted(weight) => weight,
+        }
+    }
+
+    fn best(&self, contact: usize, z: &Vector) -> Best {
+        match &self.reaches[contact] {
+            Reach::Finite { wrenches, forces } => {
+                let rough = z.map(DoubleDouble::value);
+                let size: f64 = rough.iter().map(|x| x.abs()).sum();
+                let product = |w: &[f64; 6]| w.iter().zip(&rough).map(|(w, z)| w * z).sum::<f64>();
+                let furthest = wrenches.iter().map(product).fold(f64::NEG_INFINITY, f64::max);
+                let near = |w: &[f64; 6]| product(w) >= furthest - ROUGH * size;
+                let candidates = wrenches.iter().enumerate().filter(|(_, w)| near(w));
+                let (value, edge) = candidates
+                    .map(|(edge, w)| (dot(w, z), edge))
+                    .reduce(|best, next| if next.0 > best.0 { next } else { best })
+                    .unwrap_or((DoubleDouble::from(f64::MIN), 0));
+                Best { value, wrench: wrenches[edge], force: forces[edge] }
+            }
+            Reach::Cone { map, limit, mu, gamma } => {
+                // The force is any of the cone, and the furthest up to the square of its rounding.
+                let along = ContactForce::from_fn(|k, _| dot(&map[k], z).value());
+                let force = cone_support(&along, *mu, *gamma);
+                let mut wrench = [0.0; 6];
+                for (column, share) in map.iter().zip(&force) {
+                    wrench.iter_mut().zip(column).for_each(|(w, x)| *w += x * share);
+                }
+                Best { value: dot(&wrench, z), wrench, force: force * *limit }
+            }
+        }
+    }
+
+    /// The support functions of the pressing and of the holding set, `weight` a contact taken off.
+    pub(crate) fn values(&self, z: &Vector, weight: f64) -> [DoubleDouble; 2] {
+        let (mut pressing, mut holding) = (DoubleDouble::ZERO, DoubleDouble::ZERO);
+        for contact in 0..self.reaches.len() {
+            let value = self.best(contact, z).value - DoubleDouble::from(weight);
+            let positive = value.max(DoubleDouble::ZERO);
+            let least = value.times(self.least.get(contact).copied().unwrap_or(0.0));
+            if self.objective == Objective::Sum {
+                pressing = pressing.max(value);
+                holding += least;
+            } else {
+                pressing += positive;
+                holding += if value > DoubleDouble::ZERO { value } else { least };
+            }
+        }
+        [pressing, holding]
+    }
+
+    /// The column whose gain `p . z - cost` is the largest, with that gain. Points are free where `costs` is false.
+    pub(crate) fn furthest(&self, z: &Vector, costs: bool) -> Option<(DoubleDouble, Point)> {
+        let weight = DoubleDouble::from(if costs { self.weight() } else { 0.0 });
+        let fixed = if costs { DoubleDouble::ONE } else { DoubleDouble::ZERO };
+        let each: Vec<Best> = (0..self.reaches.len()).map(|contact| self.best(contact, z)).collect();
+        let sum = self.objective == Objective::Sum;
+        let first = (0..each.len()).reduce(|a, b| if each[b].value > each[a].value { b } else { a })?;
+        let presses = |i: usize| each[i].value > weight;
+        let single = sum || !presses(first);
+        let pressing: Vec<(usize, f64)> = (0..each.len())
+            .filter(|&i| if single { i == first } else { presses(i) })
+            .map(|i| (i, 1.0))
+            .collect();
+        let gain = |chosen: &[(usize, f64)]| {
+            chosen.iter().fold(DoubleDouble::ZERO, |total, &(i, normal)| {
+                total + (each[i].value - weight).times(normal)
+            })
+        };
+        let pressing_gain = gain(&pressing) - fixed;
+        let mut best = (pressing_gain, pressing, fixed, false);
+        if !self.least.is_empty() {
+            let normal = |i: usize| if presses(i) && !sum { 1.0 } else { self.least[i] };
+            let holding: Vec<(usize, f64)> =
+                (0..each.len()).map(|i| (i, normal(i))).filter(|(_, normal)| *normal > 0.0).collect();
+            let holding_gain = gain(&holding) + z[self.dim];
+            if holding_gain > best.0 {
+                best = (holding_gain, holding, DoubleDouble::ZERO, true);
+            }
+        }
+        let (gain, chosen, mut cost, holds) = best;
+        let mut wrench = [DoubleDouble::ZERO; ROWS];
+        let mut shares = Vec::with_capacity(chosen.len());
+        for (contact, normal) in chosen {
+            for (sum, w) in wrench.iter_mut().zip(&each[contact].wrench) {
+                *sum += DoubleDouble::from(*w).times(normal);
+            }
+            cost += weight.times(normal);
+            shares.push(Share { contact, normal, force: each[contact].force });
+        }
+        if holds {
+            wrench[self.dim] = DoubleDouble::ONE;
+        }
+        Some((gain, Point { wrench, cost, shares }))
+    }
+}

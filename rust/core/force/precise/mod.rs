@@ -1,0 +1,211 @@
+//! Least forces where doubles cannot decide: solved in 32 digits, within the feasibility tolerance.
+//!
+//! What comes back is exactly optimal for the wrench that its forces balance, and that wrench differs from the given one
+//! by no more than the tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
+
+pub(crate) mod choice;
+pub(crate) mod columns;
+pub(crate) mod simplex;
+
+use crate::error::{Error, Result, Unmet};
+use crate::force::certificate::{Certificate, Found};
+use crate::force::linear_cones::critical_region::LOOSEST;
+use crate::force::precise::choice::{Optimum, least_squares_levels};
+use crate::force::precise::columns::{PreciseColumns, ROWS, Vector};
+use crate::force::precise::simplex::{Outcome, PreciseSimplex};
+use crate::force::simplex::pricing::Objective;
+use crate::grasp::contact::ContactForce;
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
+use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::FEASIBILITY_TOLERANCE;
+
+/// How far the objective of chosen forces may be above the least.
+const CHOSEN_GAP: f64 = 5e-10;
+
+/// How much farther from balance chosen forces may be.
+const CHOSEN_REST: f64 = 1e-11;
+
+/// Witnesses of doubles whose margin is larger than this, and along which nothing reaches farther than rounding, need
+/// no proof in 32 digits.
+const CLEAR_MARGIN: f64 = 1e-6;
+const CLEAR_REACH: f64 = 4e-15;
+
+const SOLVER: &str = "simplex in 32 digits";
+
+/// The program of one grasp and objective.
+#[derive(Debug, Clone)]
+pub(crate) struct Precise<const D: usize> {
+    columns: PreciseColumns,
+    components: &'static [usize],
+    limits: Vec<f64>,
+    /// The largest lower bound of normalised normal forces; zero without.
+    largest: f64,
+    /// Lower bounds over the largest.
+    least: Vec<f64>,
+    tolerance: f64,
+}
+
+impl<const D: usize> Precise<D> {
+    /// `bounds` are the lower bounds of normalised normal forces; none where empty.
+    pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
+        let largest = bounds.iter().copied().fold(0.0, f64::max);
+        let least: Vec<f64> = bounds.iter().map(|bound| bound / largest).collect();
+        Self {
+            columns: PreciseColumns::new(grasp, objective, least.clone(), tolerance),
+            components: grasp.force_components(),
+            limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            largest,
+            least,
+            tolerance,
+        }
+    }
+
+    /// Least forces for `b = -w_ext`, written in `found`.
+    pub(crate) fn solve(&self, b: &Wrench<D>, found: &mut Found) -> Result<Certificate<D>> {
+        let units = &self.columns.units;
+        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
+        let stalled =
+            |pivots| Error::NotConverged { solver: SOLVER, iterations: pivots, unmet: Unmet::Pivots };
+        if !REPRESENTABLE.contains(&size) {
+            return Err(stalled(0));
+        }
+        let mut target = [0.0; ROWS];
+        target.iter_mut().zip(b.iter()).zip(units).for_each(|((t, b), unit)| *t = b * unit / size);
+        if self.largest > 0.0 {
+            target[D] = self.largest / size;
+        }
+        let mut simplex = PreciseSimplex::new(&self.columns, &target);
+        match simplex.solve() {
+            Outcome::Balanced => {}
+            Outcome::Infeasible(witness) => {
+                let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * units[k]));
+                let direction = direction.as_slice().to_vec();
+                return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
+            }
+            Outcome::Stalled => return Err(stalled(simplex.pivots)),
+        }
+        self.add_up(&simplex, size, found);
+        let rest = simplex.slack();
+        let mut balanced = [DoubleDouble::ZERO; ROWS];
+        for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
+            *b = DoubleDouble::from(*t) - DoubleDouble::from(rest);
+        }
+        let z = simplex.multiplier.map(DoubleDouble::value);
+        let mut certificate = self.certify(&z, &balanced, size, found, simplex.pivots);
+        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), found, simplex.pivots) {
+            certificate = better;
+        }
+        let allowed = self.tolerance.max(LOOSEST);
+        if certificate.gap <= allowed {
+            return Ok(certificate);
+        }
+        let unmet = Unmet::Gap { found: certificate.gap, allowed };
+        Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet })
+    }
+
+    /// Whether a direction that doubles found separates `b` from all the grasp can balance, beyond any doubt.
+    pub(crate) fn clearly_separated(&self, direction: &[f64], b: &Wrench<D>) -> bool {
+        let units = &self.columns.units;
+        let (mut z, mut largest) = ([0.0; ROWS], 0.0_f64);
+        for (z, (e, unit)) in z.iter_mut().zip(direction.iter().zip(units)) {
+            *z = e / unit;
+            largest = largest.max(z.abs());
+        }
+        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
+        let multiplier = z.map(|z| DoubleDouble::from(z / largest));
+        let [reach, holding] = self.columns.values(&multiplier, 0.0);
+        let product: f64 =
+            multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
+        let margin = (product - self.largest * holding.value()) / size;
+        reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
+    }
+
+    fn add_up(&self, simplex: &PreciseSimplex<'_>, size: f64, found: &mut Found) {
+        found.clear();
+        found.unique = false;
+        for (level, share) in simplex.shares() {
+            let level = level * share.normal * size;
+            found.forces[share.contact] += share.force * level;
+            found.normals[share.contact] += level;
+        }
+    }
+
+    /// What the multiplier proves of the forces for the wrench that they balance, both scaled.
+    fn certify(
+        &self,
+        z: &[f64; ROWS],
+        balanced: &Vector,
+        size: f64,
+        found: &Found,
+        pivots: usize,
+    ) -> Certificate<D> {
+        let objective = self.columns.objective();
+        let mut multiplier: Vector = z.map(DoubleDouble::from);
+        multiplier[D..].fill(DoubleDouble::ZERO);
+        let weight = objective.weight();
+        let [pressing, _] = self.columns.values(&multiplier, weight);
+        // With a weight or lower bounds the bound is not homogeneous, and only what reaches too far may shrink.
+        let homogeneous = weight == 0.0 && self.least.is_empty();
+        let floor = if homogeneous { f64::MIN_POSITIVE } else { 1.0 };
+        let shrink = 1.0 / pressing.value().max(floor);
+        let shrunk = multiplier.map(|z| z.times(shrink));
+        let product =
+            shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
+        let mut bound = product.value() * size;
+        if !self.least.is_empty() {
+            let [_, holding] = self.columns.values(&shrunk, weight);
+            let free = if objective == Objective::Sum { self.least.iter().sum() } else { 1.0 };
+            bound += self.largest * (free - holding.value());
+        }
+        let (largest, sum) = found.totals();
+        let sigma = objective.value(largest, sum);
+        let dual = Wrench::<D>::from_fn(|k, _| z[k] * shrink * self.columns.units[k]);
+        let gap = if sigma > 0.0 { (1.0 - bound / sigma).abs() } else { 0.0 };
+        Certificate { sigma, dual, gap, pivots, fell_back: false }
+    }
+
+    /// The third level: replaces the forces by the least among those that are as good, and certifies these.
+    fn choose(
+        &self,
+        z: &[f64; ROWS],
+        balanced: &Vector,
+        size: f64,
+        left_over: f64,
+        found: &mut Found,
+        pivots: usize,
+    ) -> Option<Certificate<D>> {
+        if !self.least.is_empty() {
+            return None;
+        }
+        let (largest, sum) = found.totals();
+        let wanted = balanced.map(DoubleDouble::value);
+        let optimum =
+            Optimum { target: &wanted, multiplier: z, sigma_max: largest / size, sigma_sum: sum / size };
+        let levels = least_squares_levels(&self.columns, self.components, &self.limits, &optimum)?;
+        let mut chosen = Found::new(found.forces.len());
+        let mut rest = *balanced;
+        for (contact, edge, level) in levels {
+            let (wrenches, forces) = self.columns.listed(contact)?;
+            for (rest, w) in rest.iter_mut().zip(&wrenches[edge]) {
+                *rest -= DoubleDouble::from(*w).times(level);
+            }
+            let force: ContactForce = forces[edge];
+            chosen.forces[contact] += force * (level * size);
+            chosen.normals[contact] += level * size;
+        }
+        // What they balance themselves; it may not be farther from the given wrench than rounding.
+        let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
+        if left > CHOSEN_REST || left + left_over > FEASIBILITY_TOLERANCE {
+            return None;
+        }
+        let mut own = *balanced;
+        own.iter_mut().zip(&rest).take(D).for_each(|(b, rest)| *b -= *rest);
+        let certificate = self.certify(z, &own, size, &chosen, pivots);
+        let before = self.columns.objective().value(largest, sum);
+        let kept = certificate.sigma <= before * (1.0 + CHOSEN_GAP) && certificate.gap <= self.tolerance;
+        kept.then(|| {
+            *found = chosen;
+            certificate
+        })
+    }
+}

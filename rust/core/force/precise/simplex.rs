@@ -1,0 +1,278 @@
+//! The simplex method in 32 digits: what decides where doubles cannot.
+//!
+//! Nearly degenerate grasps (feet whose heights differ by rounding, loads through the edge of their support) make
+//! bases of columns that differ by a billionth. Here what may stay unbalanced is a variable of its own, one for each
+//! component of the wrench, at a price: `min c . alpha + price |s|_1` subject to `P alpha + s = b`. Multipliers are then
+//! no larger than the price. The price starts low and rises until what is left over is rounding; at the last price the
+//! feasibility tolerance may be used. Where even that does not do, the least that must be left over is computed, and
+//! the multiplier that proves it is the witness: it is at most one in every component.
+
+use crate::force::precise::columns::{Point, PreciseColumns, ROWS, Share, Vector};
+use crate::interrupt;
+use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::FEASIBILITY_TOLERANCE;
+
+/// Pivots after which a solve gives up.
+const MAX_PIVOTS: usize = 3000;
+
+/// Pivots of one price after which ties in the ratio test are decided so that no cycle is possible.
+const LEXICOGRAPHIC: usize = 60;
+
+/// What is left over of a wrench that was computed in doubles.
+const ROUNDING: f64 = 5e-16;
+
+/// Prices of what is left over, relative to a wrench and an objective of one.
+const FIRST_PRICE: f64 = 1e3;
+const LAST_PRICE: f64 = 1e9;
+const HIGHEST_PRICE: f64 = 1e20;
+
+/// The price of combinations that are not convex: no solution keeps them.
+const CONVEXITY_PRICE: f64 = 1e25;
+
+/// Pivot elements below this share of the largest are rounding.
+const PIVOT: f64 = 1e-24;
+
+/// How a solve ended.
+#[derive(Debug)]
+pub(crate) enum Outcome {
+    /// Least forces for a wrench that differs from the given one by no more than the tolerance.
+    Balanced,
+    /// No forces come within the tolerance; the multiplier proves it.
+    Infeasible(Vector),
+    /// The pivot bound was reached, or an interrupt.
+    Stalled,
+}
+
+/// What a row of the basis holds.
+#[derive(Debug, Clone)]
+enum Member {
+    /// What is left over in a row, with its sign.
+    Slack(usize, f64),
+    Point(Point),
+}
+
+/// Basis, levels and multipliers.
+#[derive(Debug)]
+pub(crate) struct PreciseSimplex<'a> {
+    columns: &'a PreciseColumns,
+    target: Vector,
+    members: Vec<Member>,
+    inverse: [Vector; ROWS],
+    levels: Vector,
+    pub(crate) multiplier: Vector,
+    pub(crate) pivots: usize,
+}
+
+fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
+    a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
+}
+
+impl<'a> PreciseSimplex<'a> {
+    /// `target` is scaled to a largest component of one.
+    pub(crate) fn new(columns: &'a PreciseColumns, target: &[f64]) -> Self {
+        let mut simplex = Self {
+            columns,
+            target: [DoubleDouble::ZERO; ROWS],
+            members: Vec::with_capacity(ROWS),
+            inverse: [[DoubleDouble::ZERO; ROWS]; ROWS],
+            levels: [DoubleDouble::ZERO; ROWS],
+            multiplier: [DoubleDouble::ZERO; ROWS],
+            pivots: 0,
+        };
+        for row in 0..columns.rows() {
+            let sign = if target[row] < 0.0 { -1.0 } else { 1.0 };
+            simplex.members.push(Member::Slack(row, sign));
+            simplex.target[row] = DoubleDouble::from(target[row]);
+            simplex.inverse[row][row] = DoubleDouble::from(sign);
+            simplex.levels[row] = DoubleDouble::from(target[row].abs());
+        }
+        simplex
+    }
+
+    /// Raises the price until the answer is clear.
+    pub(crate) fn solve(&mut self) -> Outcome {
+        let mut price = FIRST_PRICE;
+        loop {
+            if !self.minimise(Some(price)) {
+                return Outcome::Stalled;
+            }
+            let left = self.left_over();
+            let highest = LAST_PRICE * self.objective().max(1.0);
+            let last = price >= highest;
+            if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDING } {
+                return Outcome::Balanced;
+            }
+            if last {
+                break;
+            }
+            price = (price * 1e3).min(highest);
+        }
+        if !self.minimise(None) {
+            return Outcome::Stalled;
+        }
+        if self.left_over() > FEASIBILITY_TOLERANCE {
+            return Outcome::Infeasible(self.multiplier);
+        }
+        // So close to the tolerance that only a high price leaves over no more than must be.
+        loop {
+            if !self.minimise(Some(price)) {
+                return Outcome::Stalled;
+            }
+            if self.left_over() <= FEASIBILITY_TOLERANCE || price > HIGHEST_PRICE {
+                return Outcome::Balanced;
+            }
+            price *= 1e3;
+        }
+    }
+
+    /// The objective of the forces, what is left over not counted.
+    pub(crate) fn objective(&self) -> f64 {
+        let cost = |(member, level): (&Member, &DoubleDouble)| match member {
+            Member::Point(point) => (point.cost * *level).value(),
+            Member::Slack(..) => 0.0,
+        };
+        self.members.iter().zip(&self.levels).map(cost).sum()
+    }
+
+    /// What is left over of the wrench, component by component added up.
+    pub(crate) fn left_over(&self) -> f64 {
+        let wrench = |row: usize| row < self.columns.dim;
+        let slack = |(member, level): (&Member, &DoubleDouble)| match member {
+            Member::Slack(row, _) if wrench(*row) => level.value().abs(),
+            _ => 0.0,
+        };
+        self.members.iter().zip(&self.levels).map(slack).sum()
+    }
+
+    /// What is left over, row by row.
+    pub(crate) fn slack(&self) -> [f64; ROWS] {
+        let mut rest = [0.0; ROWS];
+        for (member, level) in self.members.iter().zip(&self.levels) {
+            if let Member::Slack(row, sign) = member {
+                rest[*row] += sign * level.value();
+            }
+        }
+        rest
+    }
+
+    /// The forces of the basis: what each contact contributes, with the level of its column.
+    pub(crate) fn shares(&self) -> impl Iterator<Item = (f64, &Share)> {
+        self.members.iter().zip(&self.levels).flat_map(|(member, level)| {
+            let shares = match member {
+                Member::Point(point) => point.shares.as_slice(),
+                Member::Slack(..) => &[],
+            };
+            shares.iter().map(|share| (level.value().max(0.0), share))
+        })
+    }
+
+    fn cost(&self, member: &Member, price: Option<f64>) -> DoubleDouble {
+        match (member, price) {
+            (Member::Slack(row, _), Some(price)) => self.price(*row, price),
+            (Member::Slack(..), None) => DoubleDouble::ONE,
+            (Member::Point(point), Some(_)) => point.cost,
+            (Member::Point(_), None) => DoubleDouble::ZERO,
+        }
+    }
+
+    fn price(&self, row: usize, price: f64) -> DoubleDouble {
+        DoubleDouble::from(if row < self.columns.dim { price } else { CONVEXITY_PRICE })
+    }
+
+    /// Optimal for this price; without one, what is left over alone is minimised. `false` if that cannot be reached.
+    fn minimise(&mut self, price: Option<f64>) -> bool {
+        let rows = self.columns.rows();
+        let mut z = [DoubleDouble::ZERO; ROWS];
+        for (row, member) in self.members.iter().enumerate() {
+            let cost = self.cost(member, price);
+            z.iter_mut().zip(&self.inverse[row]).for_each(|(z, x)| *z += cost * *x);
+        }
+        let first = self.pivots;
+        while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
+            let Some((mut gain, point)) = self.columns.furthest(&z, price.is_some()) else { return false };
+            let size = z.iter().map(|x| x.abs().value()).sum::<f64>();
+            let mut entering = Member::Point(point);
+            let mut beaten = gain <= DoubleDouble::from(self.columns.threshold.max(1e-27 * size));
+            for (row, multiplier) in z.iter().enumerate().take(rows) {
+                let cost = self.cost(&Member::Slack(row, 1.0), price);
+                let excess = multiplier.abs() - cost;
+                if excess > DoubleDouble::from(1e-27 * size) && (beaten || excess > gain) {
+                    let sign = if multiplier.value() < 0.0 { -1.0 } else { 1.0 };
+                    (gain, entering, beaten) = (excess, Member::Slack(row, sign), false);
+                }
+            }
+            if beaten {
+                self.multiplier = z;
+                return true;
+            }
+            let column = match &entering {
+                Member::Point(point) => point.wrench,
+                Member::Slack(row, sign) => {
+                    let mut column = [DoubleDouble::ZERO; ROWS];
+                    column[*row] = DoubleDouble::from(*sign);
+                    column
+                }
+            };
+            let mut direction = [DoubleDouble::ZERO; ROWS];
+            direction.iter_mut().zip(&self.inverse).take(rows).for_each(|(x, row)| *x = inner(row, &column));
+            let Some(row) = self.leaving_row(&direction, self.pivots - first > LEXICOGRAPHIC) else {
+                return false;
+            };
+            self.pivot(row, &direction);
+            self.members[row] = entering;
+            for (z, x) in z.iter_mut().zip(&self.inverse[row]) {
+                *z -= gain * *x;
+            }
+        }
+        false
+    }
+
+    /// The ratio test: the largest pivot element among ties, or the lexicographic rule.
+    fn leaving_row(&self, direction: &Vector, lexicographic: bool) -> Option<usize> {
+        let rows = self.columns.rows();
+        let largest = direction.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
+        let smallest = largest.times(PIVOT);
+        let mut best: Option<(usize, DoubleDouble)> = None;
+        for row in (0..rows).filter(|&row| direction[row] > smallest) {
+            let ratio = self.levels[row].max(DoubleDouble::ZERO) / direction[row];
+            let better = match best {
+                None => true,
+                Some((other, least)) if ratio == least => {
+                    if lexicographic {
+                        self.precedes(row, other, direction)
+                    } else {
+                        direction[row] > direction[other]
+                    }
+                }
+                Some((_, least)) => ratio < least,
+            };
+            if better {
+                best = Some((row, ratio));
+            }
+        }
+        best.map(|(row, _)| row)
+    }
+
+    fn precedes(&self, row: usize, other: usize, direction: &Vector) -> bool {
+        let pairs = self.inverse[row].iter().zip(&self.inverse[other]);
+        let first = pairs.map(|(a, b)| (*a / direction[row], *b / direction[other])).find(|(a, b)| a != b);
+        first.is_some_and(|(a, b)| a < b)
+    }
+
+    fn pivot(&mut self, row: usize, direction: &Vector) {
+        let rows = self.columns.rows();
+        let leaving = self.inverse[row].map(|x| x / direction[row]);
+        for other in (0..rows).filter(|&other| other != row) {
+            for (x, y) in self.inverse[other].iter_mut().zip(&leaving) {
+                *x -= direction[other] * *y;
+            }
+        }
+        self.inverse[row] = leaving;
+        // Levels afresh, so that they carry no history; what is zero but for rounding is zero.
+        let levels = self.inverse.map(|x| inner(&x, &self.target));
+        let largest = levels.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
+        let zero = largest.times(1e-28);
+        self.levels = levels.map(|level| if level.abs() <= zero { DoubleDouble::ZERO } else { level });
+        self.pivots += 1;
+    }
+}

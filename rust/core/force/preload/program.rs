@@ -1,0 +1,306 @@
+//! Force distribution with a preload: no contact presses with less than its lower bound.
+//!
+//! The program is not homogeneous, so there are no regions to remember: each wrench is solved by the simplex
+//! over the columns of [`PreloadColumns`], from the last basis where that is a few pivots away. It takes true
+//! cones as well as listed extreme forces.
+
+use nalgebra::SVector;
+
+use crate::error::{Error, Result};
+use crate::force::certificate::{Certificate, Demand, Found};
+use crate::force::equilibration::Equilibration;
+use crate::force::linear_cones::cone_interior::Interior;
+use crate::force::linear_cones::critical_region::UNBALANCED;
+use crate::force::linear_cones::critical_region_builder::loosened;
+use crate::force::linear_cones::optimal_face::Face;
+use crate::force::precise::Precise;
+use crate::force::preload::columns::{PreloadColumns, ROWS};
+use crate::force::preload::optimal_face::{Bounds, Used};
+use crate::force::simplex::basis::Basis;
+use crate::force::simplex::pricing::{OPTIMAL, Objective};
+use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::solution::{DistributionOptions, Method, check_wrench};
+use crate::force::true_cones::columns::ConeContact;
+use crate::force::true_cones::program::spanning_wrenches;
+use crate::grasp::contact::ForceModel;
+use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::interrupt;
+
+/// Dual pivots before a cold start is the better bet.
+const DUAL_PIVOTS: usize = 8;
+
+/// What does not change while solving.
+#[derive(Debug, Clone)]
+pub(crate) struct PreloadProgram<const D: usize> {
+    equilibration: Equilibration<D>,
+    columns: PreloadColumns<D>,
+    /// The lower bounds, and the largest of them; it is positive.
+    least: Vec<f64>,
+    largest: f64,
+    maps: Vec<ContactMap<D>>,
+    tolerance: f64,
+    precise: Precise<D>,
+    /// The program without lower bounds, which tells whether they are to blame.
+    unbounded: Precise<D>,
+}
+
+/// What does.
+#[derive(Debug, Clone)]
+pub(crate) struct PreloadWorkspace {
+    simplex: Simplex<ROWS>,
+    last: Basis<ROWS>,
+    used: Vec<Used>,
+    face: Face,
+}
+
+impl PreloadWorkspace {
+    pub(crate) fn forget(&mut self) {
+        self.last.artificial = [true; ROWS];
+    }
+}
+
+/// The lower bounds of `options`, checked; `None` where none is positive.
+pub(crate) fn checked_bounds<const D: usize>(
+    grasp: &Grasp<D>,
+    options: &DistributionOptions,
+) -> Result<Option<Vec<f64>>> {
+    let bounds = &options.min_normal;
+    let refused = |row, reason| Err(Error::InvalidInput { argument: "min_normal", row, reason });
+    if bounds.is_empty() {
+        return Ok(None);
+    }
+    let bounds = match bounds[..] {
+        [all] => vec![all; grasp.num_contacts()],
+        _ => bounds.clone(),
+    };
+    if bounds.len() != grasp.num_contacts() {
+        return refused(None, format!("{} bounds for {} contacts", bounds.len(), grasp.num_contacts()));
+    }
+    for (contact, (&bound, described)) in bounds.iter().zip(grasp.contacts()).enumerate() {
+        if !(bound >= 0.0 && bound.is_finite()) {
+            return refused(Some(contact), format!("{bound} must be finite and not negative"));
+        }
+        if bound > 1.0 {
+            let (limit, least) = (described.max_normal_force, bound * described.max_normal_force);
+            let reason = format!(
+                "{bound} is a share of the contact's limit and must be at most 1: it asks for {least} N, and \
+                 max_normal_force is {limit} N"
+            );
+            return refused(Some(contact), reason);
+        }
+        if bound > 0.0 && matches!(described.forces, ForceModel::Extreme(_)) {
+            let reason = format!("{bound}: general extreme forces have no common normal force to bound");
+            return refused(Some(contact), reason);
+        }
+    }
+    if bounds.iter().all(|bound| *bound == 0.0) {
+        return Ok(None);
+    }
+    if options.method != Method::Implicit {
+        return refused(None, "lower bounds need the method \"implicit\"".into());
+    }
+    Ok(Some(bounds))
+}
+
+impl<const D: usize> PreloadProgram<D> {
+    /// `bounds` are not negative, and one is positive.
+    pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
+        let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
+        let largest = bounds.iter().copied().fold(0.0, f64::max);
+        let contacts = (0..grasp.num_contacts()).map(|i| ConeContact::new(grasp, i, &equilibration));
+        let columns = PreloadColumns {
+            objective,
+            contacts: contacts.collect(),
+            least: bounds.iter().map(|bound| bound / largest).collect(),
+            starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
+            interiors: (0..grasp.num_contacts())
+                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
+                .collect(),
+            limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            rank: equilibration.rank,
+            threshold: objective.unit() * if grasp.is_finite() { OPTIMAL } else { 0.5 * tolerance },
+        };
+        let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
+        let precise = Precise::new(grasp, objective, bounds, tolerance);
+        let unbounded = Precise::new(grasp, objective, &[], tolerance);
+        Self { equilibration, columns, least, largest, maps, tolerance, precise, unbounded }
+    }
+
+    pub(crate) fn workspace(&self) -> PreloadWorkspace {
+        let contacts = self.columns.contacts.len();
+        PreloadWorkspace {
+            simplex: Simplex::new(contacts + 1),
+            last: Basis::new(contacts + 1),
+            used: Vec::new(),
+            face: Face::with_capacity(contacts, 0),
+        }
+    }
+
+    /// Solves for `b = -w_ext`, which may be zero: fingers that hold press against each other.
+    pub(crate) fn solve(
+        &self,
+        workspace: &mut PreloadWorkspace,
+        b: &Wrench<D>,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
+        check_wrench(b)?;
+        let answer = self.solve_in_doubles(workspace, b, found);
+        let unclear = match &answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
+            _ => false,
+        };
+        let answer = if unclear {
+            interrupt::check()?;
+            let spent = workspace.simplex.pivots;
+            let decided = self.precise.solve(b, found);
+            decided.map(|answer| Certificate { pivots: answer.pivots + spent, ..answer })
+        } else {
+            answer
+        };
+        match answer {
+            Err(Error::InfeasibleWrench { direction, .. }) => {
+                let lower_bounds = b.amax() == 0.0 || self.unbounded.solve(b, found).is_ok();
+                Err(Error::InfeasibleWrench { direction, lower_bounds })
+            }
+            answer => answer,
+        }
+    }
+
+    fn solve_in_doubles(
+        &self,
+        workspace: &mut PreloadWorkspace,
+        b: &Wrench<D>,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
+        workspace.simplex.pivots = 0;
+        let (target, scale) = self.target(b)?;
+        let PreloadWorkspace { simplex, last, used, face } = workspace;
+        let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
+        let mut answer = self.finish(outcome, simplex, (used, face), b, scale, found);
+        if matches!(answer, Err(Error::NotConverged { .. })) {
+            // Whatever led there, a start from nothing may end on better numbers.
+            let outcome = simplex.cold(&self.columns, &target);
+            answer = self.finish(outcome, simplex, (used, face), b, scale, found);
+        }
+        match answer {
+            Ok(_) => last.copy_from(&simplex.basis),
+            Err(_) => last.artificial = [true; ROWS],
+        }
+        answer
+    }
+
+    /// Chooses among optimal forces, writes them, and certifies what it wrote.
+    fn finish(
+        &self,
+        outcome: Outcome<ROWS>,
+        simplex: &Simplex<ROWS>,
+        (used, face): (&mut Vec<Used>, &mut Face),
+        b: &Wrench<D>,
+        scale: f64,
+        found: &mut Found,
+    ) -> Result<Certificate<D>> {
+        if let Outcome::Infeasible(z) = outcome {
+            return Err(self.equilibration.infeasible(&self.columns.wrench_part(&z)));
+        }
+        self.basic_solution(simplex, used);
+        self.write(simplex, used, scale, found);
+        found.unique = false;
+        if outcome == Outcome::Optimal && self.columns.is_finite() {
+            let (most, _) = found.totals();
+            let bounds = Bounds { least: self.largest / scale, most: most / scale };
+            if let Some(unique) = self.columns.settle(simplex, bounds, face, used) {
+                self.write(simplex, used, scale, found);
+                found.unique = unique;
+            }
+            // A third level that was interrupted has chosen nothing.
+            interrupt::check()?;
+        }
+        let demand = Demand {
+            b,
+            maps: &self.maps,
+            units: self.equilibration.units(),
+            least: &self.least,
+            objective: self.columns.objective,
+            tolerance: loosened(
+                self.tolerance,
+                simplex.multipliers[0].lp_norm(1) / self.columns.objective.unit(),
+            ),
+        };
+        let proof = self.lower_bound(&simplex.multipliers[0], b);
+        found.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
+    }
+
+    /// The right-hand side: the wrench, and the convexity of holding columns, scaled to a largest of one.
+    fn target(&self, b: &Wrench<D>) -> Result<(Target<ROWS>, f64)> {
+        let rank = self.equilibration.rank;
+        let mut wrench = SVector::<f64, ROWS>::zeros();
+        let (mut scale, mut tolerance) = (self.largest, SVector::repeat(UNBALANCED));
+        if b.amax() > 0.0 {
+            let reachable = self.equilibration.reachable(b)?;
+            scale = scale.max(reachable.scale);
+            let share = reachable.scale / scale;
+            for k in 0..rank {
+                wrench[k] = reachable.target.wrench[k] * share;
+                tolerance[k] = tolerance[k].max(reachable.target.tolerance[k] * share);
+            }
+        }
+        wrench[rank] = self.largest / scale;
+        Ok((Target { wrench, rank: rank + 1, tolerance }, scale))
+    }
+
+    /// The multiplier in physical coordinates, and what it proves.
+    fn lower_bound(&self, multiplier: &SVector<f64, ROWS>, b: &Wrench<D>) -> (Wrench<D>, f64) {
+        let z = self.columns.wrench_part(multiplier);
+        let values = self.columns.contacts.iter().map(|contact| contact.support(&z).0);
+        let z = z / self.columns.objective.reach(values).max(1.0);
+        let (_, holding) = self.columns.values(&z);
+        let dual = self.equilibration.dual(&z);
+        // For the sum, `values` takes no cost off, and what the contacts hold with costs itself.
+        let free = match self.columns.objective {
+            Objective::Sum => self.columns.least.iter().sum(),
+            _ => 1.0,
+        };
+        (dual, dual.dot(b) + self.largest * (free - holding))
+    }
+
+    /// The levels of the basis, added up edge by edge; true cones are left to `write`.
+    fn basic_solution(&self, simplex: &Simplex<ROWS>, used: &mut Vec<Used>) {
+        used.clear();
+        if !self.columns.is_finite() {
+            return;
+        }
+        for row in (0..ROWS).filter(|&row| !simplex.basis.artificial[row]) {
+            for share in self.columns.shares(simplex.basis.edges(row)) {
+                let level = simplex.levels[row].max(0.0) * share.normal;
+                let same = |u: &&mut Used| u.contact == share.contact && u.edge == share.edge;
+                if let Some(known) = used.iter_mut().find(same) {
+                    known.level += level;
+                } else {
+                    used.push(Used { contact: share.contact, edge: share.edge, level });
+                }
+            }
+        }
+    }
+
+    fn write(&self, simplex: &Simplex<ROWS>, used: &[Used], scale: f64, found: &mut Found) {
+        found.clear();
+        if self.columns.is_finite() {
+            for u in used {
+                if let ConeContact::Finite { forces, .. } = &self.columns.contacts[u.contact] {
+                    found.forces[u.contact] += forces[u.edge] * (u.level * scale);
+                    found.normals[u.contact] += u.level * scale;
+                }
+            }
+            return;
+        }
+        for row in (0..ROWS).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
+            let z = self.columns.wrench_part(&simplex.basis.directions.column(row).into());
+            for share in self.columns.shares(simplex.basis.edges(row)) {
+                let level = simplex.levels[row] * scale * share.normal;
+                found.forces[share.contact] += self.columns.force(&share, &z) * level;
+                found.normals[share.contact] += level;
+            }
+        }
+    }
+}

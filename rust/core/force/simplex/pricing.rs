@@ -1,0 +1,250 @@
+//! Columns of the force distribution program, priced without listing them.
+//!
+//! Both objectives are one linear program, `min sum_j c_j alpha_j` subject to `sum_j p_j alpha_j = -w_ext`,
+//! `alpha >= 0` (Eqs. 24 and 26), whose columns `p_j` are the points of a wrench set. For the maximum there
+//! are `prod(l_i + 1) - 1` of them, but the column with the best reduced cost is one support query: contact
+//! by contact the best extreme force, left out where it would not help.
+
+use std::ops::Range;
+
+use nalgebra::SVector;
+
+use crate::grasp::Grasp;
+use crate::wrench_set::Criterion;
+use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
+
+/// Reduced costs below this, relative to the cost of a column, are no improvement.
+pub(crate) const OPTIMAL: f64 = 1e-12;
+
+/// Marks a contact that a column does not use.
+pub(crate) const UNUSED: u32 = u32::MAX;
+
+/// A point of the wrench set with its two costs: the objective's, and the number of contacts that breaks
+/// ties of the maximum.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column<const R: usize> {
+    pub(crate) wrench: SVector<f64, R>,
+    pub(crate) costs: [f64; 2],
+    /// Where it was priced, for columns that are not made of listed edges.
+    pub(crate) direction: SVector<f64, R>,
+}
+
+/// Where the simplex finds its columns.
+pub(crate) trait Pricing<const R: usize> {
+    /// The column that maximises `p . z - discount c`; writes which edge of each contact it uses.
+    ///
+    /// `discount` is 1 for reduced costs, and 0 in the first phase, where columns are free.
+    fn furthest(&self, z: &SVector<f64, R>, discount: f64, edges: &mut [u32]) -> Column<R>;
+
+    /// Among columns whose first reduced cost vanishes (to `tolerance`), the one that maximises the second,
+    /// or `None` where the second cost does not exist.
+    fn tie_break(
+        &self,
+        multipliers: &[SVector<f64, R>; 2],
+        tolerance: f64,
+        edges: &mut [u32],
+    ) -> Option<Column<R>>;
+
+    /// Reduced costs below this are no improvement.
+    fn optimality(&self) -> f64;
+}
+
+/// What a column costs and how contacts combine to one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Objective {
+    /// One contact a column, cost 1: the sum of normalised normal forces.
+    Sum,
+    /// Any contacts, cost 1, ties broken by their number: the maximum, then the sum.
+    MaxThenSum,
+    /// Any k contacts, cost `1 + weight k`: the maximum plus `weight` times the sum.
+    Weighted(f64),
+}
+
+impl Objective {
+    pub(crate) fn new(criterion: Criterion, weight: f64) -> Self {
+        match criterion {
+            Criterion::Sum => Self::Sum,
+            Criterion::Max if weight > 0.0 => Self::Weighted(weight),
+            Criterion::Max => Self::MaxThenSum,
+        }
+    }
+
+    /// What each contact adds to the cost of a column.
+    pub(crate) fn weight(self) -> f64 {
+        if let Self::Weighted(weight) = self { weight } else { 0.0 }
+    }
+
+    /// The value of the objective from normalised normal forces.
+    pub(crate) fn value(self, largest: f64, sum: f64) -> f64 {
+        match self {
+            Self::Sum => sum,
+            Self::MaxThenSum => largest,
+            Self::Weighted(weight) => largest + weight * sum,
+        }
+    }
+
+    /// The support function of the columns, from how far each contact alone reaches beyond its weight.
+    pub(crate) fn support(self, values: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::Sum => values.fold(0.0, f64::max),
+            _ => values.map(|h| h.max(0.0)).sum(),
+        }
+    }
+
+    /// How much too far a multiplier reaches, from how far each contact alone does: divided by this, it prices one
+    /// column at its cost and none above. With a weight that is the root of `sum_i max(0, h_i / r - weight) = 1`.
+    pub(crate) fn reach(self, values: impl Iterator<Item = f64> + Clone) -> f64 {
+        let Self::Weighted(weight) = self else { return self.support(values) };
+        let mut reach = 0.0;
+        loop {
+            // Newton's method from below; contacts only leave, so it ends.
+            let pressing = values.clone().filter(|h| *h > weight * reach);
+            let (sum, count) = pressing.fold((0.0, 0.0), |(sum, count), h| (sum + h, count + 1.0));
+            let next = sum / (1.0 + weight * count);
+            if next.is_nan() || next <= reach {
+                return reach;
+            }
+            reach = next;
+        }
+    }
+
+    /// The cost of a column that uses one contact: what is small beside it is nothing.
+    pub(crate) fn unit(self) -> f64 {
+        1.0 + self.weight()
+    }
+
+    pub(crate) fn costs(self, contacts: usize) -> [f64; 2] {
+        match self {
+            Self::Sum => [1.0, 0.0],
+            Self::MaxThenSum => [1.0, contacts as f64],
+            Self::Weighted(weight) => [1.0 + weight * contacts as f64, 0.0],
+        }
+    }
+}
+
+/// The wrench set of a grasp in equilibrated coordinates, in blocks that fill vector registers.
+#[derive(Debug, Clone)]
+pub(crate) struct ImplicitColumns<const R: usize> {
+    pub(crate) objective: Objective,
+    pub(crate) contacts: Vec<Range<usize>>,
+    pub(crate) wrenches: Vec<SVector<f64, R>>,
+    blocks: Vec<EdgeBlock<R>>,
+    spans: Vec<Range<usize>>,
+}
+
+impl<const R: usize> ImplicitColumns<R> {
+    /// The columns over `wrenches`, of which each contact owns a range.
+    pub(crate) fn new(
+        objective: Objective,
+        contacts: Vec<Range<usize>>,
+        wrenches: Vec<SVector<f64, R>>,
+    ) -> Self {
+        let mut blocks = Vec::new();
+        let mut spans = Vec::with_capacity(contacts.len());
+        for range in &contacts {
+            let start = blocks.len();
+            blocks.extend(edge_blocks(&wrenches[range.clone()]));
+            spans.push(start..blocks.len());
+        }
+        Self { objective, contacts, wrenches, blocks, spans }
+    }
+
+    /// The ranges of a finite grasp's contacts.
+    pub(crate) fn ranges<const D: usize>(grasp: &Grasp<D>) -> Vec<Range<usize>> {
+        (0..grasp.num_contacts()).filter_map(|i| grasp.edges(i)).collect()
+    }
+
+    /// `h_i(z)` and the edge, counted over all contacts, that attains it.
+    #[inline]
+    pub(crate) fn best(&self, contact: usize, z: &SVector<f64, R>) -> (f64, usize) {
+        let (value, edge) = furthest_edge(&self.blocks[self.spans[contact].clone()], z);
+        (value, self.contacts[contact].start + edge)
+    }
+
+    /// How much too far a multiplier reaches.
+    pub(crate) fn reach(&self, z: &SVector<f64, R>) -> f64 {
+        self.objective.reach((0..self.contacts.len()).map(|i| self.best(i, z).0))
+    }
+
+    fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
+        edges.fill(UNUSED);
+        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2], direction: SVector::zeros() };
+        let (mut count, mut fallback) = (0, (f64::NEG_INFINITY, 0, 0));
+        for (contact, slot) in edges.iter_mut().enumerate() {
+            let (value, edge) = self.best(contact, z);
+            if value > weight {
+                column.wrench += self.wrenches[edge];
+                *slot = edge as u32;
+                count += 1;
+            } else if value > fallback.0 {
+                fallback = (value, contact, edge);
+            }
+        }
+        if count == 0 {
+            return self.single(fallback.1, fallback.2, edges);
+        }
+        column.costs = self.objective.costs(count);
+        column
+    }
+
+    fn single(&self, contact: usize, edge: usize, edges: &mut [u32]) -> Column<R> {
+        edges.fill(UNUSED);
+        edges[contact] = edge as u32;
+        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1), direction: SVector::zeros() }
+    }
+}
+
+impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
+    fn optimality(&self) -> f64 {
+        OPTIMAL * self.objective.unit()
+    }
+
+    fn furthest(&self, z: &SVector<f64, R>, discount: f64, edges: &mut [u32]) -> Column<R> {
+        if self.objective != Objective::Sum {
+            return self.combine(z, discount * self.objective.weight(), edges);
+        }
+        let mut winner = (f64::NEG_INFINITY, 0, 0);
+        for contact in 0..self.contacts.len() {
+            let (value, edge) = self.best(contact, z);
+            if value > winner.0 {
+                winner = (value, contact, edge);
+            }
+        }
+        self.single(winner.1, winner.2, edges)
+    }
+
+    fn tie_break(&self, z: &[SVector<f64, R>; 2], tolerance: f64, edges: &mut [u32]) -> Option<Column<R>> {
+        if self.objective != Objective::MaxThenSum {
+            return None;
+        }
+        edges.fill(UNUSED);
+        let mut wrench = SVector::zeros();
+        let mut count = 0;
+        for (contact, slot) in edges.iter_mut().enumerate() {
+            let (value, _) = self.best(contact, &z[0]);
+            if value < -tolerance {
+                continue;
+            }
+            let mut winner = (f64::NEG_INFINITY, 0);
+            for edge in self.contacts[contact].clone() {
+                let w = &self.wrenches[edge];
+                if w.dot(&z[0]) >= value - tolerance {
+                    let gain = w.dot(&z[1]) - 1.0;
+                    if gain > winner.0 {
+                        winner = (gain, edge);
+                    }
+                }
+            }
+            if value > tolerance || winner.0 > 0.0 {
+                wrench += self.wrenches[winner.1];
+                *slot = winner.1 as u32;
+                count += 1;
+            }
+        }
+        (count > 0).then(|| Column {
+            wrench,
+            costs: self.objective.costs(count),
+            direction: SVector::zeros(),
+        })
+    }
+}

@@ -1,0 +1,178 @@
+//! Dynamic force distribution: contact forces that balance an external wrench with the least maximum or the
+//! least sum of normalised normal forces (section 4, Eqs. 24 to 31).
+
+use nalgebra::Vector3;
+
+use crate::error::{Error, Result};
+use crate::grasp::contact::{ContactForce, ForceModel};
+use crate::grasp::{Grasp, Wrench};
+use crate::wrench_set::Criterion;
+use crate::wrench_set::minkowski_sum::DEFAULT_MAX_POINTS;
+
+/// How the linear program is solved. The answers agree; the work differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// The simplex method with implicit columns: no point of the wrench set is ever listed.
+    #[default]
+    Implicit,
+    /// The paper's: all points of the wrench set listed offline, `z_b` of Eq. 26 by an interior-point solver
+    /// online, and forces from the points on its hyperplane.
+    Enumerated,
+    /// The paper's reduction (section 4.2): offline, the points that sample wrenches need, completed until the
+    /// origin is interior; online, the program over these alone. An answer that the whole set does not
+    /// confirm is computed over the whole set.
+    Reduced,
+}
+
+/// Options of a [`ForceDistributor`](crate::ForceDistributor).
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DistributionOptions {
+    /// How the linear program is solved.
+    pub method: Method,
+    /// What the sum weighs beside the maximum: the objective is `sigma_max + weight * sigma_sum`. Zero means
+    /// the maximum alone and, among its optima, the least sum. Only with [`Criterion::Max`].
+    pub weight: f64,
+    /// Largest relative gap that counts as solved. Multipliers too large for double precision to keep it (limits or
+    /// strengths of directions spread over many orders) loosen it to what rounding leaves, at most to 1e-6.
+    pub tolerance: f64,
+    /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
+    pub max_points: u128,
+    /// External wrenches that choose the points of [`Method::Reduced`]; none with other methods.
+    pub samples: Vec<Vec<f64>>,
+    /// Lower bounds `c_i >= 0` of the normalised normal forces `f_n / f_i^U`, one for each contact or one for all, so
+    /// that no finger loses contact; empty for none. Only with [`Method::Implicit`], and only zero for contacts with
+    /// [`ForceModel::Extreme`]. The forces are then not proportional to the wrench, even no wrench needs some,
+    /// and in an [`Error::InfeasibleWrench`] the direction has
+    /// `-w_ext . e > sum_i c_i max_h w_ih . e`.
+    pub min_normal: Vec<f64>,
+}
+
+impl Default for DistributionOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            weight: 0.0,
+            tolerance: 1e-9,
+            max_points: DEFAULT_MAX_POINTS,
+            samples: Vec::new(),
+            min_normal: Vec::new(),
+        }
+    }
+}
+
+/// Least contact forces for one external wrench, with their certificate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution<const D: usize> {
+    /// Contact forces `f_i` as `[f_n, f_o, f_t, torsion]` in the contact frames, in N and N m.
+    pub forces: Vec<ContactForce>,
+    /// Normalised normal force of each contact: its share of its limit. With [`ForceModel::Extreme`] it is the
+    /// sum of the coefficients of its extreme forces.
+    pub shares: Vec<f64>,
+    /// Value of the objective that was minimised.
+    pub sigma: f64,
+    /// Largest of the shares (Eq. 7).
+    pub sigma_max: f64,
+    /// Sum of the shares (Eq. 6).
+    pub sigma_sum: f64,
+    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench; without lower bounds it is
+    /// `sigma = -w_ext . z_b`.
+    pub dual: Wrench<D>,
+    /// Relative distance between `sigma` and the lower bound that `dual` proves.
+    pub gap: f64,
+    /// Simplex pivots that this solve took.
+    pub pivots: usize,
+    /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
+    /// an interior-point solver.
+    pub fell_back: bool,
+    /// Whether the objective and its tie-break alone are known to determine the forces. Where they may not, the least
+    /// `sum_i |f_i|^2 / f_i^U^2` does; forces that extreme forces can make in several ways count as such.
+    pub unique: bool,
+    /// What the forces leave unbalanced, `w_ext + sum_i G_i f_i`: rounding, or where no forces balance the wrench
+    /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows.
+    pub residual: Wrench<D>,
+    /// The tolerance of the relative gap in force.
+    pub tolerance: f64,
+}
+
+impl<const D: usize> Distribution<D> {
+    /// Whether every normal force keeps its upper bound, up to the tolerance of the gap: `sigma_max <= 1 + tolerance`.
+    pub fn within_limits(&self) -> bool {
+        self.sigma_max <= 1.0 + self.tolerance
+    }
+
+    /// The wrench `G_i f_i` of each contact (Eq. 8). They sum to `-w_ext`.
+    pub fn contact_wrenches(&self, grasp: &Grasp<D>) -> Vec<Wrench<D>> {
+        grasp.maps().iter().zip(&self.forces).map(|(map, force)| map * force).collect()
+    }
+
+    /// The forces in world axes, in N. Torsion is not part of them.
+    pub fn world_forces(&self, grasp: &Grasp<D>) -> Vec<Vector3<f64>> {
+        let forces = grasp.frames().iter().zip(&self.forces);
+        forces.map(|(frame, force)| frame * force.fixed_rows::<3>(0)).collect()
+    }
+
+    /// How much of each contact's friction is unused: 1 for a purely normal force, 0 on the edge of slip.
+    ///
+    /// The friction meant is the real one, before the grasp's `friction_margin` divided it. A contact
+    /// without force keeps all of it; one without friction has none; one with general extreme forces
+    /// has no friction cone and so gives NaN.
+    pub fn slip_margin(&self, grasp: &Grasp<D>) -> Vec<f64> {
+        let margin = grasp.options().friction_margin;
+        let contacts = grasp.contacts().iter().zip(&self.forces);
+        contacts
+            .map(|(contact, force)| match contact.forces {
+                ForceModel::Extreme(_) => f64::NAN,
+                _ => unused_friction(force, contact.friction * margin, contact.torsion * margin),
+            })
+            .collect()
+    }
+}
+
+fn unused_friction(force: &ContactForce, mu: f64, gamma: f64) -> f64 {
+    if mu == 0.0 && gamma == 0.0 {
+        return 0.0;
+    }
+    if force[0] <= 0.0 {
+        return 1.0;
+    }
+    let share = |load: f64, coefficient: f64| if load == 0.0 { 0.0 } else { load / coefficient };
+    let used = share(force[1].hypot(force[2]), mu).hypot(share(force[3], gamma));
+    1.0 - used / force[0]
+}
+
+/// Beyond it the maximum's share of the objective is within its tolerance.
+const MAX_WEIGHT: f64 = 1e6;
+
+pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion) -> Result<()> {
+    let weight = options.weight;
+    if !(weight >= 0.0 && weight.is_finite()) {
+        return Err(Error::input("weight", format!("{weight} must be finite and not negative")));
+    }
+    if weight > MAX_WEIGHT {
+        let reason = format!("{weight:e} leaves nothing of the maximum; minimise the \"sum\" instead");
+        return Err(Error::input("weight", reason));
+    }
+    if weight > 0.0 && objective == Criterion::Sum {
+        let reason = format!("{weight} weighs the sum beside the maximum; it needs the objective \"max\"");
+        return Err(Error::input("weight", reason));
+    }
+    if !options.samples.is_empty() && options.method != Method::Reduced {
+        return Err(Error::input("samples", "only the method \"reduced\" chooses points by them"));
+    }
+    let tolerance = options.tolerance;
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(Error::input("tol", format!("{tolerance} must be finite and positive")));
+    }
+    Ok(())
+}
+
+pub(crate) fn check_wrench<const D: usize>(wrench: &Wrench<D>) -> Result<()> {
+    match wrench.iter().position(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(k) => {
+            let reason = format!("component {k} is {}, not finite", wrench[k]);
+            Err(Error::input("external_wrench", reason))
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Force distribution over true cones by Clarabel's interior-point method: the answer where column generation
+//! stalls.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
+use nalgebra::SVector;
+
+use crate::force::simplex::pricing::Objective;
+use crate::force::true_cones::columns::ConeContact;
+use crate::grasp::contact::ContactForce;
+use crate::interrupt;
+
+/// What the interior-point solver found over true cones, repaired where that is possible without search.
+pub(crate) struct LeastForces<const D: usize> {
+    /// Forces within their cones.
+    pub(crate) forces: Vec<ContactForce>,
+    /// Their normalised normal forces.
+    pub(crate) normals: Vec<f64>,
+    /// What they balance: the target but for the solver's tolerance.
+    pub(crate) wrench: SVector<f64, D>,
+    /// The multiplier of the balance.
+    pub(crate) dual: SVector<f64, D>,
+}
+
+/// The second-order cone program of force distribution in the first `rank` rows of `target`:
+/// `min s + weight sum_i n_i`, or `min sum_i n_i`, subject to balance, `n_i <= s` and the friction cones, with
+/// forces `f^U [n, mu y_1, mu y_2, gamma y_3]`, `|y| <= n`. Whatever it ends with is the caller's to certify.
+pub(crate) fn least_forces<const D: usize>(
+    contacts: &[ConeContact<D>],
+    objective: Objective,
+    rank: usize,
+    target: &SVector<f64, D>,
+) -> Option<LeastForces<D>> {
+    let blocks: Vec<Vec<SVector<f64, D>>> = contacts.iter().map(variables).collect();
+    let starts: Vec<usize> =
+        blocks.iter().scan(0, |next, b| Some(std::mem::replace(next, *next + b.len()))).collect();
+    let bounded = objective != Objective::Sum;
+    let count = blocks.iter().map(Vec::len).sum::<usize>();
+    let mut rows = Triplets::default();
+    for (&start, block) in starts.iter().zip(&blocks) {
+        for (j, column) in block.iter().enumerate() {
+            (0..rank).for_each(|k| rows.push(k, start + j, column[k]));
+        }
+    }
+    rows.next = rank;
+    let mut cost = vec![0.0; count + 1];
+    cost[count] = 1.0;
+    for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
+        let finite = matches!(contact, ConeContact::Finite { .. });
+        let normals = if finite { start..start + block.len() } else { start..start + 1 };
+        cost[normals.clone()].fill(if bounded { objective.weight() } else { 1.0 });
+        if bounded {
+            normals.clone().for_each(|j| rows.push(rows.next, j, 1.0));
+            rows.push(rows.next, count, -1.0);
+            rows.next += 1;
+        }
+        if finite {
+            normals.for_each(|j| rows.negate(j));
+        }
+    }
+    rows.negate(count);
+    let mut cones = vec![SupportedConeT::ZeroConeT(rank), SupportedConeT::NonnegativeConeT(rows.next - rank)];
+    for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
+        if matches!(contact, ConeContact::Cone { .. }) {
+            (start..start + block.len()).for_each(|j| rows.negate(j));
+            cones.push(SupportedConeT::SecondOrderConeT(block.len()));
+        }
+    }
+    let mut bounds = vec![0.0; rows.next];
+    bounds[..rank].copy_from_slice(&target.as_slice()[..rank]);
+    let n = count + 1;
+    let matrix = CscMatrix::new_from_triplets(rows.next, n, rows.rows, rows.columns, rows.values);
+    let settings = DefaultSettings {
+        verbose: false,
+        max_iter: 100,
+        tol_gap_abs: 1e-12,
+        tol_gap_rel: 1e-12,
+        tol_feas: 1e-12,
+        ..DefaultSettings::default()
+    };
+    let quadratic = CscMatrix::zeros((n, n));
+    let mut solver = DefaultSolver::new(&quadratic, &cost, &matrix, &bounds, &cones, settings).ok()?;
+    solver.set_termination_callback(|_: &_| interrupt::stopped());
+    solver.solve();
+    let (x, z) = (&solver.solution.x, &solver.solution.z);
+    if !x.iter().chain(z).all(|value| value.is_finite()) {
+        return None;
+    }
+    let mut found = LeastForces {
+        forces: Vec::with_capacity(contacts.len()),
+        normals: Vec::with_capacity(contacts.len()),
+        wrench: SVector::zeros(),
+        dual: SVector::from_fn(|k, _| if k < rank { -z[k] } else { 0.0 }),
+    };
+    for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
+        let mut y = x[start..start + block.len()].to_vec();
+        let force = within(contact, &mut y);
+        found.wrench += block.iter().zip(&y).map(|(column, y)| column * *y).sum::<SVector<f64, D>>();
+        let finite = matches!(contact, ConeContact::Finite { .. });
+        found.normals.push(if finite { y.iter().sum() } else { y[0] });
+        found.forces.push(force);
+    }
+    Some(found)
+}
+
+/// Nonzero entries of the constraints; `next` is the first row that is not in use.
+#[derive(Default)]
+struct Triplets {
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    next: usize,
+}
+
+impl Triplets {
+    fn push(&mut self, row: usize, column: usize, value: f64) {
+        self.rows.push(row);
+        self.columns.push(column);
+        self.values.push(value);
+    }
+
+    /// A row whose slack is the variable itself.
+    fn negate(&mut self, column: usize) {
+        self.push(self.next, column, -1.0);
+        self.next += 1;
+    }
+}
+
+/// The wrench of each variable of a contact: coefficients of extreme forces, or `n` and `y` of a cone.
+fn variables<const D: usize>(contact: &ConeContact<D>) -> Vec<SVector<f64, D>> {
+    match contact {
+        ConeContact::Finite { wrenches, .. } => wrenches.clone(),
+        ConeContact::Cone { map, mu, gamma, .. } => {
+            let shares = [1.0, *mu, *mu, *gamma];
+            let count = if *gamma > 0.0 { 4 } else { 3 };
+            (0..count).map(|k| map.column(k) * shares[k]).collect()
+        }
+    }
+}
+
+/// Moves a contact's variables into its cone and returns the force.
+fn within<const D: usize>(contact: &ConeContact<D>, y: &mut [f64]) -> ContactForce {
+    match contact {
+        ConeContact::Finite { forces, .. } => {
+            for level in y.iter_mut() {
+                *level = level.max(0.0);
+            }
+            forces.iter().zip(y).map(|(force, level)| force * *level).sum()
+        }
+        ConeContact::Cone { limit, mu, gamma, .. } => {
+            y[0] = y[0].max(0.0);
+            let load = y[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
+            if load > y[0] {
+                let share = y[0] / load;
+                for x in &mut y[1..] {
+                    *x *= share;
+                }
+            }
+            let torsion = y.get(3).copied().unwrap_or(0.0);
+            ContactForce::new(y[0], mu * y[1], mu * y[2], gamma * torsion) * *limit
+        }
+    }
+}

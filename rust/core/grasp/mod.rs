@@ -1,0 +1,301 @@
+//! A grasp: contacts, grasp matrix, extreme forces and primitive wrenches (Eqs. 3 and 8).
+//!
+//! `Grasp<3>` is planar with wrenches `[fx, fy, tau]`, `Grasp<6>` spatial with `[f, tau]`; wrenches are
+//! physical, in N and N m about the torque origin. A grasp is immutable: whatever is derived from it stays
+//! valid.
+
+pub(crate) mod contact;
+pub(crate) mod plausibility;
+pub(crate) mod torque_limits;
+pub(crate) mod wrench_norm;
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+use crate::error::{Error, Result};
+use crate::grasp::contact::{Contact, ContactForce, ForceModel, check_count};
+
+/// Sizes whose squares neither overflow nor vanish.
+pub(crate) const REPRESENTABLE: std::ops::Range<f64> = 1e-140..1e140;
+
+/// A wrench: planar for `D = 3`, spatial for `D = 6`.
+pub type Wrench<const D: usize> = SVector<f64, D>;
+
+/// The map `G_i` from `[f_n, f_o, f_t, torsion]` in the contact frame to the wrench; columns that a contact
+/// cannot use are zero.
+pub type ContactMap<const D: usize> = SMatrix<f64, D, 4>;
+
+/// The Euclidean length, also of a wrench whose squares underflow.
+pub(crate) fn length<const D: usize>(wrench: &Wrench<D>) -> f64 {
+    let plain = wrench.norm();
+    let largest = wrench.amax();
+    if plain > REPRESENTABLE.start || largest == 0.0 {
+        return plain;
+    }
+    largest * (wrench / largest).norm()
+}
+
+/// The unit vector along a wrench that is not zero. Scaled before its length is taken: the square of a component may
+/// not be representable.
+pub(crate) fn unit<const D: usize>(wrench: &Wrench<D>) -> Wrench<D> {
+    (wrench / wrench.amax()).normalize()
+}
+
+/// What a grasp is measured about and with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GraspOptions {
+    /// Point about which torques are taken, in m.
+    pub origin: Vector3<f64>,
+    /// Length `L` in m that makes torques comparable with forces: `|w|^2 = |f|^2 + |tau|^2 / L^2`.
+    pub length_scale: f64,
+    /// Factor >= 1 that divides every friction coefficient, so that least forces keep a distance from slip.
+    pub friction_margin: f64,
+}
+
+impl Default for GraspOptions {
+    fn default() -> Self {
+        Self { origin: Vector3::zeros(), length_scale: 1.0, friction_margin: 1.0 }
+    }
+}
+
+impl GraspOptions {
+    /// Refuses what is not finite, not positive, or a margin below 1.
+    pub fn check(&self) -> Result<()> {
+        if self.origin.iter().any(|x| !x.is_finite()) {
+            let reason = format!("{:?} is not finite", self.origin.as_slice());
+            return Err(Error::grasp("origin", reason));
+        }
+        let (scale, margin) = (self.length_scale, self.friction_margin);
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
+        }
+        if !REPRESENTABLE.contains(&scale) {
+            return Err(Error::grasp(
+                "length_scale",
+                format!("{scale:e} is beyond what can be computed with"),
+            ));
+        }
+        if !(margin >= 1.0 && margin.is_finite()) {
+            return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
+        }
+        Ok(())
+    }
+}
+
+/// Contacts on an object, checked, with everything derived from them.
+///
+/// ```
+/// use graspforce::{Contact, Grasp};
+/// use nalgebra::Vector3;
+///
+/// // Two fingers squeeze a disc of radius 1 from left and right.
+/// let fingers = [(-1.0, 1.0), (1.0, -1.0)]
+///     .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
+/// let grasp = Grasp::<3>::new(&fingers)?;
+/// assert_eq!(grasp.primitive_wrenches()?.len(), 4);
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grasp<const D: usize> {
+    contacts: Vec<Contact>,
+    frames: Vec<Matrix3<f64>>,
+    maps: Vec<ContactMap<D>>,
+    edges: Vec<Option<Range<usize>>>,
+    extreme_forces: Vec<ContactForce>,
+    primitive_wrenches: Vec<Wrench<D>>,
+    options: GraspOptions,
+    force_dim: usize,
+}
+
+impl<const D: usize> Grasp<D> {
+    /// A grasp about the origin with length scale 1 m.
+    pub fn new(contacts: &[Contact]) -> Result<Self> {
+        Self::with_options(contacts, GraspOptions::default())
+    }
+
+    /// A grasp with its torque origin, length scale and friction margin.
+    pub fn with_options(contacts: &[Contact], options: GraspOptions) -> Result<Self> {
+        const { assert!(D == 3 || D == 6, "wrenches have 3 (planar) or 6 (spatial) components") };
+        options.check()?;
+        if contacts.is_empty() {
+            return Err(Error::grasp("positions", "a grasp needs at least one contact"));
+        }
+        let planar = D == 3;
+        let count = contacts.len();
+        let mut grasp = Self {
+            contacts: Vec::with_capacity(count),
+            frames: Vec::with_capacity(count),
+            maps: Vec::with_capacity(count),
+            edges: Vec::with_capacity(count),
+            extreme_forces: Vec::new(),
+            primitive_wrenches: Vec::new(),
+            options,
+            force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
+        };
+        for (index, contact) in contacts.iter().enumerate() {
+            grasp.push(index, contact, planar)?;
+        }
+        Ok(grasp)
+    }
+
+    fn push(&mut self, index: usize, contact: &Contact, planar: bool) -> Result<()> {
+        if planar && has_torsion(contact) {
+            return Err(Error::contact("torsion", index, "a planar contact exerts no torsion"));
+        }
+        let frame = contact.frame(index, planar)?;
+        let lever = contact.position - self.options.origin;
+        let map = contact_map::<D>(&lever, &frame);
+        let mut contact = contact.clone();
+        contact.normal = frame.column(0).into();
+        contact.friction /= self.options.friction_margin;
+        contact.torsion /= self.options.friction_margin;
+        let start = self.extreme_forces.len();
+        if let Some(forces) = contact.extreme_forces(index, planar)? {
+            self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
+            self.extreme_forces.extend(forces);
+            check_count(self.extreme_forces.len(), index)?;
+            self.edges.push(Some(start..self.extreme_forces.len()));
+        } else {
+            self.edges.push(None);
+        }
+        // Squares of wrenches must be representable, or no norm of them is.
+        let arm = map.amax();
+        let reach = match contact.forces {
+            ForceModel::Extreme(_) => 0.0,
+            _ => arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0),
+        };
+        let largest = self.primitive_wrenches[start..].iter().map(Wrench::amax).fold(reach, f64::max);
+        let finite = self.primitive_wrenches[start..].iter().flatten().all(|x| x.is_finite());
+        let limit = contact.max_normal_force;
+        if !REPRESENTABLE.contains(&limit) {
+            let reason = format!("{limit:e}: limits must be between 1e-140 and 1e140; check the units");
+            return Err(Error::contact("max_normal_force", index, reason));
+        }
+        if !finite || ![arm, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
+            let reason = format!(
+                "its wrenches reach {largest:e} with arms of {arm:e}, beyond what can be computed with"
+            );
+            return Err(Error::contact("positions", index, reason));
+        }
+        self.contacts.push(contact);
+        self.frames.push(frame);
+        self.maps.push(map);
+        Ok(())
+    }
+
+    /// Number of contacts `m`.
+    pub fn num_contacts(&self) -> usize {
+        self.contacts.len()
+    }
+
+    /// The contacts, with unit normals and the friction margin already applied.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    /// Contact frames with columns `n`, `o`, `t`.
+    pub fn frames(&self) -> &[Matrix3<f64>] {
+        &self.frames
+    }
+
+    /// The maps `G_i`, whose columns side by side are the grasp matrix.
+    pub fn maps(&self) -> &[ContactMap<D>] {
+        &self.maps
+    }
+
+    /// Torque origin, length scale and friction margin.
+    pub fn options(&self) -> &GraspOptions {
+        &self.options
+    }
+
+    /// Components `k` of a contact force as callers see it: 2 (planar), 3 (hard) or 4 (soft fingers).
+    pub fn force_dim(&self) -> usize {
+        self.force_dim
+    }
+
+    /// Which rows of `[f_n, f_o, f_t, torsion]` the `k` components are.
+    pub fn force_components(&self) -> &'static [usize] {
+        match self.force_dim {
+            2 => &[0, 2],
+            3 => &[0, 1, 2],
+            _ => &[0, 1, 2, 3],
+        }
+    }
+
+    /// Whether every contact has finitely many extreme forces.
+    pub fn is_finite(&self) -> bool {
+        self.edges.iter().all(Option::is_some)
+    }
+
+    /// Where contact `i`'s extreme forces lie in [`Self::extreme_forces`]; `None` for a true cone.
+    pub fn edges(&self, contact: usize) -> Option<Range<usize>> {
+        self.edges[contact].clone()
+    }
+
+    /// All extreme forces `s_ih` (Eq. 3), contact by contact.
+    pub fn extreme_forces(&self) -> Result<&[ContactForce]> {
+        self.require_finite("extreme_forces")?;
+        Ok(&self.extreme_forces)
+    }
+
+    /// All primitive wrenches `w_ih = G_i s_ih` (Eq. 8), contact by contact.
+    pub fn primitive_wrenches(&self) -> Result<&[Wrench<D>]> {
+        self.require_finite("primitive_wrenches")?;
+        Ok(&self.primitive_wrenches)
+    }
+
+    /// The wrenches of the contacts that have finitely many extreme forces.
+    pub(crate) fn finite_wrenches(&self) -> &[Wrench<D>] {
+        &self.primitive_wrenches
+    }
+
+    /// The extreme forces of those contacts, beside [`Self::finite_wrenches`].
+    pub(crate) fn finite_forces(&self) -> &[ContactForce] {
+        &self.extreme_forces
+    }
+
+    pub(crate) fn require_finite(&self, what: &'static str) -> Result<()> {
+        match self.edges.iter().position(Option::is_none) {
+            None => Ok(()),
+            Some(contact) => {
+                let reason = format!("the true cone has no finite set, so no {what}; give a number of edges");
+                Err(Error::contact("edges", contact, reason))
+            }
+        }
+    }
+}
+
+/// The wrench `[f, (r - origin) x f]` of a force in world axes; its planar part for `D = 3`.
+pub fn wrench_of_force<const D: usize>(lever: &Vector3<f64>, force: &Vector3<f64>) -> Wrench<D> {
+    with_torque(force, &lever.cross(force))
+}
+
+fn with_torque<const D: usize>(force: &Vector3<f64>, torque: &Vector3<f64>) -> Wrench<D> {
+    if D == 3 {
+        return Wrench::from_iterator([force.x, force.y, torque.z]);
+    }
+    Wrench::from_iterator(force.iter().chain(torque.iter()).copied())
+}
+
+/// The map `G_i` of a contact at `lever` from the torque origin.
+pub(crate) fn contact_map<const D: usize>(lever: &Vector3<f64>, frame: &Matrix3<f64>) -> ContactMap<D> {
+    let mut map = ContactMap::<D>::zeros();
+    for (column, axis) in frame.column_iter().enumerate() {
+        if D == 3 && column == 1 {
+            continue;
+        }
+        map.set_column(column, &wrench_of_force::<D>(lever, &axis.into()));
+    }
+    if D == 6 {
+        map.set_column(3, &with_torque(&Vector3::zeros(), &frame.column(0).into()));
+    }
+    map
+}
+
+fn has_torsion(contact: &Contact) -> bool {
+    match &contact.forces {
+        ForceModel::Extreme(forces) => forces.iter().any(|f| f[3] != 0.0),
+        _ => contact.torsion != 0.0,
+    }
+}

@@ -1,0 +1,398 @@
+//! One iteration of the pattern search of section 3.4: the best of many candidate grasps.
+//!
+//! Only the winner has to be known exactly. For *any* unit `z`, `epsilon(c) <= p(z; c)`, and the directions in
+//! which one candidate is weakest are nearly the worst of its neighbours: a pool of them rejects most candidates
+//! for one oracle call each. The rest are visited in descending order of their upper bounds, which are refined
+//! only as far as the order needs. Before a polytope starts, the best direction known is turned downhill towards the
+//! bound that rejects (Polyak's subgradient step), which finds what the neighbours' directions narrowly miss; and each
+//! polytope stops as soon as its own upper bound falls below the incumbent.
+//!
+//! **Nothing is rejected that could win.** A candidate goes for good only when it is proven worse than the
+//! incumbent by more than the tie tolerance, the width of both brackets and rounding together. One that is no
+//! better than a measured candidate that wins ties against it (moving a contact which the worst direction does not
+//! load leaves `epsilon` as it is) is put aside, and taken up again should another winner leave it a chance. Where
+//! every bracket converges, the winner is therefore the one that measuring all candidates would give, whatever the
+//! number of threads; only the counters depend on their timing.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
+use crate::quality::query::{Examination, Question};
+use crate::quality::{QualityOptions, QualityWorkspace};
+
+/// Candidates within this of the best (relative) are equally good: the paper does not say which of them wins.
+pub const TIE: f64 = 1e-9;
+
+/// What rounding and the tolerance of closure leave uncertain, relative to the longest wrench.
+const UNCERTAIN: f64 = 1e-9;
+
+/// What rounding leaves uncertain between equal sums, relative to the longest wrench.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Directions kept from one iteration to the next.
+const POOL: usize = 50;
+
+/// Oracle calls spent on turning a direction until it rejects: a small part of a polytope's.
+const TURNS: usize = 24;
+
+/// Oracle calls before candidates are first put in order.
+const FIRST_LOOK: usize = 6;
+
+/// What an iteration cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SearchCounts {
+    /// Candidates offered.
+    pub candidates: usize,
+    /// Candidates rejected by directions that were critical before, or by turning one of them.
+    pub rejected: usize,
+    /// Expanding polytopes started.
+    pub polytopes: usize,
+    /// Polytopes that ran until their bracket closed; the others stopped below the incumbent.
+    pub converged: usize,
+}
+
+/// The winner of an iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winner {
+    /// Its number.
+    pub index: usize,
+    /// Its quality, smaller is better.
+    pub rho: f64,
+    /// The quality of the centre.
+    pub center_rho: f64,
+    /// What it cost to find out.
+    pub counts: SearchCounts,
+}
+
+/// Chooses the best of many candidates, again and again, and remembers where grasps were weak.
+///
+/// ```
+/// use graspforce::{CandidateSearch, Contact, Criterion, Grasp, QualityOptions};
+/// use nalgebra::Vector3;
+///
+/// // Two fingers on a disc: the second may stand at any of three angles.
+/// let grasp = |index: usize| {
+///     let angles = [0.0, 2.0 + 0.5 * index as f64];
+///     Grasp::<3>::new(&angles.map(|angle: f64| {
+///         let outward = Vector3::new(angle.cos(), angle.sin(), 0.0);
+///         Contact::new(outward, -outward)
+///     }))
+/// };
+/// let mut search = CandidateSearch::new(QualityOptions::new(Criterion::Max), true)?;
+/// assert_eq!(search.best(3, 0, None, grasp).map_err(|(_, error)| error)?.index, 2);
+/// # Ok::<(), graspforce::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct CandidateSearch<const D: usize> {
+    options: QualityOptions<D>,
+    prune: bool,
+    pool: Vec<Critical<D>>,
+    workspaces: Vec<QualityWorkspace<D>>,
+}
+
+/// A unit direction (in Euclidean coordinates) along which some candidate was weak.
+#[derive(Debug, Clone, Copy)]
+struct Critical<const D: usize> {
+    z: Wrench<D>,
+    /// Candidates it rejected, recent ones counting more.
+    merit: f64,
+}
+
+/// A candidate waiting for its turn: highest bound first, then lowest number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Waiting {
+    bound: f64,
+    index: usize,
+    /// How many directions its bound accounts for, and which of them gave it.
+    looked: usize,
+    by: usize,
+}
+
+impl Waiting {
+    /// Accounts for the next direction of the pool.
+    fn look(&mut self, value: f64) {
+        if value < self.bound {
+            (self.bound, self.by) = (value, self.looked);
+        }
+        self.looked += 1;
+    }
+}
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.bound.total_cmp(&other.bound).then(other.index.cmp(&self.index))
+    }
+}
+
+/// What the threads share.
+struct Board<const D: usize> {
+    center: usize,
+    waiting: BinaryHeap<Waiting>,
+    /// No better than what wins ties against them.
+    aside: Vec<Waiting>,
+    /// Whether candidates may still be put aside.
+    lenient: bool,
+    pool: Vec<Critical<D>>,
+    /// Exact qualities by candidate, as `epsilon`.
+    measured: Vec<(usize, f64)>,
+    incumbent: f64,
+    counts: SearchCounts,
+}
+
+impl<const D: usize> CandidateSearch<D> {
+    /// A search by these options; without `prune` every candidate is measured to the end.
+    pub fn new(options: QualityOptions<D>, prune: bool) -> Result<Self> {
+        options.check()?;
+        Ok(Self { options, prune, pool: Vec::new(), workspaces: Vec::new() })
+    }
+
+    /// Works on all cores until no candidate waits.
+    fn run(&mut self, board: Board<D>, questions: &[Question<'_, D>]) -> Board<D> {
+        let (prune, board) = (self.prune, Mutex::new(board));
+        let interrupt = interrupt::current();
+        self.workspaces.par_iter_mut().for_each(|workspace| {
+            interrupt::inherit(interrupt.as_ref(), || work(&board, questions, prune, workspace));
+        });
+        board.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The best of the candidates `grasp(0) .. grasp(count - 1)`, in parallel.
+    ///
+    /// Among those within [`TIE`] of the best the candidate `center_index` wins, else the lowest number. `known` is the
+    /// centre's `rho` where an earlier iteration measured it. A candidate that is no grasp is an error, with its
+    /// number.
+    pub fn best(
+        &mut self,
+        count: usize,
+        center_index: usize,
+        known: Option<f64>,
+        grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
+    ) -> std::result::Result<Winner, (usize, Error)> {
+        if center_index >= count {
+            let reason = format!("{center_index} is none of {count} candidates");
+            return Err((center_index, Error::input("center_index", reason)));
+        }
+        let grasps: Vec<_> =
+            (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
+        let grasps: Vec<_> = grasps.into_iter().collect::<std::result::Result<_, _>>()?;
+        let questions: Vec<_> = grasps
+            .par_iter()
+            .enumerate()
+            .map(|(i, grasp)| Question::new(grasp, &self.options).map_err(|error| (i, error)))
+            .collect();
+        let questions: Vec<_> = questions.into_iter().collect::<std::result::Result<_, _>>()?;
+        self.workspaces.resize_with(rayon::current_num_threads().min(count), QualityWorkspace::default);
+
+        let mut board = Board {
+            center: center_index,
+            waiting: BinaryHeap::new(),
+            aside: Vec::new(),
+            lenient: self.prune,
+            pool: std::mem::take(&mut self.pool),
+            measured: Vec::new(),
+            incumbent: f64::NEG_INFINITY,
+            counts: SearchCounts { candidates: count, ..SearchCounts::default() },
+        };
+        let center_epsilon = if let Some(rho) = known {
+            board.note(center_index, -rho, None)
+        } else {
+            let question = &questions[center_index];
+            board.examine(center_index, question, f64::NEG_INFINITY, &mut self.workspaces[0])
+        };
+        if self.prune {
+            let look = |index| first_look(index, &questions[index], &board.pool);
+            let waiting: Vec<_> = (0..count)
+                .into_par_iter()
+                .with_min_len(16)
+                .filter(|i| *i != center_index)
+                .map(look)
+                .collect();
+            board.waiting = waiting.into();
+        } else {
+            let blind = |index| Waiting { bound: f64::INFINITY, index, looked: usize::MAX, by: 0 };
+            board.waiting = (0..count).filter(|i| *i != center_index).map(blind).collect();
+        }
+        let mut board = self.run(board, &questions);
+        interrupt::check().map_err(|error| (center_index, error))?;
+        let (mut index, mut epsilon) = board.winner();
+        let mut again = std::mem::take(&mut board.aside);
+        again.retain(|other| {
+            index != center_index
+                && other.index < index
+                && other.bound >= board.threshold(&questions[other.index])
+        });
+        if !again.is_empty() {
+            board.lenient = false;
+            board.waiting = again.into();
+            board = self.run(board, &questions);
+            interrupt::check().map_err(|error| (center_index, error))?;
+            (index, epsilon) = board.winner();
+        }
+        board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+        board.pool.truncate(POOL);
+        for critical in &mut board.pool {
+            critical.merit *= 0.5;
+        }
+        self.pool = board.pool;
+        Ok(Winner { index, rho: 0.0 - epsilon, center_rho: 0.0 - center_epsilon, counts: board.counts })
+    }
+}
+
+impl<const D: usize> Board<D> {
+    /// The centre where it is as good as the best, else the first of those that are.
+    fn winner(&self) -> (usize, f64) {
+        let least = self.incumbent - TIE * self.incumbent.abs();
+        let good = self.measured.iter().filter(|(_, epsilon)| *epsilon >= least);
+        let first = good.min_by_key(|(index, _)| (*index != self.center, *index));
+        first.copied().unwrap_or((self.center, self.incumbent))
+    }
+
+    /// The best that wins ties against this candidate: reaching no further, it need not be known exactly.
+    fn ceiling(&self, index: usize, question: &Question<'_, D>) -> f64 {
+        let prior = self.measured.iter().filter(|(other, _)| *other == self.center || *other < index);
+        prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDING * question.scale
+    }
+
+    /// Measures a candidate on the spot, before the threads start.
+    fn examine(
+        &mut self,
+        index: usize,
+        question: &Question<'_, D>,
+        stop_below: f64,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> f64 {
+        self.counts.polytopes += 1;
+        let examination = question.examine(stop_below, workspace);
+        self.record(index, question, &examination)
+    }
+
+    fn record(&mut self, index: usize, question: &Question<'_, D>, examination: &Examination<D>) -> f64 {
+        match examination {
+            Examination::Below { upper, direction } => {
+                self.pool.push(Critical { z: *direction, merit: 1.0 });
+                *upper
+            }
+            Examination::Answer(quality) => {
+                self.counts.converged += usize::from(quality.converged);
+                let z = question.metric.to_euclidean(&quality.direction);
+                self.note(index, -quality.rho, Some(z))
+            }
+        }
+    }
+
+    fn note(&mut self, index: usize, epsilon: f64, direction: Option<Wrench<D>>) -> f64 {
+        self.measured.push((index, epsilon));
+        self.incumbent = self.incumbent.max(epsilon);
+        // What the best are weak against rejects the rest: such directions come first.
+        self.pool.extend(direction.map(|z| Critical { z, merit: 2.0 }));
+        epsilon
+    }
+
+    /// What a candidate must be able to reach; below, it is worse than the incumbent by more than a tie.
+    fn threshold(&self, question: &Question<'_, D>) -> f64 {
+        let uncertain = TIE + 2.0 * question.rtol();
+        self.incumbent - uncertain * self.incumbent.abs() - UNCERTAIN * question.scale
+    }
+}
+
+fn first_look<const D: usize>(index: usize, question: &Question<'_, D>, pool: &[Critical<D>]) -> Waiting {
+    let mut waiting = Waiting { bound: f64::INFINITY, index, looked: 0, by: 0 };
+    for critical in pool.iter().take(FIRST_LOOK) {
+        waiting.look(question.value(&critical.z));
+    }
+    waiting
+}
+
+/// Turns `z` downhill until `p(z) < enough`, as if `enough` were the minimum.
+fn turned<const D: usize>(
+    question: &Question<'_, D>,
+    mut z: Wrench<D>,
+    enough: f64,
+) -> Option<(f64, Wrench<D>)> {
+    for _ in 0..TURNS {
+        let support = question.support(&z);
+        if support.value < enough {
+            return Some((support.value, z));
+        }
+        // A little beyond, so that the bound is passed and not only approached.
+        z = support.downhill(&z, enough - 1e-3 * enough.abs())?;
+    }
+    None
+}
+
+/// What a thread does until no candidate waits.
+fn work<const D: usize>(
+    board: &Mutex<Board<D>>,
+    questions: &[Question<'_, D>],
+    prune: bool,
+    workspace: &mut QualityWorkspace<D>,
+) {
+    let lock = || board.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut unseen = Vec::new();
+    loop {
+        if interrupt::stopped() {
+            return;
+        }
+        let mut shared = lock();
+        let Some(mut next) = shared.waiting.pop() else { return };
+        let question = &questions[next.index];
+        let threshold = if prune { shared.threshold(question) } else { f64::NEG_INFINITY };
+        let enough =
+            if shared.lenient { threshold.max(shared.ceiling(next.index, question)) } else { threshold };
+        if next.bound < enough {
+            shared.counts.rejected += 1;
+            // Entries are only ever appended, so the number still names the direction.
+            shared.pool[next.by].merit += 1.0;
+            if next.bound >= threshold {
+                shared.aside.push(next);
+            }
+            continue;
+        }
+        if prune && next.looked < shared.pool.len() {
+            let rival = shared.waiting.peek().map_or(f64::NEG_INFINITY, |other| other.bound);
+            unseen.clear();
+            unseen.extend(shared.pool[next.looked..].iter().map(|critical| critical.z));
+            drop(shared);
+            for z in &unseen {
+                next.look(question.value(z));
+                if next.bound < enough || next.bound < rival {
+                    break;
+                }
+            }
+            lock().waiting.push(next);
+            continue;
+        }
+        let start = shared.pool.get(next.by).filter(|_| prune).map(|critical| critical.z);
+        drop(shared);
+        if let Some((bound, z)) = start.and_then(|z| turned(question, z, enough)) {
+            let mut shared = lock();
+            shared.counts.rejected += 1;
+            shared.pool.push(Critical { z, merit: 1.0 });
+            if bound >= threshold {
+                shared.aside.push(Waiting { bound, ..next });
+            }
+            continue;
+        }
+        lock().counts.polytopes += 1;
+        let examination = question.examine(enough, workspace);
+        let mut shared = lock();
+        let reached = shared.record(next.index, question, &examination);
+        if matches!(examination, Examination::Below { .. }) && reached >= threshold {
+            shared.aside.push(Waiting { bound: reached, ..next });
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Qualities of many grasps on all cores.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::grasp::Grasp;
+use crate::interrupt;
+use crate::quality::closure::Closure;
+use crate::quality::{QualityOptions, QualityWorkspace};
+
+/// What a batch reports of one grasp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchItem {
+    /// `-epsilon`; NaN where there is no grasp.
+    pub rho: f64,
+    /// `lower <= rho`.
+    pub lower: f64,
+    /// `rho <= upper`.
+    pub upper: f64,
+    /// Whether the bracket is as narrow as asked for.
+    pub converged: bool,
+    /// The class; `None` where there is no grasp.
+    pub closure: Option<Closure>,
+    /// Why there is no grasp.
+    pub error: Option<Error>,
+}
+
+/// The qualities of `grasp(row)` for all rows, in order, in parallel.
+///
+/// A row that fails reports its error and does not stop the others.
+pub fn quality_batch<const D: usize>(
+    rows: Range<usize>,
+    grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
+    options: &QualityOptions<D>,
+) -> Vec<BatchItem> {
+    let interrupt = interrupt::current();
+    let quality = |workspace: &mut _, row| {
+        interrupt::check()?;
+        grasp(row)?.quality_with(options, workspace)
+    };
+    rows.into_par_iter()
+        .map_init(QualityWorkspace::default, |workspace, row| {
+            match interrupt::inherit(interrupt.as_ref(), || quality(workspace, row)) {
+                Ok(quality) => BatchItem {
+                    rho: quality.rho,
+                    lower: quality.lower,
+                    upper: quality.upper,
+                    converged: quality.converged,
+                    closure: Some(quality.closure),
+                    error: None,
+                },
+                Err(error) => BatchItem {
+                    rho: f64::NAN,
+                    lower: f64::NAN,
+                    upper: f64::NAN,
+                    converged: false,
+                    closure: None,
+                    error: Some(error),
+                },
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,287 @@
+//! Which of the three classes of Propositions 1 and 2 a grasp belongs to.
+//!
+//! Closure depends neither on the lengths of the primitive wrenches nor on the unit of length nor on the
+//! torque origin. It is therefore decided on a *twin* of the grasp: torques about the contacts' centroid, in
+//! units of their root-mean-square distance from it, and every wrench of unit length (a true cone: every
+//! contact). Millimetre positions and force limits spread over many decades then look like any other grasp.
+//!
+//! **Closure is decided as far as rounding allows.** Force closure is a ball inside the twin's hull, no closure a plane
+//! between the hull and the origin, each beyond what rounding may have done to the wrenches (`rounding.rs`): some
+//! `1e-14`. What is neither counts as partial.
+//! Nothing but the twin decides, so no metric, criterion, limit or external wrench changes the class.
+
+use std::cmp::Ordering;
+
+use nalgebra::Vector3;
+
+use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Thinnest};
+use crate::convex::min_norm_point::nearest_point;
+use crate::convex::rounding::{LOST, along, edge_magnitude, map_magnitude};
+use crate::grasp::contact::ContactForce;
+use crate::grasp::wrench_norm::Metric;
+use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
+use crate::wrench_set::{Criterion, WrenchSet};
+
+/// A ball inside the twin's hull of more than this radius, or a gap of more than this between the hull and the origin, is
+/// beyond doubt.
+const CLEAR: f64 = 1e-10;
+
+/// The uncertainty of a position, as part of its distance from wherever its coordinates are counted, in units of [`LOST`].
+const PLACED: f64 = 0.125;
+
+/// What a grasp can resist, by Propositions 1 and 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Closure {
+    /// Resultant wrenches in all directions; `rho < 0`.
+    Force,
+    /// Opposite wrenches in some directions but not in all; `rho = 0`.
+    Partial,
+    /// No two opposite wrenches; `rho > 0`.
+    None,
+}
+
+/// The class, with its witness.
+pub(crate) struct Verdict<const D: usize> {
+    pub(crate) closure: Closure,
+    /// A direction `z` with `w . z <= 0` (to rounding) for all wrenches; zero for force closure.
+    pub(crate) direction: Wrench<D>,
+    /// The radius or the gap that proves it, as [`Self::certain`] carries it to other coordinates.
+    margin: f64,
+    twin: Twin<D>,
+}
+
+/// Decides the class of a grasp.
+pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope<D>) -> Verdict<D> {
+    let twin = Twin::of(grasp);
+    let uncertain = twin.uncertain(grasp);
+    polytope.allow(uncertain);
+    let verdict = |closure, direction: &Wrench<D>, margin| {
+        (
+            closure,
+            if closure == Closure::Force { Wrench::zeros() } else { twin.shape.physical(direction) },
+            margin,
+        )
+    };
+    let mut size = CLEAR;
+    let mut nearest = None;
+    let (closure, direction, margin) = loop {
+        let limits = Limits { stop_above: size, ..Limits::new(1e-9) };
+        let (upper, direction) = match polytope.expand(size, &limits, |z| twin.set.support(z)) {
+            Expansion::Radius(radius) => break verdict(Closure::Force, &radius.direction, radius.lower),
+            Expansion::Pierced(Thinnest { upper, direction, .. })
+            | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
+        };
+        let nearest = nearest.get_or_insert_with(|| {
+            nearest_point(1e-6, f64::MIN_POSITIVE, usize::MAX, &uncertain, |z| twin.set.support(z))
+        });
+        if nearest.lower > 0.0 {
+            break verdict(Closure::None, &nearest.witness, nearest.lower);
+        }
+        let gap = -upper - along(&direction, &uncertain);
+        if gap > 0.0 {
+            break verdict(Closure::None, &direction, gap);
+        }
+        // What is thinner than rounding, no smaller simplex can tell from flat.
+        let smaller = (1e-3 * size.min(upper.abs())).max(uncertain.amax());
+        let thinner = smaller.partial_cmp(&size) == Some(Ordering::Less);
+        if upper <= along(&direction, &uncertain) || !thinner {
+            break verdict(Closure::Partial, &direction, 0.0);
+        }
+        size = smaller;
+    };
+    Verdict { closure, direction, margin, twin }
+}
+
+/// Whether a ball of this `radius`, in the set of a grasp none of whose wrenches is longer than `longest`, is a proof of
+/// force closure beyond doubt, one that [`classify`] finds, too.
+pub(crate) fn is_clear<const D: usize>(
+    grasp: &Grasp<D>,
+    metric: &Metric<D>,
+    radius: f64,
+    longest: f64,
+) -> bool {
+    let (to, from) = Shape::of(grasp).distortions(metric);
+    radius > 4.0 * CLEAR * grasp.num_contacts() as f64 * to * from * longest
+}
+
+impl<const D: usize> Verdict<D> {
+    /// What the class proves of the radius, or the distance, in the coordinates where `metric` is Euclidean.
+    pub(crate) fn certain(&self, grasp: &Grasp<D>, metric: &Metric<D>) -> f64 {
+        let lengths = self.twin.lengths(grasp).map(|(.., length)| length).filter(|length| *length > 0.0);
+        // The twin's ball times the shortest wrench lies in the hull; half of it covers the rounding of this line.
+        0.5 * self.margin * lengths.fold(f64::INFINITY, f64::min) / self.twin.shape.distortions(metric).1
+    }
+}
+
+/// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
+pub(crate) fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
+    let twin = Twin::of(grasp);
+    twin.set.value(&twin.shape.unit_of_functional(functional)) < -CLEAR
+}
+
+/// The same grasp in its own units.
+struct Twin<const D: usize> {
+    set: WrenchSet<D>,
+    maps: Vec<ContactMap<D>>,
+    shape: Shape,
+}
+
+/// Where a grasp is, and how large.
+struct Shape {
+    centroid: Vector3<f64>,
+    /// From the torque origin to the contacts' centroid.
+    shift: Vector3<f64>,
+    /// The unit of torques; infinite where contacts that coincide exert none.
+    unit: f64,
+}
+
+impl<const D: usize> Twin<D> {
+    fn of(grasp: &Grasp<D>) -> Self {
+        let shape = Shape::of(grasp);
+        let maps: Vec<_> = grasp
+            .contacts()
+            .iter()
+            .zip(grasp.frames())
+            .map(|(contact, frame)| {
+                let mut map: ContactMap<D> =
+                    contact_map(&((contact.position - shape.centroid) / shape.unit), frame);
+                if shape.unit.is_finite() {
+                    map.column_mut(3).unscale_mut(shape.unit);
+                }
+                map
+            })
+            .collect();
+        let set = WrenchSet::of_unit_wrenches(grasp, &maps, Criterion::Sum);
+        Self { set, maps, shape }
+    }
+
+    /// Of every wrench before it is made one of unit length, by contact: the force that exerts it and its length; of a
+    /// true cone, the largest components of its forces and the length of its longest axis.
+    fn lengths<'a>(&'a self, grasp: &'a Grasp<D>) -> impl Iterator<Item = (usize, ContactForce, f64)> + 'a {
+        grasp.contacts().iter().enumerate().flat_map(move |(i, contact)| {
+            let axes = [1.0, contact.friction, contact.friction, contact.torsion];
+            let cone = grasp.edges(i).is_none().then(|| {
+                let axes = ContactForce::from(axes) * contact.max_normal_force;
+                let columns = self.maps[i].column_iter().zip(axes.iter());
+                (i, axes, columns.map(|(column, by)| by * column.norm()).fold(0.0, f64::max))
+            });
+            let edges = grasp.finite_forces()[grasp.edges(i).unwrap_or_default()].iter();
+            cone.into_iter().chain(edges.map(move |force| (i, *force, length(&(self.maps[i] * force)))))
+        })
+    }
+
+    /// What rounding may have done to the components of the set's wrenches.
+    fn uncertain(&self, grasp: &Grasp<D>) -> Wrench<D> {
+        let mut all = Wrench::<D>::zeros();
+        let maps: Vec<_> = grasp
+            .contacts()
+            .iter()
+            .enumerate()
+            .map(|(i, contact)| {
+                let placed = (contact.position - self.shape.centroid).abs() + contact.position.abs() * PLACED;
+                map_magnitude::<D>(grasp, i, &(placed / self.shape.unit), self.shape.size())
+            })
+            .collect();
+        for (i, force, length) in self.lengths(grasp).filter(|(.., length)| *length > 0.0) {
+            all = all.sup(&(maps[i] * edge_magnitude(&force) / length));
+        }
+        // The same for all components: of a flat set, that some are exact tells nothing.
+        Wrench::repeat(all.amax() * LOST)
+    }
+}
+
+impl Shape {
+    fn of<const D: usize>(grasp: &Grasp<D>) -> Self {
+        let count = grasp.num_contacts() as f64;
+        let contacts = grasp.contacts();
+        let centroid = contacts.iter().map(|c| c.position / count).sum::<Vector3<f64>>();
+        let spread = contacts.iter().map(|c| (c.position - centroid).norm_squared() / count).sum::<f64>();
+        // Contacts that all coincide exert no torque about their centroid; rounding must not become one.
+        let reach = contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
+        let unit = if spread.sqrt() > 1e-14 * reach { spread.sqrt() } else { f64::INFINITY };
+        Self { centroid, shift: centroid - grasp.options().origin, unit }
+    }
+
+    /// The unit of torques where it is one.
+    fn size(&self) -> f64 {
+        if self.unit.is_finite() { self.unit } else { 1.0 }
+    }
+
+    /// By how much the map from the twin's coordinates to those of the metric stretches at most, and the map back.
+    fn distortions<const D: usize>(&self, metric: &Metric<D>) -> (f64, f64) {
+        let unit = |row| Wrench::<D>::from_fn(|other, _| f64::from(u8::from(other == row)));
+        let to = metric.size_of_columns((0..D).map(|row| self.wrench_of_twin(&unit(row))));
+        let from = metric.inverse_columns().map(|column| self.twin_of_wrench(&column).norm_squared());
+        (to, from.sum::<f64>().sqrt())
+    }
+
+    /// The physical wrench about the torque origin.
+    fn wrench_of_twin<const D: usize>(&self, twin: &Wrench<D>) -> Wrench<D> {
+        let mut wrench = *twin;
+        let c = &self.shift;
+        if D == 3 {
+            wrench[2] = wrench[2] * self.size() + c.x * twin[1] - c.y * twin[0];
+            return wrench;
+        }
+        let moved = c.cross(&Vector3::new(twin[0], twin[1], twin[2]));
+        for row in 0..3 {
+            wrench[row + 3] = wrench[row + 3] * self.size() + moved[row];
+        }
+        wrench
+    }
+
+    /// The inverse of [`Self::wrench_of_twin`].
+    fn twin_of_wrench<const D: usize>(&self, wrench: &Wrench<D>) -> Wrench<D> {
+        let mut twin = *wrench;
+        let c = &self.shift;
+        if D == 3 {
+            twin[2] = (twin[2] - c.x * wrench[1] + c.y * wrench[0]) / self.size();
+            return twin;
+        }
+        let moved = c.cross(&Vector3::new(wrench[0], wrench[1], wrench[2]));
+        for row in 0..3 {
+            twin[row + 3] = (twin[row + 3] - moved[row]) / self.size();
+        }
+        twin
+    }
+
+    /// The unit direction that measures the twin's wrenches as `functional` measures physical ones: the inverse of
+    /// [`Self::physical`].
+    fn unit_of_functional<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
+        let mut z = *functional;
+        let c = &self.shift;
+        if D == 3 {
+            z[0] -= z[2] * c.y;
+            z[1] += z[2] * c.x;
+            z[2] *= self.size();
+        } else {
+            let b = Vector3::new(z[3], z[4], z[5]);
+            let a = b.cross(c);
+            for row in 0..3 {
+                z[row] += a[row];
+                z[row + 3] *= self.size();
+            }
+        }
+        unit(&z)
+    }
+
+    /// The direction that measures physical wrenches as `z` measures the twin's.
+    fn physical<const D: usize>(&self, z: &Wrench<D>) -> Wrench<D> {
+        let mut physical = *z;
+        let c = &self.shift;
+        if D == 3 {
+            let b = z[2] / self.size();
+            physical[0] += b * c.y;
+            physical[1] -= b * c.x;
+            physical[2] = b;
+            return physical;
+        }
+        let b = Vector3::new(z[3], z[4], z[5]) / self.size();
+        let a = b.cross(c);
+        for row in 0..3 {
+            physical[row] -= a[row];
+            physical[row + 3] = b[row];
+        }
+        physical
+    }
+}

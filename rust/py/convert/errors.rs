@@ -1,0 +1,59 @@
+//! Core errors to the exception classes of `graspforce.errors`.
+
+use std::ffi::CString;
+
+use graspforce::Error;
+use numpy::PyArray1;
+use pyo3::intern;
+use pyo3::prelude::*;
+
+use crate::convert::arrays::read_only;
+use crate::runtime::interrupt;
+
+/// The Python exception for a core error.
+pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
+    let class = match error {
+        Error::InvalidGrasp { .. } => "InvalidGraspError",
+        Error::InvalidInput { .. } => "InvalidInputError",
+        Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
+        Error::TooLarge { .. } | Error::OutOfMemory { .. } => "TooLargeError",
+        Error::Busy => "BusyError",
+        _ => "NotConvergedError",
+    };
+    let raised = raise(py, class, &error.to_string());
+    if let Error::InfeasibleWrench { direction, .. } = error
+        && let Err(failed) =
+            raised.value(py).setattr(intern!(py, "direction"), read_only(PyArray1::from_slice(py, direction)))
+    {
+        return failed;
+    }
+    raised
+}
+
+/// An argument that cannot describe a grasp.
+pub fn invalid_grasp(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
+    raise(py, "InvalidGraspError", message.as_ref())
+}
+
+/// An argument of a query that cannot be used.
+pub fn invalid_input(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
+    raise(py, "InvalidInputError", message.as_ref())
+}
+
+/// Warns of contacts that may be wrong, where the caller's line is; an error where warnings are errors.
+pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let category = py.import("graspforce.errors")?.getattr("GraspWarning")?;
+    let message = CString::new(message)?;
+    PyErr::warn(py, &category, &message, 1)
+}
+
+fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {
+    if let Some(raised) = interrupt::raised() {
+        return raised;
+    }
+    let raised = || py.import("graspforce.errors")?.getattr(class)?.call1((message,));
+    match raised() {
+        Ok(value) => PyErr::from_value(value),
+        Err(failed) => failed,
+    }
+}

@@ -1,0 +1,381 @@
+//! The arguments of `Grasp(...)` and of batches of grasps: shapes, broadcasting, and contacts out of them.
+
+use graspforce::{Contact, ContactForce, ForceModel, GraspOptions};
+use nalgebra::Vector3;
+use numpy::PyArray1;
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+use std::convert::Infallible;
+
+use crate::convert::arrays::{contents, copied, float_array, matrix, shaped};
+use crate::runtime::interrupt::reason;
+
+/// An argument for which `None` does not mean "not given".
+pub enum Argument<'py> {
+    Default,
+    Given(Bound<'py, PyAny>),
+}
+
+impl<'py> Argument<'py> {
+    fn given(&self) -> Option<&Bound<'py, PyAny>> {
+        match self {
+            Self::Default => None,
+            Self::Given(value) => Some(value),
+        }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Argument<'py> {
+    type Error = Infallible;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
+        Ok(Self::Given(value.to_owned()))
+    }
+}
+
+/// What the caller passed, not yet looked at.
+pub struct Raw<'a, 'py> {
+    pub positions: &'a Bound<'py, PyAny>,
+    pub normals: &'a Bound<'py, PyAny>,
+    pub friction: &'a Argument<'py>,
+    pub max_normal_force: &'a Argument<'py>,
+    pub edges: &'a Argument<'py>,
+    pub torsion: Option<&'a Bound<'py, PyAny>>,
+    pub tangents: Option<&'a Bound<'py, PyAny>>,
+    pub origin: Option<&'a Bound<'py, PyAny>>,
+    pub length_scale: &'a Argument<'py>,
+    pub friction_margin: f64,
+    pub extreme_forces: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// One or many grasps of the same number of contacts, in plain memory.
+pub struct Arguments {
+    /// 2 or 3.
+    pub dim: usize,
+    /// Contacts of each grasp.
+    pub contacts: usize,
+    /// Number of grasps.
+    pub batch: usize,
+    /// What all grasps share.
+    pub options: GraspOptions,
+    origins: Option<Vec<f64>>,
+    length_scales: Option<Vec<f64>>,
+    positions: Vec<f64>,
+    normals: Vec<f64>,
+    tangents: Option<Broadcast>,
+    friction: Broadcast,
+    max_normal_force: Broadcast,
+    torsion: Broadcast,
+    edges: Edges,
+    extreme_forces: Option<Vec<Vec<ContactForce>>>,
+}
+
+/// Numbers given once, per contact, or per grasp and contact.
+struct Broadcast {
+    values: Vec<f64>,
+    per_grasp: usize,
+    per_contact: usize,
+}
+
+enum Edges {
+    Cone,
+    Each(Vec<usize>),
+}
+
+impl Arguments {
+    /// Checks shapes and types; `batched` tells whether there is a leading batch axis.
+    pub fn parse(raw: &Raw<'_, '_>, batched: bool) -> Result<Self, String> {
+        let positions = float_array("positions", raw.positions)?;
+        let shape = positions.shape().to_vec();
+        let expected = if batched { "(B, m, 2) or (B, m, 3)" } else { "(m, 2) or (m, 3)" };
+        let axes = if batched { 3 } else { 2 };
+        if shape.len() != axes || !matches!(shape[axes - 1], 2 | 3) {
+            return Err(format!("positions: shape {}, expected {expected}", shaped(&shape)));
+        }
+        let normals = float_array("normals", raw.normals)?;
+        if normals.shape() != shape {
+            let (normals, positions) = (shaped(normals.shape()), shaped(&shape));
+            return Err(format!("normals: shape {normals}, expected {positions}, that of positions"));
+        }
+        let (dim, contacts) = (shape[axes - 1], shape[axes - 2]);
+        let batch = if batched { shape[0] } else { 1 };
+        if contacts == 0 {
+            return Err("positions: a grasp needs at least one contact".into());
+        }
+        let scalar = |name, value: Option<&Bound<'_, PyAny>>, default| match value {
+            None => Ok(Broadcast::constant(default)),
+            Some(value) => Broadcast::parse(name, value, &[batch, contacts], batched),
+        };
+        let tangents = match raw.tangents {
+            None => None,
+            Some(_) if dim == 2 => return Err("tangents: a planar contact has only one tangent".into()),
+            Some(value) => Some(Broadcast::parse_vectors("tangents", value, batch, contacts, batched)?),
+        };
+        let (options, origins, length_scales) = parse_options(raw, dim, batched.then_some(batch))?;
+        Ok(Self {
+            dim,
+            contacts,
+            batch,
+            options,
+            origins,
+            length_scales,
+            positions: copied("positions", &positions)?,
+            normals: copied("normals", &normals)?,
+            tangents,
+            friction: scalar("friction", raw.friction.given(), 0.5)?,
+            max_normal_force: scalar("max_normal_force", raw.max_normal_force.given(), 1.0)?,
+            torsion: scalar("torsion", raw.torsion, 0.0)?,
+            edges: parse_edges(raw.edges, contacts)?,
+            extreme_forces: raw.extreme_forces.map(|value| parse_forces(value, contacts, dim)).transpose()?,
+        })
+    }
+
+    /// The contacts of one grasp of the batch.
+    pub fn contacts_of(&self, grasp: usize) -> Vec<Contact> {
+        (0..self.contacts).map(|contact| self.contact(grasp, contact)).collect()
+    }
+
+    /// The options of one grasp of the batch.
+    pub fn options_of(&self, grasp: usize) -> GraspOptions {
+        let mut options = self.options;
+        if let Some(origins) = &self.origins {
+            options.origin = embedded(&origins[grasp * self.dim..(grasp + 1) * self.dim]);
+        }
+        if let Some(length_scales) = &self.length_scales {
+            options.length_scale = length_scales[grasp];
+        }
+        options
+    }
+
+    /// (m,) friction coefficients of the first grasp.
+    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.friction.at(0, contact)))
+    }
+
+    /// (m,) torsional friction coefficients of the first grasp.
+    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.torsion.at(0, contact)))
+    }
+
+    /// (m,) force limits of the first grasp.
+    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.max_normal_force.at(0, contact)))
+    }
+
+    /// The arguments that make the same grasp again, for pickling.
+    pub fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let vectors = |values: &[f64], columns| matrix(py, self.contacts, columns, values.iter().copied());
+        let numbers = |given: &Broadcast| {
+            PyArray1::from_iter(py, (0..self.contacts).map(|contact| given.at(0, contact))).into_any()
+        };
+        let tangents = self.tangents.as_ref().map(|tangents| vectors(&tangents.values, 3)).transpose()?;
+        let edges = match &self.edges {
+            Edges::Cone => None,
+            Edges::Each(edges) => Some(PyList::new(py, edges)?),
+        };
+        let columns: &[usize] = if self.dim == 2 { &[0, 2] } else { &[0, 1, 2, 3] };
+        let forces = self.extreme_forces.as_ref().map(|forces| {
+            let arrays = forces.iter().map(|forces| {
+                let values = forces.iter().flat_map(|force| columns.iter().map(|&row| force[row]));
+                matrix(py, forces.len(), columns.len(), values)
+            });
+            PyList::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
+        });
+        let GraspOptions { origin, length_scale, friction_margin } = self.options;
+        (
+            vectors(&self.positions, self.dim)?,
+            vectors(&self.normals, self.dim)?,
+            numbers(&self.friction),
+            numbers(&self.max_normal_force),
+            edges,
+            numbers(&self.torsion),
+            tangents,
+            PyArray1::from_slice(py, &origin.as_slice()[..self.dim]),
+            length_scale,
+            friction_margin,
+            forces.transpose()?,
+        )
+            .into_pyobject(py)
+    }
+
+    fn contact(&self, grasp: usize, contact: usize) -> Contact {
+        let start = (grasp * self.contacts + contact) * self.dim;
+        let vector = |values: &[f64]| embedded(&values[start..start + self.dim]);
+        Contact {
+            position: vector(&self.positions),
+            normal: vector(&self.normals),
+            tangent: self.tangents.as_ref().map(|tangents| embedded(tangents.row(grasp, contact, 3))),
+            friction: self.friction.at(grasp, contact),
+            torsion: self.torsion.at(grasp, contact),
+            max_normal_force: self.max_normal_force.at(grasp, contact),
+            forces: match (&self.extreme_forces, &self.edges) {
+                (Some(forces), _) => ForceModel::Extreme(forces[contact].clone()),
+                (None, Edges::Cone) => ForceModel::Cone,
+                (None, Edges::Each(edges)) => ForceModel::Edges(edges[contact]),
+            },
+        }
+    }
+}
+
+impl Broadcast {
+    fn constant(value: f64) -> Self {
+        Self { values: vec![value], per_grasp: 0, per_contact: 0 }
+    }
+
+    fn parse(
+        name: &'static str,
+        value: &Bound<'_, PyAny>,
+        shape: &[usize; 2],
+        batched: bool,
+    ) -> Result<Self, String> {
+        let array = float_array(name, value)?;
+        let [_, contacts] = *shape;
+        let (per_grasp, per_contact) = match array.shape() {
+            [] => (0, 0),
+            [m] if *m == contacts => (0, 1),
+            given if batched && given == shape => (contacts, 1),
+            given => {
+                let batch = if batched { format!(" or {}", shaped(shape)) } else { String::new() };
+                return Err(format!(
+                    "{name}: shape {}, expected a number or ({contacts},){batch}",
+                    shaped(given)
+                ));
+            }
+        };
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact })
+    }
+
+    fn parse_vectors(
+        name: &'static str,
+        value: &Bound<'_, PyAny>,
+        batch: usize,
+        contacts: usize,
+        batched: bool,
+    ) -> Result<Self, String> {
+        let array = float_array(name, value)?;
+        let per_grasp = match array.shape() {
+            [m, 3] if *m == contacts => 0,
+            [b, m, 3] if batched && *b == batch && *m == contacts => 3 * contacts,
+            given => {
+                let each = if batched { format!(" or ({batch}, {contacts}, 3)") } else { String::new() };
+                return Err(format!("{name}: shape {}, expected ({contacts}, 3){each}", shaped(given)));
+            }
+        };
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact: 3 })
+    }
+
+    fn at(&self, grasp: usize, contact: usize) -> f64 {
+        self.values[grasp * self.per_grasp + contact * self.per_contact]
+    }
+
+    fn row(&self, grasp: usize, contact: usize, length: usize) -> &[f64] {
+        let start = grasp * self.per_grasp + contact * self.per_contact;
+        &self.values[start..start + length]
+    }
+}
+
+/// Options that all grasps share; origins and length scales apart where each of a batch has its own.
+type Options = (GraspOptions, Option<Vec<f64>>, Option<Vec<f64>>);
+
+fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<Options, String> {
+    let mut options = GraspOptions { friction_margin: raw.friction_margin, ..GraspOptions::default() };
+    let (mut origins, mut length_scales) = (None, None);
+    if let Some(value) = raw.origin {
+        let array = float_array("origin", value)?;
+        match *array.shape() {
+            [d] if d == dim => options.origin = embedded(contents(&array)),
+            [b, d] if batch == Some(b) && d == dim => origins = Some(copied("origin", &array)?),
+            ref given => {
+                let each = batch.map_or(String::new(), |batch| format!(" or ({batch}, {dim})"));
+                return Err(format!("origin: shape {}, expected ({dim},){each}", shaped(given)));
+            }
+        }
+    }
+    if let Some(value) = raw.length_scale.given() {
+        let array = float_array("length_scale", value)?;
+        match (array.shape(), contents(&array)) {
+            ([], &[length_scale]) => options.length_scale = length_scale,
+            (&[b], _) if batch == Some(b) => length_scales = Some(copied("length_scale", &array)?),
+            (given, _) => {
+                let each = batch.map_or(String::new(), |batch| format!(" or ({batch},)"));
+                return Err(format!("length_scale: shape {}, expected a number{each}", shaped(given)));
+            }
+        }
+    }
+    Ok((options, origins, length_scales))
+}
+
+fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String> {
+    let value = match argument.given() {
+        None => return Ok(Edges::Each(vec![8; contacts])),
+        Some(value) if value.is_none() => return Ok(Edges::Cone),
+        Some(value) => value,
+    };
+    let count = |contact: usize, edges: &Bound<'_, PyAny>| {
+        // `__index__` tells integers of every kind from floats.
+        let index = edges.call_method0("__index__").ok();
+        let number = index.and_then(|index| index.extract::<usize>().ok());
+        match number {
+            Some(number) if number >= 1 => Ok(number),
+            _ => Err(format!("edges, contact {contact}: {edges} is not a positive whole number")),
+        }
+    };
+    if value.call_method0("__index__").is_ok() {
+        return Ok(Edges::Each(vec![count(0, value)?; contacts]));
+    }
+    let items = value.try_iter().map_err(|_| format!("edges: {value} is neither None nor whole numbers"))?;
+    let items: Vec<_> = items
+        .take(contacts + 1)
+        .collect::<PyResult<_>>()
+        .map_err(|error| format!("edges: {}", reason(value.py(), error)))?;
+    if items.len() != contacts {
+        return Err(format!("edges: {} numbers for {contacts} contacts", counted(items.len(), contacts)));
+    }
+    let edges: Result<_, _> =
+        items.iter().enumerate().map(|(contact, edges)| count(contact, edges)).collect();
+    Ok(Edges::Each(edges?))
+}
+
+/// How many items there are, of which one more than wanted was looked at: an iterator may have no end.
+fn counted(items: usize, wanted: usize) -> String {
+    if items > wanted { format!("more than {wanted}") } else { items.to_string() }
+}
+
+fn parse_forces(
+    value: &Bound<'_, PyAny>,
+    contacts: usize,
+    dim: usize,
+) -> Result<Vec<Vec<ContactForce>>, String> {
+    let items =
+        value.try_iter().map_err(|_| "extreme_forces: expected one array for each contact".to_string())?;
+    let items: Vec<_> = items
+        .take(contacts + 1)
+        .collect::<PyResult<_>>()
+        .map_err(|error| format!("extreme_forces: {}", reason(value.py(), error)))?;
+    if items.len() != contacts {
+        let items = counted(items.len(), contacts);
+        return Err(format!("extreme_forces: {items} arrays for {contacts} contacts"));
+    }
+    let forces = items.iter().enumerate().map(|(contact, item)| {
+        let name = format!("extreme_forces, contact {contact}");
+        let array = float_array(&name, item)?;
+        let columns = match *array.shape() {
+            [_, columns] if (dim == 2 && columns == 2) || (dim == 3 && matches!(columns, 3 | 4)) => columns,
+            ref given => {
+                let expected = if dim == 2 { "(l, 2)" } else { "(l, 3) or (l, 4)" };
+                return Err(format!("{name}: shape {}, expected {expected}", shaped(given)));
+            }
+        };
+        let force = |row: &[f64]| match *row {
+            [n, t] => ContactForce::new(n, 0.0, t, 0.0),
+            _ => ContactForce::new(row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)),
+        };
+        Ok(contents(&array).chunks_exact(columns).map(force).collect())
+    });
+    forces.collect()
+}
+
+fn embedded(values: &[f64]) -> Vector3<f64> {
+    Vector3::new(values[0], values[1], values.get(2).copied().unwrap_or(0.0))
+}

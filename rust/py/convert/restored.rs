@@ -1,0 +1,100 @@
+//! What a pickle claims about a result, checked before it becomes one: a record that contradicts itself is refused.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use graspforce::{Distribution, Grasp};
+use numpy::ndarray::Dimension;
+use numpy::{Element, PyArray, PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+
+use crate::convert::arrays::read_only;
+
+/// Relative error of numbers that are stored although others determine them.
+const ROUNDING: f64 = 1e-9;
+
+/// Why a record is refused.
+pub type Checked<T = ()> = Result<T, String>;
+
+/// The numbers of an array, and an array of them that nobody else can write.
+pub type Owned<'py, T, D> = (Vec<T>, Bound<'py, PyArray<T, D>>);
+
+/// Refuses unless `holds`.
+pub fn expect(holds: bool, field: &str, value: impl Display, expected: &str) -> Checked {
+    if holds { Ok(()) } else { Err(format!("state: {field} {value}, expected {expected}")) }
+}
+
+/// Refuses numbers that are not finite.
+pub fn finite<'a>(field: &str, values: impl IntoIterator<Item = &'a f64>) -> Checked {
+    values.into_iter().try_for_each(|value| expect(value.is_finite(), field, value, "finite numbers"))
+}
+
+/// Refuses a quality that does not lie in its bracket.
+pub fn bracket(rho: f64, lower: f64, upper: f64) -> Checked {
+    finite("bracket", &[rho, lower, upper])?;
+    let shown = format!("[{lower}, {upper}] of rho {rho}");
+    expect(lower <= rho && rho <= upper, "bracket", shown, "lower <= rho <= upper")
+}
+
+/// Refuses a closure that the bracket of the grasp's own quality excludes.
+pub fn closure(name: &str, lower: f64, upper: f64) -> Checked {
+    let possible = match name {
+        "force" => lower <= 0.0,
+        "partial" => lower <= 0.0 && upper >= 0.0,
+        _ => upper >= 0.0,
+    };
+    expect(possible, "closure", name, "one that the bracket allows")
+}
+
+/// Refuses a worst direction that is none, and a nearest wrench that does not lie along it.
+pub fn worst(rho: f64, direction: &[f64], wrench: &[f64], d: usize) -> Checked {
+    let lengths = format!("{} and {}", direction.len(), wrench.len());
+    let known = direction.len() == d && wrench.len() == d;
+    expect(known, "direction and wrench of lengths", lengths, &format!("{d} both"))?;
+    finite("direction", direction)?;
+    finite("wrench", wrench)?;
+    expect(direction.iter().any(|&x| x != 0.0), "direction", "zero", "one of unit norm")?;
+    let along = direction.iter().map(|x| -rho * x);
+    let near = along.zip(wrench).all(|(along, &x)| close(along, x));
+    expect(near, "wrench", "elsewhere", "-rho * direction")
+}
+
+/// Refuses forces whose numbers contradict each other.
+pub fn forces<const D: usize>(found: &Distribution<D>, grasp: &Grasp<D>) -> Checked {
+    finite("forces", found.forces.iter().flatten())?;
+    finite("shares", &found.shares)?;
+    finite("dual", found.dual.iter())?;
+    finite("numbers", &[found.sigma, found.sigma_max, found.sigma_sum])?;
+    expect(found.gap.is_finite() && found.gap >= 0.0, "gap", found.gap, "a number from 0")?;
+    let largest = found.shares.iter().copied().fold(0.0, f64::max);
+    expect(close(largest, found.sigma_max), "sigma_max", found.sigma_max, "the largest of the shares")?;
+    let sum: f64 = found.shares.iter().sum();
+    expect(close(sum, found.sigma_sum), "sigma_sum", found.sigma_sum, "the sum of the shares")?;
+    let known = grasp.force_components();
+    let stray = |force: &[f64]| force.iter().enumerate().any(|(k, &x)| x != 0.0 && !known.contains(&k));
+    let strays = found.forces.iter().any(|force| stray(force.as_slice()));
+    expect(!strays, "forces", "with more components", "only those of the grasp's contacts")
+}
+
+/// Refuses a number outside a range.
+pub fn within<T: PartialOrd + Display>(field: &str, value: T, range: RangeInclusive<T>) -> Checked {
+    let expected = format!("{} to {}", range.start(), range.end());
+    expect(range.contains(&value), field, value, &expected)
+}
+
+/// The numbers of an array and a read-only copy.
+pub fn copied<'py, T, D>(array: &Bound<'py, PyArray<T, D>>) -> PyResult<Owned<'py, T, D>>
+where
+    T: Element + Copy,
+    D: Dimension,
+{
+    let view = array.try_readonly()?;
+    let view = view.as_array();
+    let numbers: Vec<T> = view.iter().copied().collect();
+    let copy = PyArray1::from_slice(array.py(), &numbers).reshape(view.raw_dim())?;
+    Ok((numbers, read_only(copy)))
+}
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * a.abs().max(b.abs()) + f64::MIN_POSITIVE
+}

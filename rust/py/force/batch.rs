@@ -1,0 +1,135 @@
+//! `graspforce.ForceBatch`.
+
+use graspforce::{DistributionBatch, Grasp};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::convert::arrays::{as_array, read_only, vector};
+use crate::convert::errors::invalid_input;
+use crate::convert::restored::{Checked, copied, expect, within};
+
+/// Least contact forces for many wrenches.
+///
+/// Threads may share it; it can be copied and pickled. `numpy.asarray` gives its forces.
+///
+/// Attributes
+/// ----------
+/// forces : numpy.ndarray
+///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+/// sigma_max, sigma_sum : numpy.ndarray
+///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+/// residual : numpy.ndarray
+///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
+/// status : numpy.ndarray
+///     (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
+#[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
+pub struct PyForceBatch {
+    /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+    #[pyo3(get)]
+    forces: Py<PyArray3<f64>>,
+    /// (T,) largest normalised normal force (Eq. 7).
+    #[pyo3(get)]
+    sigma_max: Py<PyArray1<f64>>,
+    /// (T,) sum of normalised normal forces (Eq. 6).
+    #[pyo3(get)]
+    sigma_sum: Py<PyArray1<f64>>,
+    /// (T, d) what the forces leave unbalanced; NaN where the status is not 0.
+    #[pyo3(get)]
+    residual: Py<PyArray2<f64>>,
+    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
+    #[pyo3(get)]
+    status: Py<PyArray1<i8>>,
+}
+
+#[pymethods]
+impl PyForceBatch {
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.to_dict")?.call_method1("forces_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.html")?.call_method1("forces_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        as_array(self.forces.bind(py).as_any(), dtype, copy)
+    }
+
+    #[staticmethod]
+    fn _restore<'py>(
+        forces: Bound<'py, PyArray3<f64>>,
+        sigma_max: Bound<'py, PyArray1<f64>>,
+        sigma_sum: Bound<'py, PyArray1<f64>>,
+        residual: Bound<'py, PyArray2<f64>>,
+        status: Bound<'py, PyArray1<i8>>,
+        py: Python<'py>,
+    ) -> PyResult<Self> {
+        let components = forces.shape()[2];
+        let ((numbers, forces), (largest, sigma_max)) = (copied(&forces)?, copied(&sigma_max)?);
+        let ((sums, sigma_sum), (ends, status)) = (copied(&sigma_sum)?, copied(&status)?);
+        let (rest, residual) = copied(&residual)?;
+        let dim = residual.shape()[1];
+        let rows = [forces.shape()[0], largest.len(), sums.len(), ends.len(), residual.shape()[0]];
+        let check = || -> Checked {
+            expect(rows == [rows[0]; 5], "rows", format!("{rows:?}"), "as many of each")?;
+            within("components of a force", components, 2..=4)?;
+            expect(matches!(dim, 3 | 6), "components of a wrench", dim, "3 or 6")?;
+            let stride = forces.shape()[1] * components;
+            for (row, &end) in ends.iter().enumerate() {
+                within("status", end, 0..=3)?;
+                let forces = &numbers[row * stride..(row + 1) * stride];
+                let all = || {
+                    forces.iter().chain(&rest[row * dim..(row + 1) * dim]).chain([&largest[row], &sums[row]])
+                };
+                let whole = if end == 0 { all().all(|x| x.is_finite()) } else { all().all(|x| x.is_nan()) };
+                expect(whole, "row", row, "numbers where the status is 0, NaN elsewhere")?;
+            }
+            Ok(())
+        };
+        check().map_err(|message| invalid_input(py, message))?;
+        Ok(Self {
+            forces: forces.unbind(),
+            sigma_max: sigma_max.unbind(),
+            sigma_sum: sigma_sum.unbind(),
+            residual: residual.unbind(),
+            status: status.unbind(),
+        })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.residual, &this.status);
+        Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
+    }
+
+    fn __len__(&self, py: Python<'_>) -> usize {
+        self.status.bind(py).len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let status = self.status.bind(py).try_readonly()?;
+        let solved = status.as_array().iter().filter(|&&status| status == 0).count();
+        Ok(format!("ForceBatch({} wrenches, {solved} solved)", status.len()))
+    }
+}
+
+impl PyForceBatch {
+    pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, batch: DistributionBatch) -> PyResult<Self> {
+        let shape = [batch.status.len(), grasp.num_contacts(), grasp.force_dim()];
+        Ok(Self {
+            forces: read_only(PyArray1::from_vec(py, batch.forces).reshape(shape)?).unbind(),
+            sigma_max: read_only(PyArray1::from_vec(py, batch.sigma_max)).unbind(),
+            sigma_sum: read_only(PyArray1::from_vec(py, batch.sigma_sum)).unbind(),
+            residual: read_only(PyArray1::from_vec(py, batch.residual).reshape([shape[0], D])?).unbind(),
+            status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
+        })
+    }
+}

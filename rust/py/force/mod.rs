@@ -1,0 +1,10 @@
+//! Force distribution, as Python sees it.
+//!
+//! - [`distributor`]: `ForceDistributor`; [`solve`]: its calls; [`solution`]: `ForceSolution`; [`batch`]: `ForceBatch`;
+//!   [`solve_iter`]: the iterator over wrenches.
+
+pub(crate) mod batch;
+pub(crate) mod distributor;
+pub(crate) mod solution;
+pub(crate) mod solve;
+pub(crate) mod solve_iter;

@@ -1,0 +1,321 @@
+//! `graspforce.ForceSolution`.
+
+use graspforce::{ContactForce, Distribution, Wrench};
+use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::convert::arrays::{as_array, matrix, read_only};
+use crate::convert::dimension::{AnyGrasp, with_grasp};
+use crate::convert::errors::invalid_input;
+use crate::convert::restored;
+use crate::grasp::PyGrasp;
+
+/// Least contact forces for one external wrench, with their certificate.
+///
+/// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its forces.
+///
+/// Attributes
+/// ----------
+/// forces : numpy.ndarray
+///     (m, k) contact forces in the contact frames, ``[n, (o,) t, (torsion)]``, in N (torsion in N m).
+/// world_forces : numpy.ndarray
+///     (m, dim) the same in world axes, without torsion.
+/// contact_wrenches : numpy.ndarray
+///     (m, d) wrench of each contact; they sum to ``-external_wrench``.
+/// shares : numpy.ndarray
+///     (m,) normalised normal force of each contact, ``f_n / f^U``: its share of its limit. With ``extreme_forces``
+///     it is the sum of the coefficients of its extreme forces.
+/// sigma_max, sigma_sum : float
+///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
+/// dual : numpy.ndarray
+///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+/// gap : float
+///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
+///     forces balance.
+/// residual : numpy.ndarray
+///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
+///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
+/// pivots : int
+///     Simplex pivots this solve took; 0 where a known region held the wrench.
+/// fell_back : bool
+///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
+/// unique : bool
+///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
+///     make in several ways (soft fingers) do not count as such.
+/// within_limits : bool
+///     ``sigma_max <= 1 + tol``: no contact's share exceeds one by more than the tolerance of the gap.
+/// slip_margin : numpy.ndarray
+///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
+///     on the edge of slip; NaN for general extreme forces.
+#[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
+pub struct PyForceSolution {
+    grasp: Py<PyGrasp>,
+    found: AnyDistribution,
+}
+
+enum AnyDistribution {
+    Planar(Distribution<3>),
+    Spatial(Distribution<6>),
+}
+
+/// Runs the same expression on a distribution of either dimension.
+macro_rules! with_found {
+    ($solution:expr, $found:ident => $body:expr) => {
+        match &$solution.found {
+            AnyDistribution::Planar($found) => $body,
+            AnyDistribution::Spatial($found) => $body,
+        }
+    };
+}
+
+/// Runs the same expression on a distribution and its grasp, where they are of one dimension.
+macro_rules! with_both {
+    ($py:expr, $solution:expr, |$found:ident, $grasp:ident| $body:expr) => {
+        match (&$solution.found, &$solution.grasp.get().inner) {
+            (AnyDistribution::Planar($found), AnyGrasp::Planar($grasp)) => $body,
+            (AnyDistribution::Spatial($found), AnyGrasp::Spatial($grasp)) => $body,
+            _ => return Err(invalid_input($py, "the forces belong to another kind of grasp")),
+        }
+    };
+}
+
+#[pymethods]
+impl PyForceSolution {
+    /// The grasp that exerts the forces.
+    #[getter]
+    fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
+        self.grasp.clone_ref(py)
+    }
+
+    /// (m, k) contact forces in the contact frames, in N (torsion in N m).
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let components = with_grasp!(&self.grasp.get().inner, grasp => grasp.force_components());
+        let forces = self.contact_forces();
+        let values = forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
+        matrix(py, forces.len(), components.len(), values).map(read_only)
+    }
+
+    /// (m, dim) contact forces in world axes, without torsion, in N.
+    #[getter]
+    fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let dim = match self.found {
+            AnyDistribution::Planar(_) => 2,
+            AnyDistribution::Spatial(_) => 3,
+        };
+        let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
+        let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
+        matrix(py, world.len(), dim, values).map(read_only)
+    }
+
+    /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
+    #[getter]
+    fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        with_both!(py, self, |found, grasp| {
+            let wrenches = found.contact_wrenches(grasp);
+            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
+        })
+    }
+
+    /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+    #[getter]
+    fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        read_only(PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice())))
+    }
+
+    /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, with_found!(self, found => found.residual.as_slice()))
+    }
+
+    /// (m,) normalised normal force of each contact: its share of its limit.
+    #[getter]
+    fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        read_only(PyArray1::from_slice(py, with_found!(self, found => &found.shares)))
+    }
+
+    /// (m,) unused share of each contact's friction.
+    #[getter]
+    fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
+        Ok(read_only(PyArray1::from_vec(py, margins)))
+    }
+
+    /// Largest normalised normal force (Eq. 7).
+    #[getter]
+    fn sigma_max(&self) -> f64 {
+        with_found!(self, found => found.sigma_max)
+    }
+
+    /// Sum of normalised normal forces (Eq. 6).
+    #[getter]
+    fn sigma_sum(&self) -> f64 {
+        with_found!(self, found => found.sigma_sum)
+    }
+
+    /// Relative distance between the objective and its proven lower bound.
+    #[getter]
+    fn gap(&self) -> f64 {
+        with_found!(self, found => found.gap)
+    }
+
+    /// Simplex pivots this solve took.
+    #[getter]
+    fn pivots(&self) -> usize {
+        with_found!(self, found => found.pivots)
+    }
+
+    /// Another solver than the method's own had to give this answer.
+    #[getter]
+    fn fell_back(&self) -> bool {
+        with_found!(self, found => found.fell_back)
+    }
+
+    /// The objective and its tie-break alone determine the forces.
+    #[getter]
+    fn unique(&self) -> bool {
+        with_found!(self, found => found.unique)
+    }
+
+    /// ``sigma_max <= 1 + tol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
+    #[getter]
+    fn within_limits(&self) -> bool {
+        with_found!(self, found => found.within_limits())
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.to_dict")?.call_method1("solution_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.html")?.call_method1("solution_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(PyValueError::new_err(
+                "the array of forces is made anew each time: a copy cannot be avoided",
+            ));
+        }
+        as_array(self.forces(py)?.as_any(), dtype, copy)
+    }
+
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        grasp: Py<PyGrasp>,
+        forces: Vec<[f64; 4]>,
+        shares: Vec<f64>,
+        wrenches: [Vec<f64>; 2],
+        numbers: (f64, f64, f64, f64, f64, usize),
+        answers: (bool, bool),
+    ) -> PyResult<Self> {
+        let (contacts, d) = match &grasp.get().inner {
+            AnyGrasp::Planar(grasp) => (grasp.num_contacts(), 3),
+            AnyGrasp::Spatial(grasp) => (grasp.num_contacts(), 6),
+        };
+        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
+        if lengths != [contacts, contacts, d, d] {
+            return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
+        }
+        let state = State { forces, shares, wrenches, numbers, answers };
+        let found = match d {
+            3 => AnyDistribution::Planar(state.distribution()),
+            _ => AnyDistribution::Spatial(state.distribution()),
+        };
+        let restored = Self { grasp, found };
+        with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
+            .map_err(|message| invalid_input(py, message))?;
+        Ok(restored)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let State { forces, shares, wrenches, numbers, answers } =
+            with_found!(this, found => State::of(found));
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers).into_pyobject(py)?;
+        Ok((py.get_type::<Self>().getattr("_restore")?, state))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
+            self.sigma_max(),
+            self.sigma_sum(),
+            self.gap()
+        )
+    }
+}
+
+impl PyForceSolution {
+    pub fn planar(grasp: Py<PyGrasp>, found: Distribution<3>) -> Self {
+        Self { grasp, found: AnyDistribution::Planar(found) }
+    }
+
+    pub fn spatial(grasp: Py<PyGrasp>, found: Distribution<6>) -> Self {
+        Self { grasp, found: AnyDistribution::Spatial(found) }
+    }
+
+    fn contact_forces(&self) -> &[ContactForce] {
+        with_found!(self, found => &found.forces)
+    }
+}
+
+/// A distribution as it is pickled.
+struct State {
+    forces: Vec<[f64; 4]>,
+    shares: Vec<f64>,
+    /// The multipliers and the residual.
+    wrenches: [Vec<f64>; 2],
+    /// The objective, the largest share, their sum, the gap, its tolerance and the pivots.
+    numbers: (f64, f64, f64, f64, f64, usize),
+    /// Whether another solver answered, and whether the forces are unique.
+    answers: (bool, bool),
+}
+
+impl State {
+    fn of<const D: usize>(found: &Distribution<D>) -> Self {
+        Self {
+            forces: found.forces.iter().map(|&force| force.into()).collect(),
+            shares: found.shares.clone(),
+            wrenches: [found.dual.as_slice().to_vec(), found.residual.as_slice().to_vec()],
+            numbers: (
+                found.sigma,
+                found.sigma_max,
+                found.sigma_sum,
+                found.gap,
+                found.tolerance,
+                found.pivots,
+            ),
+            answers: (found.fell_back, found.unique),
+        }
+    }
+
+    fn distribution<const D: usize>(self) -> Distribution<D> {
+        let [dual, residual] = self.wrenches.map(Wrench::from_vec);
+        Distribution {
+            forces: self.forces.into_iter().map(ContactForce::from).collect(),
+            shares: self.shares,
+            sigma: self.numbers.0,
+            sigma_max: self.numbers.1,
+            sigma_sum: self.numbers.2,
+            dual,
+            gap: self.numbers.3,
+            pivots: self.numbers.5,
+            residual,
+            tolerance: self.numbers.4,
+            fell_back: self.answers.0,
+            unique: self.answers.1,
+        }
+    }
+}

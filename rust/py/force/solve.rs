@@ -1,0 +1,84 @@
+//! Calls of a distributor: wrenches in, forces out.
+
+use graspforce::{Distribution, ForceDistributor, Method, Wrench};
+use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::convert::arrays::{contents, float_array, float_vector, shaped, vectors};
+use crate::convert::errors::{invalid_input, to_python};
+use crate::force::batch::PyForceBatch;
+use crate::runtime::interrupt::{detached, on_all_cores, watched};
+
+/// The forces for one wrench.
+pub fn solve<const D: usize>(
+    py: Python<'_>,
+    distributor: &ForceDistributor<D>,
+    external_wrench: &Bound<'_, PyAny>,
+) -> PyResult<Distribution<D>> {
+    let wrench =
+        float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
+    let wrench = Wrench::<D>::from_column_slice(&wrench);
+    let work = || distributor.solve(&wrench);
+    // Listed points take long enough for others to want the interpreter.
+    let implicit = distributor.options().method == Method::Implicit;
+    let solved = if implicit { watched(work) } else { detached(py, work) };
+    solved?.map_err(|error| to_python(py, &error))
+}
+
+/// The same, written into an array of the caller's; returns the objective.
+pub fn solve_into<const D: usize>(
+    py: Python<'_>,
+    distributor: &ForceDistributor<D>,
+    external_wrench: &Bound<'_, PyAny>,
+    forces: &Bound<'_, PyAny>,
+) -> PyResult<f64> {
+    let refused = |message: &str| invalid_input(py, message);
+    let array =
+        float_array("external_wrench", external_wrench).map_err(|message| invalid_input(py, message))?;
+    let wrench = contents(&array);
+    if wrench.len() != D || array.shape().len() != 1 {
+        let message = format!("external_wrench: shape {}, expected ({D},)", shaped(array.shape()));
+        return Err(invalid_input(py, message));
+    }
+    let wrench = Wrench::<D>::from_column_slice(wrench);
+    let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
+    let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
+        return Err(refused("forces: not a two-dimensional float64 array"));
+    };
+    if forces.shape() != [m, k] {
+        return Err(refused(&format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));
+    }
+    // numpy's slices take Fortran order, too, and would fill it transposed.
+    if !forces.is_c_contiguous() {
+        return Err(refused("forces: not C-contiguous"));
+    }
+    // A view of the wrench that is also a view of the forces would change while it is read.
+    drop(array);
+    let Ok(mut forces) = forces.try_readwrite() else {
+        return Err(refused("forces: not writable, or in use elsewhere"));
+    };
+    let Ok(forces) = forces.as_slice_mut() else {
+        return Err(refused("forces: not C-contiguous"));
+    };
+    watched(|| distributor.solve_into(&wrench, forces))?.map_err(|error| to_python(py, &error))
+}
+
+/// The forces for many wrenches.
+pub fn solve_many<const D: usize>(
+    py: Python<'_>,
+    distributor: &ForceDistributor<D>,
+    external_wrenches: &Bound<'_, PyAny>,
+    parallel: bool,
+) -> PyResult<PyForceBatch> {
+    let array =
+        float_array("external_wrenches", external_wrenches).map_err(|message| invalid_input(py, message))?;
+    if array.shape().len() != 2 || array.shape()[1] != D {
+        let message = format!("external_wrenches: shape {}, expected (T, {D})", shaped(array.shape()));
+        return Err(invalid_input(py, message));
+    }
+    let wrenches = vectors::<D>("external_wrenches", &array)?;
+    let work = || distributor.solve_many(&wrenches, parallel);
+    let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
+    let batch = batch.map_err(|error| to_python(py, &error))?;
+    PyForceBatch::new(py, distributor.grasp(), batch)
+}

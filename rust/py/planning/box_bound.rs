@@ -1,0 +1,166 @@
+//! `graspforce._core.BoxBound`: upper bounds of epsilon over boxes of parameters.
+
+use std::sync::Mutex;
+
+use graspforce::{BoxBound, Error, Grasp, Stencil};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+
+use crate::convert::arrays::{contents, float_array};
+use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
+use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::quality_options::quality_options;
+use crate::runtime::interrupt::on_all_cores;
+use crate::runtime::thread_pool::lock;
+
+enum AnyBound {
+    Planar(BoxBound<3>),
+    Spatial(BoxBound<6>),
+}
+
+/// Upper bounds of epsilon over boxes of parameters, and a memory of where grasps are weak.
+///
+/// Parameters
+/// ----------
+/// dim : int
+///     2 for planar contacts, 3 for spatial ones.
+/// criterion, center, metric : optional
+///     As for `Grasp.quality`.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from graspforce._core import BoxBound
+/// >>> angles = np.array([[0.0, 2.8], [0.0, 3.0]])
+/// >>> outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+/// >>> BoxBound(2).over([0.01], outward, -outward).shape
+/// (1,)
+#[pyclass(name = "BoxBound", module = "graspforce._core", frozen)]
+pub struct PyBoxBound {
+    inner: Mutex<AnyBound>,
+}
+
+#[pymethods]
+impl PyBoxBound {
+    #[new]
+    #[pyo3(signature = (dim, criterion="max", center=None, metric=None))]
+    fn new(
+        py: Python<'_>,
+        dim: usize,
+        criterion: &str,
+        center: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let wrong = |message: String| invalid_input(py, message);
+        let failed = |error: Error| to_python(py, &error);
+        let inner = match dim {
+            2 => {
+                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                AnyBound::Planar(BoxBound::new(options).map_err(failed)?)
+            }
+            3 => {
+                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                AnyBound::Spatial(BoxBound::new(options).map_err(failed)?)
+            }
+            _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),
+        };
+        Ok(Self { inner: Mutex::new(inner) })
+    }
+
+    /// Bounds (N,) of the boxes whose slacks are given; B = N V grasps, V vertices of each box in turn.
+    ///
+    /// The interpreter lock is released meanwhile.
+    ///
+    /// Parameters
+    /// ----------
+    /// slacks : array_like
+    ///     (N,) what the interpolation between vertices leaves open.
+    /// positions, normals : array_like
+    ///     (N V, m, dim), and all other arguments of a grasp as for `graspforce.quality_many`.
+    /// enough : float
+    ///     A bound below this is not refined further.
+    /// axes : int, optional
+    ///     Number p of parameters: after its 2^p vertices each box then has its centre and, axis by axis, the places
+    ///     at -1, -1/2, 1/2 and 1 half-widths from it. Second differences along these axes, times ``safety``,
+    ///     estimate the slack, which is used where it is below the one given.
+    #[pyo3(
+        signature = (slacks, positions, normals, friction=Argument::Default, max_normal_force=Argument::Default,
+            edges=Argument::Default, torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0,
+            extreme_forces=None, *, enough=0.0, axes=None, safety=1.5),
+        text_signature = "($self, slacks, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, \
+            torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, \
+            extreme_forces=None, *, enough=0.0, axes=None, safety=1.5)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+    fn over<'py>(
+        &self,
+        py: Python<'py>,
+        slacks: &Bound<'py, PyAny>,
+        positions: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        friction: Argument<'py>,
+        max_normal_force: Argument<'py>,
+        edges: Argument<'py>,
+        torsion: Option<&Bound<'py, PyAny>>,
+        tangents: Option<&Bound<'py, PyAny>>,
+        origin: Option<&Bound<'py, PyAny>>,
+        length_scale: Argument<'py>,
+        friction_margin: f64,
+        extreme_forces: Option<&Bound<'py, PyAny>>,
+        enough: f64,
+        axes: Option<usize>,
+        safety: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let raw = Raw {
+            positions,
+            normals,
+            friction: &friction,
+            max_normal_force: &max_normal_force,
+            edges: &edges,
+            torsion,
+            tangents,
+            origin,
+            length_scale: &length_scale,
+            friction_margin,
+            extreme_forces,
+        };
+        let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+        let slacks = float_array("slacks", slacks).map_err(|message| invalid_input(py, message))?;
+        // A copy: they are read without the interpreter lock.
+        let slacks = contents(&slacks).to_vec();
+        if slacks.is_empty() || arguments.batch % slacks.len() != 0 {
+            let message = format!("slacks: {} boxes for {} vertices", slacks.len(), arguments.batch);
+            return Err(invalid_input(py, message));
+        }
+        arguments.options.check().map_err(|error| to_python(py, &error))?;
+        let stencil = axes.map(|axes| Stencil { axes, safety });
+        let mut inner = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
+        let inner = &mut *inner;
+        let bounds = on_all_cores(py, || match (inner, arguments.dim) {
+            (AnyBound::Planar(bound), 2) => over(bound, &arguments, &slacks, stencil, enough),
+            (AnyBound::Spatial(bound), 3) => over(bound, &arguments, &slacks, stencil, enough),
+            _ => Err(None),
+        })?;
+        match bounds {
+            Ok(bounds) => Ok(PyArray1::from_vec(py, bounds)),
+            Err(None) => Err(invalid_grasp(py, "positions: not of the bound's dimension")),
+            Err(Some((row, error))) => {
+                let raised = to_python(py, &error);
+                raised.value(py).setattr("row", row)?;
+                Err(raised)
+            }
+        }
+    }
+}
+
+fn over<const D: usize>(
+    bound: &mut BoxBound<D>,
+    arguments: &Arguments,
+    slacks: &[f64],
+    stencil: Option<Stencil>,
+    enough: f64,
+) -> Result<Vec<f64>, Option<(usize, Error)>> {
+    let each = arguments.batch / slacks.len();
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+    bound.over(slacks, stencil, enough, |index| index * each..(index + 1) * each, grasp).map_err(Some)
+}

@@ -1,0 +1,185 @@
+//! `graspforce._core.CandidateSearch`: one iteration of the pattern search in one call.
+
+use std::sync::Mutex;
+
+use graspforce::{CandidateSearch, Error, Grasp, QualityOptions, Winner};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
+use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::quality_options::quality_options;
+use crate::runtime::interrupt::on_all_cores;
+use crate::runtime::thread_pool::lock;
+
+enum Search {
+    Planar(CandidateSearch<3>),
+    Spatial(CandidateSearch<6>),
+}
+
+/// Chooses the best of many candidate grasps, again and again, and remembers where grasps were weak.
+///
+/// Parameters
+/// ----------
+/// dim : int
+///     2 for planar contacts, 3 for spatial ones.
+/// criterion, rtol, center, metric : optional
+///     As for `Grasp.quality`.
+/// prune : bool
+///     Reject candidates by directions in which others were weak, and stop a polytope once it falls behind. The
+///     winner is the same without; every candidate is then measured to the end.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> from graspforce._core import CandidateSearch
+/// >>> angles = np.array([[0.0, 2.0], [0.0, 2.5], [0.0, 3.0]])
+/// >>> outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+/// >>> winner = CandidateSearch(2).best(outward, -outward, center_index=0)
+/// >>> winner.get('index')
+/// 2
+#[pyclass(name = "CandidateSearch", module = "graspforce._core", frozen)]
+pub struct PyCandidateSearch {
+    inner: Mutex<Search>,
+}
+
+#[pymethods]
+impl PyCandidateSearch {
+    #[new]
+    #[pyo3(signature = (dim, criterion="max", rtol=None, center=None, metric=None, *, prune=true))]
+    fn new(
+        py: Python<'_>,
+        dim: usize,
+        criterion: &str,
+        rtol: Option<f64>,
+        center: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+        prune: bool,
+    ) -> PyResult<Self> {
+        let wrong = |message: String| invalid_input(py, message);
+        let inner = match dim {
+            2 => {
+                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
+                Search::Planar(new_search(py, options, prune)?)
+            }
+            3 => {
+                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
+                Search::Spatial(new_search(py, options, prune)?)
+            }
+            _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),
+        };
+        Ok(Self { inner: Mutex::new(inner) })
+    }
+
+    /// The best candidate, by the tie rule of `graspforce.plan`.
+    ///
+    /// The interpreter lock is released while candidates are measured.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions, normals : array_like
+    ///     (B, m, dim), and all other arguments of a grasp as for `graspforce.quality_many`.
+    /// center_index : int
+    ///     The candidate that wins ties.
+    /// center_rho : float, optional
+    ///     Its quality, where it is known already.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``index`` and ``rho`` of the winner, ``center_rho``, and the numbers of ``candidates``, of those
+    ///     ``rejected`` by known directions, of ``polytopes`` run and of those that ``converged``.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidGraspError
+    ///     A candidate is no grasp; the attribute ``row`` says which.
+    #[pyo3(
+        signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
+            torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
+            center_index=0, center_rho=None),
+        text_signature = "($self, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
+            tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
+            center_index=0, center_rho=None)"
+    )]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+    fn best<'py>(
+        &self,
+        py: Python<'py>,
+        positions: &Bound<'py, PyAny>,
+        normals: &Bound<'py, PyAny>,
+        friction: Argument<'py>,
+        max_normal_force: Argument<'py>,
+        edges: Argument<'py>,
+        torsion: Option<&Bound<'py, PyAny>>,
+        tangents: Option<&Bound<'py, PyAny>>,
+        origin: Option<&Bound<'py, PyAny>>,
+        length_scale: Argument<'py>,
+        friction_margin: f64,
+        extreme_forces: Option<&Bound<'py, PyAny>>,
+        center_index: usize,
+        center_rho: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let raw = Raw {
+            positions,
+            normals,
+            friction: &friction,
+            max_normal_force: &max_normal_force,
+            edges: &edges,
+            torsion,
+            tangents,
+            origin,
+            length_scale: &length_scale,
+            friction_margin,
+            extreme_forces,
+        };
+        let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+        arguments.options.check().map_err(|error| to_python(py, &error))?;
+        let mut search = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
+        let search = &mut *search;
+        let winner = on_all_cores(py, || match (search, arguments.dim) {
+            (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),
+            (Search::Spatial(search), 3) => best_of(search, &arguments, center_index, center_rho),
+            _ => Err((0, None)),
+        })?;
+        match winner {
+            Ok(winner) => summary(py, &winner),
+            Err((_, None)) => Err(invalid_grasp(py, "positions: not of the search's dimension")),
+            Err((row, Some(error))) => {
+                let raised = to_python(py, &error);
+                raised.value(py).setattr("row", row)?;
+                Err(raised)
+            }
+        }
+    }
+}
+
+fn new_search<const D: usize>(
+    py: Python<'_>,
+    options: QualityOptions<D>,
+    prune: bool,
+) -> PyResult<CandidateSearch<D>> {
+    CandidateSearch::new(options, prune).map_err(|error| to_python(py, &error))
+}
+
+fn best_of<const D: usize>(
+    search: &mut CandidateSearch<D>,
+    arguments: &Arguments,
+    center: usize,
+    known: Option<f64>,
+) -> Result<Winner, (usize, Option<Error>)> {
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+    search.best(arguments.batch, center, known, grasp).map_err(|(row, error)| (row, Some(error)))
+}
+
+fn summary<'py>(py: Python<'py>, winner: &Winner) -> PyResult<Bound<'py, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("index", winner.index)?;
+    result.set_item("rho", winner.rho)?;
+    result.set_item("center_rho", winner.center_rho)?;
+    result.set_item("candidates", winner.counts.candidates)?;
+    result.set_item("rejected", winner.counts.rejected)?;
+    result.set_item("polytopes", winner.counts.polytopes)?;
+    result.set_item("converged", winner.counts.converged)?;
+    Ok(result)
+}

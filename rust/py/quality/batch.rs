@@ -1,0 +1,357 @@
+//! `graspforce.quality_many`: a batch of grasps on all cores.
+
+use std::num::NonZero;
+use std::ops::Range;
+use std::thread::available_parallelism;
+use std::time::{Duration, Instant};
+
+use graspforce::{BatchItem, Closure, Grasp, QualityOptions, check_room, quality_batch, room};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyTuple};
+
+use crate::convert::arrays::{as_array, vector};
+use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
+use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::quality_options::quality_options;
+use crate::convert::restored::{self, Checked, expect, within};
+use crate::runtime::interrupt::on_all_cores;
+
+/// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
+/// does not count, on a busy machine either. One grasp takes from microseconds to a second.
+const CHUNK_TIME: Range<Duration> = Duration::from_millis(250)..Duration::from_secs(1);
+
+/// Rows of the first chunk for each core, before any time is known.
+const FIRST_ROWS: usize = 32;
+
+/// What a row of a chunk may take in small pieces while it is measured, with the reason why it is no grasp.
+const ROW_BYTES: usize = 1024;
+
+/// What Python takes for a row of a dictionary, or of a pickle, beside its text.
+const PYTHON_ROW_BYTES: usize = 384;
+
+/// Qualities of a batch of grasps, as arrays with one entry for each.
+///
+/// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its epsilon.
+///
+/// Attributes
+/// ----------
+/// rho, epsilon, epsilon_lower, epsilon_upper, lower, upper : numpy.ndarray
+///     (B,) as in `Quality`; NaN where the status is 2.
+/// closure : numpy.ndarray
+///     (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
+/// status : numpy.ndarray
+///     (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp (see ``errors``).
+/// errors : dict of int to str
+///     What is wrong with the rows of status 2.
+#[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
+pub struct PyQualityBatch {
+    items: Vec<Row>,
+}
+
+/// One row as Python sees it; the reason of status 2 is text by then.
+struct Row {
+    rho: f64,
+    lower: f64,
+    upper: f64,
+    closure: i8,
+    status: i8,
+    error: Option<String>,
+}
+
+impl Row {
+    /// Refuses a record whose parts do not belong together.
+    fn check(&self) -> Checked {
+        within("status", self.status, 0..=2)?;
+        let failed = self.status == 2;
+        expect(failed == self.error.is_some(), "error", self.status, "a reason where the status is 2")?;
+        if failed {
+            let empty = [self.rho, self.lower, self.upper].iter().all(|x| x.is_nan());
+            expect(empty, "bracket", self.rho, "NaN where the status is 2")?;
+            return within("closure", self.closure, -2..=-2);
+        }
+        within("closure", self.closure, -1..=1)?;
+        restored::bracket(self.rho, self.lower, self.upper)
+    }
+}
+
+impl From<BatchItem> for Row {
+    fn from(item: BatchItem) -> Self {
+        let closure = match item.closure {
+            Some(Closure::Force) => 1,
+            Some(Closure::Partial) => 0,
+            Some(Closure::None) => -1,
+            None => -2,
+        };
+        let status = if item.error.is_some() { 2 } else { i8::from(!item.converged) };
+        let error = item.error.map(|error| error.to_string());
+        Self { rho: item.rho, lower: item.lower, upper: item.upper, closure, status, error }
+    }
+}
+
+#[pymethods]
+impl PyQualityBatch {
+    /// (B,) ``-epsilon``; NaN where the status is 2.
+    #[getter]
+    fn rho<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| item.rho)
+    }
+
+    /// (B,) the field's quality number, as far as it is proven.
+    #[getter]
+    fn epsilon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| 0.0 - item.rho)
+    }
+
+    /// (B,) proven: ``epsilon_lower`` is at most the exact epsilon.
+    #[getter]
+    fn epsilon_lower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| 0.0 - item.upper)
+    }
+
+    /// (B,) proven: the exact epsilon is at most ``epsilon_upper``.
+    #[getter]
+    fn epsilon_upper<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| 0.0 - item.lower)
+    }
+
+    /// (B,) proven: ``lower <= rho``.
+    #[getter]
+    fn lower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| item.lower)
+    }
+
+    /// (B,) proven: ``rho <= upper``.
+    #[getter]
+    fn upper<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.column(py, |item| item.upper)
+    }
+
+    /// (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
+    #[getter]
+    fn closure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
+        self.column(py, |item| item.closure)
+    }
+
+    /// (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp.
+    #[getter]
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
+        self.column(py, |item| item.status)
+    }
+
+    /// What is wrong with the rows of status 2, by row.
+    #[getter]
+    fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.python_room(py, "errors", self.items.iter().filter(|item| item.error.is_some()).count())?;
+        let errors = PyDict::new(py);
+        for (row, item) in self.items.iter().enumerate() {
+            if let Some(error) = &item.error {
+                errors.set_item(row, error)?;
+            }
+        }
+        Ok(errors)
+    }
+
+    /// Everything as plain Python numbers and lists, ready for JSON.
+    fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.to_dict")?.call_method1("batch_dict", (slf,))
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.html")?.call_method1("batch_html", (slf,))
+    }
+
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        as_array(self.epsilon(py)?.as_any(), dtype, copy)
+    }
+
+    #[staticmethod]
+    fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>, py: Python<'_>) -> PyResult<Self> {
+        let row =
+            |(rho, lower, upper, closure, status, error)| Row { rho, lower, upper, closure, status, error };
+        let items: Vec<Row> = rows.into_iter().map(row).collect();
+        items.iter().try_for_each(Row::check).map_err(|message| invalid_input(py, message))?;
+        Ok(Self { items })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        slf.get().python_room(slf.py(), "rows", slf.get().items.len())?;
+        let rows = slf
+            .get()
+            .items
+            .iter()
+            .map(|row| (row.rho, row.lower, row.upper, row.closure, row.status, row.error.as_deref()));
+        let state = (PyList::new(slf.py(), rows.collect::<Vec<_>>())?,);
+        Ok((slf.py().get_type::<Self>().getattr("_restore")?, state.into_pyobject(slf.py())?))
+    }
+
+    fn __len__(&self) -> usize {
+        self.items.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let failed = self.items.iter().filter(|item| item.error.is_some()).count();
+        let closed = self.items.iter().filter(|item| item.closure == 1).count();
+        format!("QualityBatch({} grasps, {closed} force closure, {failed} failed)", self.items.len())
+    }
+}
+
+impl PyQualityBatch {
+    fn column<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&Row) -> T,
+    ) -> PyResult<Bound<'py, PyArray1<T>>> {
+        vector(py, "rows", self.items.len(), self.items.iter().map(value))
+    }
+
+    /// Refuses to begin with what Python would not have room for.
+    fn python_room(&self, py: Python<'_>, what: &'static str, rows: usize) -> PyResult<()> {
+        let text: usize = self.items.iter().filter_map(|item| item.error.as_ref()).map(String::len).sum();
+        let each = PYTHON_ROW_BYTES + text / rows.max(1);
+        check_room(what, rows, each).map_err(|error| to_python(py, &error))
+    }
+}
+
+/// Qualities of many grasps with the same number of contacts, on all cores.
+///
+/// The interpreter lock is released while they are computed, and any number of threads may call it at once. A row that is not a grasp does not stop the others:
+/// it gets status 2 and its reason.
+///
+/// Parameters
+/// ----------
+/// positions, normals : array_like
+///     (B, m, 2) or (B, m, 3), as for `Grasp`.
+/// friction, max_normal_force, torsion : array_like, optional
+///     Scalar, (m,) or (B, m), as for `Grasp`.
+/// origin : array_like, optional
+///     (dim,) or (B, dim), as for `Grasp`.
+/// length_scale : array_like, optional
+///     Scalar or (B,), as for `Grasp`.
+/// edges, friction_margin, extreme_forces : optional
+///     As for `Grasp`, the same for all rows.
+/// tangents : array_like, optional
+///     (m, 3) or (B, m, 3), as for `Grasp`.
+/// criterion, rtol, center, metric, max_facets : optional
+///     As for `Grasp.quality`.
+/// progress : callable, optional
+///     Called now and then, and after the last row, with the number of rows done and the number in all; never
+///     where there are no rows. An exception it raises ends the call.
+///
+/// Returns
+/// -------
+/// QualityBatch
+///     Arrays with one entry for each row.
+///
+/// Raises
+/// ------
+/// InvalidGraspError, InvalidInputError
+///     A shape or type is wrong, or an argument that all rows share.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np
+/// >>> import graspforce as gf
+/// >>> angles = np.linspace(2.0, np.pi, 3)
+/// >>> first = np.broadcast_to([1.0, 0.0], (3, 2))
+/// >>> second = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+/// >>> positions = np.stack([first, second], axis=1)
+/// >>> batch = gf.quality_many(positions, -positions, friction=0.5)
+/// >>> batch.closure.tolist()
+/// [-1, 1, 1]
+#[pyfunction]
+#[pyo3(
+    signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
+        torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
+        criterion="max", rtol=None, center=None, metric=None, max_facets=None, progress=None),
+    text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
+        tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
+        criterion='max', rtol=None, center=None, metric=None, max_facets=None, progress=None)"
+)]
+#[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+pub fn quality_many<'py>(
+    py: Python<'py>,
+    positions: &Bound<'py, PyAny>,
+    normals: &Bound<'py, PyAny>,
+    friction: Argument<'py>,
+    max_normal_force: Argument<'py>,
+    edges: Argument<'py>,
+    torsion: Option<&Bound<'py, PyAny>>,
+    tangents: Option<&Bound<'py, PyAny>>,
+    origin: Option<&Bound<'py, PyAny>>,
+    length_scale: Argument<'py>,
+    friction_margin: f64,
+    extreme_forces: Option<&Bound<'py, PyAny>>,
+    criterion: &str,
+    rtol: Option<f64>,
+    center: Option<&Bound<'py, PyAny>>,
+    metric: Option<&Bound<'py, PyAny>>,
+    max_facets: Option<usize>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<PyQualityBatch> {
+    let raw = Raw {
+        positions,
+        normals,
+        friction: &friction,
+        max_normal_force: &max_normal_force,
+        edges: &edges,
+        torsion,
+        tangents,
+        origin,
+        length_scale: &length_scale,
+        friction_margin,
+        extreme_forces,
+    };
+    let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+    let wrong = |message: String| invalid_input(py, message);
+    match arguments.dim {
+        2 => run(
+            py,
+            &arguments,
+            &quality_options::<3>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
+            progress,
+        ),
+        _ => run(
+            py,
+            &arguments,
+            &quality_options::<6>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
+            progress,
+        ),
+    }
+}
+
+fn run<const D: usize>(
+    py: Python<'_>,
+    arguments: &Arguments,
+    options: &QualityOptions<D>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<PyQualityBatch> {
+    options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
+    let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let mut chunk = FIRST_ROWS * cores;
+    while items.len() < arguments.batch {
+        let rows = items.len()..arguments.batch.min(items.len() + chunk);
+        let start = Instant::now();
+        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+        check_room("positions", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
+        let measured = on_all_cores(py, || quality_batch(rows, grasp, options))?;
+        items.extend(measured.into_iter().map(Row::from));
+        let elapsed = start.elapsed();
+        if elapsed < CHUNK_TIME.start {
+            chunk *= 2;
+        } else if elapsed > CHUNK_TIME.end {
+            chunk = cores.max(chunk / 2);
+        }
+        if let Some(progress) = progress {
+            progress.call1((items.len(), arguments.batch))?;
+        }
+    }
+    Ok(PyQualityBatch { items })
+}

@@ -1,0 +1,7 @@
+//! Threads, signals and memory that calls share.
+//!
+//! - [`interrupt`]: Ctrl-C; [`thread_pool`]: the threads of this process; [`workspace`]: memory kept between calls.
+
+pub(crate) mod interrupt;
+pub(crate) mod thread_pool;
+pub(crate) mod workspace;

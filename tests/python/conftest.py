@@ -1,0 +1,30 @@
+"""Reference answers and the seeds of generated cases, shared by all tests."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import settings
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+
+# A continuous-integration run must not fail by luck: there the generated cases are the same every time.
+settings.register_profile("default", deadline=None)
+settings.register_profile("ci", deadline=None, derandomize=True)
+settings.load_profile("ci" if os.environ.get("CI") else "default")
+
+SPATIAL: list[dict[str, Any]] = json.loads((REFERENCE / "spatial.json").read_text())
+
+
+@pytest.fixture(scope="session")
+def racket() -> dict[str, Any]:
+    """Return Example 1 of the paper as computed by Qhull and HiGHS from the printed inputs."""
+    return json.loads((REFERENCE / "racket.json").read_text())
+
+
+@pytest.fixture(params=SPATIAL, ids=lambda case: case["name"])
+def spatial_case(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Return one grasp of spatial.json with its reference answers."""
+    return request.param

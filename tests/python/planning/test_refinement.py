@@ -1,0 +1,195 @@
+"""Gradient refinement: the chain rule is right, nothing gets worse, stationary points are recognised."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy import optimize
+
+import graspforce as gf
+from graspforce.paper import RACKET, tile_side
+from graspforce.planning.gradient_sampling import _Ascent
+from graspforce.planning.problem import SearchProblem
+from graspforce.surfaces import MeshSurface, contacts_on, ellipse
+
+TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
+
+
+def ascent(surface, bounds, criterion="max", **options):
+    lower, upper = np.array(bounds, dtype=float).T
+    problem = SearchProblem.of(surface, options, None, 0.0, criterion=criterion)
+    return _Ascent(problem, lower, lower, upper, 1e-3, 0)
+
+
+@pytest.mark.parametrize("edges", [10, None])
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+def test_slopes_by_the_chain_rule_are_those_of_differences(criterion, edges):
+    # Untied and without symmetry, so that the worst direction is the only one.
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    climb = ascent(untied, [(-0.2, 0.2)] * 8, criterion, **TILE_OPTIONS, edges=edges)
+    params = np.array([-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07])
+    quality = climb._quality(params)
+    assert quality.gradient.unique
+    slopes = climb._gradient(params)
+    source, step = climb._source, 1e-6
+    for axis in range(8):
+        move = step * np.eye(8)[axis]
+        rtol = 1e-12 if edges else 1e-10
+        ends = [source.grasp(params + sign * move).quality(criterion, rtol=rtol).epsilon for sign in (1, -1)]
+        # By a full range of 0.4 m.
+        assert slopes[axis] == pytest.approx(0.4 * (ends[0] - ends[1]) / (2 * step), rel=2e-3, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["three fingers", "four fingers"])
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+def test_refinement_improves_the_racket_towards_its_global_optimum(name, criterion):
+    problem = RACKET[name]
+    options = {"friction": problem.friction, "max_normal_force": problem.max_normal_force}
+    found = gf.plan(
+        problem.surface,
+        problem.initial,
+        problem.step,
+        problem.tolerance,
+        problem.bounds,
+        criterion,
+        **options,
+    )
+    better = gf.refine(problem.surface, found.params, problem.bounds, criterion, **options)
+    assert better.gain >= 0
+    assert better.quality.epsilon == pytest.approx(found.quality.epsilon + better.gain, rel=1e-12)
+    lower, upper = np.array(problem.bounds).T
+    assert ((better.params >= lower) & (better.params <= upper)).all()
+    assert better.gain > 0 or better.stationary
+    bound = gf.plan_global(
+        problem.surface, problem.bounds, criterion, gap=0.01, initial=better.params, **options
+    )
+    assert better.quality.epsilon <= bound.epsilon_upper
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_refinement_never_worsens_a_grasp_of_a_mesh(seed):
+    random = np.random.default_rng(seed)
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    mesh.apply_scale(random.uniform(0.02, 0.06, 3))
+    surface = contacts_on(*[MeshSurface(mesh)] * 3)
+    bounds = np.tile(surface_bounds(mesh), (3, 1))
+    start = random.uniform(*bounds.T)
+    options = {"length_scale": 0.04, "edges": 8}
+    before = gf.Grasp(*(array[0] for array in surface(start[None])), **options).quality().epsilon
+    better = gf.refine(surface, start, bounds, max_iterations=15, **options)
+    assert better.quality.epsilon >= before
+    assert better.gain == pytest.approx(better.quality.epsilon - before, abs=1e-9)
+
+
+def surface_bounds(mesh):
+    return np.array(mesh.bounds).T
+
+
+def test_two_opposite_fingers_on_a_disc_are_stationary():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(disc, [0.5, 0.5 + np.pi], [(0, 1), (2, 5)], friction=0.4, length_scale=0.1)
+    assert ended.stationary
+    assert ended.gain <= 1e-9
+
+
+def test_a_parameter_at_its_bound_stays_within_it():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(disc, [0.2, 3.0], [(0.2, 0.2), (2.5, 3.1)], friction=0.4, length_scale=0.1)
+    np.testing.assert_allclose(ended.params, [0.2, 3.1], atol=1e-6)
+    assert ended.stationary
+
+
+def test_bad_starts_are_refused():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    with pytest.raises(gf.InvalidInputError, match="not feasible"):
+        gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], min_distance=0.01)
+    with pytest.raises(gf.InvalidInputError, match="tolerance"):
+        gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], tolerance=0)
+    with pytest.raises(gf.InvalidInputError, match=r"params, entry 1: 2\.0 is outside its bounds"):
+        gf.refine(disc, [0.0, 2.0], [(0, 1), (0, 1)])
+    with pytest.raises(gf.InvalidInputError, match="seed: -1"):
+        gf.refine(disc, [0.0, 0.5], [(0, 1), (0, 1)], seed=-1)
+    with pytest.raises(gf.InvalidInputError, match="max_iterations: -1"):
+        gf.refine(disc, [0.0, 0.5], [(0, 1), (0, 1)], max_iterations=-1)
+
+
+def test_an_error_on_the_way_keeps_the_best_so_far():
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    calls = [0]
+
+    def failing(params):
+        calls[0] += 1
+        if calls[0] == 60:
+            raise gf.InvalidInputError("the surface ends here")
+        return disc(params)
+
+    with pytest.raises(gf.InvalidInputError, match="ends here") as raised:
+        gf.refine(failing, [0.0, 2.8], [(0, 1), (1, 4)], friction=0.4, length_scale=0.1)
+    found = raised.value.partial
+    assert found.gain > 0
+    assert found.quality.epsilon == found.grasp.quality().epsilon
+
+
+def test_the_gradient_alone_is_that_of_the_quality():
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    params = np.array([[-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07]])
+    grasp = gf.Grasp(*(array[0] for array in untied(params)), **TILE_OPTIONS)
+    for criterion in ("max", "sum"):
+        alone, asked = grasp._gradient(criterion), grasp.quality(criterion).gradient
+        for name in ("positions", "normals", "spins"):
+            np.testing.assert_array_equal(getattr(alone, name), getattr(asked, name))
+
+
+@pytest.mark.parametrize("tangents", [None, [(1.0, 0.2, 0.1), (0, 1.0, 0), (0.3, 0.1, 1.0), (1.0, 1.0, 1.0)]])
+def test_frames_of_many_grasps_at_once_are_those_of_each(tangents):
+    untied = contacts_on(*(tile_side(side) for side in ("upper", "upper", "lower", "lower")))
+    climb = ascent(untied, [(-0.2, 0.2)] * 8, **TILE_OPTIONS, tangents=tangents)
+    params = np.random.default_rng(0).uniform(-0.2, 0.2, (6, 8))
+    contacts = climb._source.contacts(params)
+    each = [climb._source.grasp_of(contacts, row).frames for row in range(6)]
+    np.testing.assert_array_equal(climb._frames(contacts), each)
+
+
+def never_beyond(surface, bounds):
+    """Return the surface, which is then asked for nothing beyond its bounds, not even by rounding."""
+    lower, upper = np.array(bounds, dtype=float).T
+
+    def bounded(params):
+        assert ((params >= lower) & (params <= upper)).all(), params
+        return surface(params)
+
+    return bounded
+
+
+def test_bounds_are_kept_to_the_last_bit():
+    # -1 + (0.1 - -1) is more than 0.1.
+    bounds = [(-1, 0.1), (3.5, 4)]
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    ended = gf.refine(
+        never_beyond(disc, bounds), [-0.2, 3.6], bounds, friction=0.9, length_scale=0.1, max_iterations=30
+    )
+    assert ended.params.tolist() == [0.1, 3.5]
+
+
+@pytest.mark.parametrize("width", [1e-12, 2.5e-10, 1e-9])
+def test_bounds_closer_than_differences_can_tell_hold_a_parameter_still(width):
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    options = {"friction": 0.4, "length_scale": 0.1}
+    ended = gf.refine(disc, [1.0, 3.9], [(1.0, 1.0 + width), (3.5, 5)], **options)
+    assert ended.params[1] - 1 == pytest.approx(np.pi, abs=1e-3)
+    assert np.isfinite(ended.slope)
+
+
+def test_least_squares_that_do_not_end_keep_the_best_so_far(monkeypatch):
+    disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
+    solve, calls = optimize.nnls, []
+
+    def giving_up(matrix, right):
+        calls.append(right)
+        if len(calls) > 2:
+            raise RuntimeError("Maximum number of iterations reached.")
+        return solve(matrix, right)
+
+    monkeypatch.setattr(optimize, "nnls", giving_up)
+    with pytest.raises(gf.NotConvergedError, match="Maximum number") as raised:
+        gf.refine(disc, [0.0, 2.8], [(0, 1), (1, 4)], friction=0.4, length_scale=0.1)
+    assert raised.value.partial.gain > 0

@@ -1,0 +1,10 @@
+//! Force distribution: laws, certificates, histories.
+
+mod force_certificates;
+mod force_cones;
+mod force_histories;
+mod force_laws;
+mod force_preload;
+mod force_reduced;
+mod force_reference;
+mod third_level;

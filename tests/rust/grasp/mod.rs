@@ -1,0 +1,3 @@
+//! Contacts, frames, wrenches and torque limits.
+
+mod joint_torques;

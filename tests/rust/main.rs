@@ -1,0 +1,8 @@
+//! All tests of the core but one, in one binary, by the rooms of `rust/core`.
+
+mod force;
+mod grasp;
+mod planning;
+mod quality;
+mod robustness;
+mod wrench_set;

@@ -1,0 +1,4 @@
+//! Candidate search, box bounds, triangle tree.
+
+mod closest_point;
+mod search;

@@ -1,0 +1,8 @@
+//! Brackets, closure, gradients and batches.
+
+mod degenerate;
+mod gradient;
+mod near_rounding;
+mod quality;
+mod quality_laws;
+mod symmetric_cones;

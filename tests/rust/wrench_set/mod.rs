@@ -1,0 +1,4 @@
+//! The support oracle beside enumeration.
+
+mod minkowski;
+mod true_cones;
