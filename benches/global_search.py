@@ -24,8 +24,8 @@ def compare(name, problem, criterion, **options):
     )
     stop = {"time_limit": 20.0} if "tile" in name else {"gap": 1e-3}
     best = gf.plan_global(problem.surface, problem.bounds, criterion, initial=found.params, **stop, **options)
-    below = 100 * (1 - found.quality.epsilon / best.upper)
-    numbers = f"{found.quality.epsilon:.4f} | {best.quality.epsilon:.4f} | {best.upper:.4f}"
+    below = 100 * (1 - found.quality.epsilon / best.epsilon_upper)
+    numbers = f"{found.quality.epsilon:.4f} | {best.quality.epsilon:.4f} | {best.epsilon_upper:.4f}"
     print(f"| {name}, {criterion} | {numbers} | {below:.1f}% | {best.seconds:.1f} s |")
 
 

@@ -128,7 +128,7 @@ fn resistance(bench: &mut Bench) {
     let mut group = bench.benchmark_group("how much is resisted along 100 directions");
     for criterion in BOTH {
         group.bench_function(format!("{criterion:?}"), |b| {
-            b.iter(|| grasp.resistance(black_box(&directions), criterion).map(|r| r.len()));
+            b.iter(|| grasp.resistance(black_box(&directions), criterion, None).map(|r| r.len()));
         });
     }
 }

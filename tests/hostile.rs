@@ -321,7 +321,7 @@ fn a_witness_along_which_a_weak_contact_pushes_is_none_whatever_solver_found_it(
             let found = distributor.solve(&external);
             assert!(!matches!(found, Err(Error::InfeasibleWrench { .. })), "{found:?}");
         }
-        let most = grasp.resistance(&[external], Criterion::Max);
+        let most = grasp.resistance(&[external], Criterion::Max, None);
         assert!(most.as_ref().map_or(true, |most| most[0] > 0.1), "{most:?}");
     }
 }

@@ -34,6 +34,7 @@ def test_importing_loads_nothing_optional():
         "matplotlib",
         "scipy",
         "trimesh",
+        "manifold3d",
         "mujoco",
         "dask",
         "typer",

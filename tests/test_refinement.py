@@ -62,7 +62,7 @@ def test_refinement_improves_the_racket_towards_its_global_optimum(name, criteri
     bound = gf.plan_global(
         problem.surface, problem.bounds, criterion, gap=0.01, initial=better.params, **options
     )
-    assert better.quality.epsilon <= bound.upper
+    assert better.quality.epsilon <= bound.epsilon_upper
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -65,7 +65,7 @@ fn vertices_of<'a>(
 fn resistance<const D: usize>(grasp: &GraspInput, directions: &[[Number; 6]], sum: bool) {
     let Some(grasp) = grasp.grasp::<D>() else { return };
     let directions: Vec<_> = directions.iter().take(4).map(wrench::<D>).collect();
-    if let Ok(multiples) = grasp.resistance(&directions, criterion(sum)) {
+    if let Ok(multiples) = grasp.resistance(&directions, criterion(sum), None) {
         assert!(multiples.iter().all(|multiple| *multiple >= 0.0), "{multiples:?}");
     }
 }

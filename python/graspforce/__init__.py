@@ -28,6 +28,7 @@ from .datasets import grade
 from .errors import (
     BusyError,
     GraspForceError,
+    GraspWarning,
     InfeasibleWrenchError,
     InvalidFileError,
     InvalidGraspError,
@@ -61,6 +62,7 @@ __all__ = [
     "Gradient",
     "Grasp",
     "GraspForceError",
+    "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
     "InvalidGraspError",

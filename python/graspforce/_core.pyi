@@ -89,7 +89,12 @@ class Grasp:
         center: ArrayLike | None = None,
         metric: ArrayLike | None = None,
     ) -> Quality: ...
-    def resistance(self, directions: ArrayLike, criterion: _Criterion = "max") -> _Floats: ...
+    def resistance(
+        self,
+        directions: ArrayLike,
+        criterion: _Criterion = "max",
+        external_wrench: ArrayLike | None = None,
+    ) -> _Floats: ...
     def metrics(self) -> Metrics: ...
     def _gradient(
         self,
@@ -209,6 +214,7 @@ def quality_many(
     metric: ArrayLike | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
+def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...
 def torque_limited_forces(
     jacobian: ArrayLike,
     torque_limits: ArrayLike,

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BusyError",
     "GraspForceError",
+    "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
     "InvalidGraspError",
@@ -45,6 +46,10 @@ class GraspForceError(Exception):
     def __str__(self) -> str:
         # A message quotes names from files, and is printed.
         return printable(super().__str__(), keep="\n\t")
+
+
+class GraspWarning(UserWarning):
+    """Contacts are possible but look wrong: all normals point outward, or a contact is in another unit."""
 
 
 class InvalidGraspError(GraspForceError, ValueError):
@@ -116,8 +121,11 @@ class InfeasibleWrenchError(GraspForceError):
     direction: NDArray[np.float64]
 
 
-class TooLargeError(GraspForceError):
-    """An explicit enumeration would pass the limit; the message says how many points and bytes."""
+class TooLargeError(GraspForceError, MemoryError):
+    """A result would not fit into the limit of an enumeration, or into memory.
+
+    The message says how large it would be. It is a `MemoryError`, too.
+    """
 
 
 class BusyError(GraspForceError):

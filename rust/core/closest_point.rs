@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::REPRESENTABLE;
 use crate::interrupt;
+use crate::memory::{filled, room};
 
 /// Triangles in a leaf.
 const LEAF: usize = 4;
@@ -26,6 +27,10 @@ pub struct ClosestPoint {
     /// Weights of the triangle's corners, adding up to one.
     pub weights: [f64; 3],
 }
+
+/// Stands in a result until the nearest point is known.
+const NOWHERE: ClosestPoint =
+    ClosestPoint { point: Vector3::new(0.0, 0.0, 0.0), face: usize::MAX, weights: [0.0; 3] };
 
 /// A mesh, ready to be asked for nearest points.
 ///
@@ -69,8 +74,8 @@ impl TriangleTree {
             let reason = format!("{:?} names a corner beyond the {} there are", faces[row], vertices.len());
             return Err(Error::InvalidInput { argument: "faces", row: Some(row), reason });
         }
-        let triangles = faces.iter().map(|face| face.map(|corner| vertices[corner])).zip(0..).collect();
-        let mut tree = Self { triangles, nodes: Vec::with_capacity(faces.len()) };
+        let mut tree = Self { triangles: room("faces", faces.len())?, nodes: room("faces", faces.len())? };
+        tree.triangles.extend(faces.iter().map(|face| face.map(|corner| vertices[corner])).zip(0..));
         tree.split(0, faces.len());
         Ok(tree)
     }
@@ -136,7 +141,15 @@ impl TriangleTree {
             interrupt::inherit(interrupt.as_ref(), interrupt::check)?;
             Ok(self.closest(point))
         };
-        points.par_iter().enumerate().with_min_len(GRAIN).map(closest).collect()
+        // Collecting results would allocate without asking.
+        let mut found = filled("points", points.len(), NOWHERE)?;
+        points
+            .par_iter()
+            .enumerate()
+            .zip(&mut found)
+            .with_min_len(GRAIN)
+            .try_for_each(|(given, found)| closest(given).map(|nearest| *found = nearest))?;
+        Ok(found)
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::Wrench;
 use crate::interrupt;
+use crate::memory::filled;
 
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
@@ -40,7 +41,8 @@ pub struct DistributionBatch {
 
 impl<const D: usize> ForceDistributor<D> {
     /// Solves for each wrench in turn. Along a trajectory each starts from the one before; `parallel` cuts
-    /// the rows into chunks for all cores, each with a workspace of its own.
+    /// the rows into chunks for all cores, each with a workspace of its own. Results that do not fit into memory
+    /// are [`Error::OutOfMemory`], before any row is solved.
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, RowStatus, Wrench};
@@ -59,10 +61,10 @@ impl<const D: usize> ForceDistributor<D> {
         let rows = external_wrenches.len();
         let stride = self.grasp().num_contacts() * self.grasp().force_dim();
         let mut batch = DistributionBatch {
-            forces: vec![0.0; rows * stride],
-            sigma_max: vec![0.0; rows],
-            sigma_sum: vec![0.0; rows],
-            status: vec![RowStatus::Refused; rows],
+            forces: filled("forces", rows.saturating_mul(stride), 0.0)?,
+            sigma_max: filled("sigma_max", rows, 0.0)?,
+            sigma_sum: filled("sigma_sum", rows, 0.0)?,
+            status: filled("status", rows, RowStatus::Refused)?,
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
         let chunks = external_wrenches

@@ -50,6 +50,14 @@ pub enum Error {
         /// The limit in force, in points.
         limit: u128,
     },
+    /// The machine, or a limit set on the process, has no room for something large.
+    #[error("{what}: no memory for {bytes} bytes; give fewer rows in one call, or raise the memory limit")]
+    OutOfMemory {
+        /// The argument or result that does not fit.
+        what: &'static str,
+        /// How much memory was asked for.
+        bytes: u128,
+    },
     /// The distributor is in use by another thread.
     #[error("this distributor is in use by another thread; give each thread a copy of its own")]
     Busy,

@@ -4,13 +4,23 @@ use crate::error::{Error, Result};
 use crate::force_distributor::ForceDistributor;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::memory::room;
 use crate::wrench_set::Criterion;
 
+/// Forces that need this share of their limits more than all of them are at their limits.
+const AT_LIMIT: f64 = 1e-9;
+
+/// Cuts of one direction. Linearised cones need a handful; true cones converge quadratically.
+const MAX_CUTS: usize = 200;
+
 impl<const D: usize> Grasp<D> {
-    /// The largest multiple of each direction, as an external wrench, that forces within their limits balance.
+    /// The largest multiple of each direction, as an external wrench, that forces within their limits balance
+    /// on top of a constant `external_wrench`.
     ///
-    /// Least forces grow in proportion to the wrench, so this is `1 / sigma(direction)`, and zero where no
-    /// forces balance it however strong they are. `epsilon` is the least of it over all unit directions.
+    /// Alone, a direction has least forces in proportion to it, so the multiple is `1 / sigma(direction)`, and
+    /// zero where no forces balance it however strong they are. `epsilon` is the least of it over all unit
+    /// directions. With a constant wrench it is the largest s with `sigma(external_wrench + s direction) <= 1`:
+    /// sigma is convex, and each solve's dual cuts s from above.
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, Grasp, Wrench};
@@ -19,13 +29,40 @@ impl<const D: usize> Grasp<D> {
     /// let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
     ///     Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5)
     /// });
+    /// let pinch = Grasp::<3>::new(&fingers)?;
     /// let down = Wrench::<3>::new(0.0, -1.0, 0.0);
-    /// let most = Grasp::<3>::new(&fingers)?.resistance(&[down, 2.0 * down], Criterion::Max)?;
+    /// let most = pinch.resistance(&[down, 2.0 * down], Criterion::Max, None)?;
     /// assert!((most[0] - 1.0).abs() < 1e-12 && (most[1] - 0.5).abs() < 1e-12);
+    /// let more = pinch.resistance(&[down, -down], Criterion::Max, Some(&(0.25 * down)))?;
+    /// assert!((more[0] - 0.75).abs() < 1e-9 && (more[1] - 1.25).abs() < 1e-9);
     /// # Ok::<(), graspforce::Error>(())
     /// ```
-    pub fn resistance(&self, directions: &[Wrench<D>], criterion: Criterion) -> Result<Vec<f64>> {
+    ///
+    /// # Errors
+    /// A direction is zero or not finite; the constant wrench is not finite, beyond the limits
+    /// ([`Error::InvalidInput`]) or beyond all forces ([`Error::InfeasibleWrench`]); a solve does not converge.
+    pub fn resistance(
+        &self,
+        directions: &[Wrench<D>],
+        criterion: Criterion,
+        external_wrench: Option<&Wrench<D>>,
+    ) -> Result<Vec<f64>> {
         let distributor = ForceDistributor::new(self, criterion)?;
+        let constant = external_wrench.filter(|wrench| wrench.iter().any(|&x| x != 0.0));
+        if let Some(wrench) = constant {
+            if wrench.iter().any(|x| !x.is_finite()) {
+                let reason = format!("{:?} is not finite", wrench.as_slice());
+                return Err(Error::input("external_wrench", reason));
+            }
+            let sigma = distributor.solve(wrench)?.sigma;
+            if sigma > 1.0 + AT_LIMIT {
+                let reason = format!(
+                    "{:?} alone needs {sigma:.6} times the limits of the contacts: nothing can be resisted on top",
+                    wrench.as_slice()
+                );
+                return Err(Error::input("external_wrench", reason));
+            }
+        }
         let multiple = |(row, direction): (usize, &Wrench<D>)| {
             let unusable = direction.amax() == 0.0 || direction.iter().any(|x| !x.is_finite());
             if unusable {
@@ -33,12 +70,88 @@ impl<const D: usize> Grasp<D> {
                 return Err(Error::InvalidInput { argument: "directions", row: Some(row), reason });
             }
             interrupt::check()?;
-            match distributor.solve(direction) {
-                Ok(forces) => Ok(forces.sigma.recip()),
-                Err(Error::InfeasibleWrench { .. }) => Ok(0.0),
-                Err(error) => Err(error),
+            match constant {
+                None => alone(&distributor, direction),
+                Some(wrench) => on_top(&distributor, wrench, direction),
             }
         };
-        directions.iter().enumerate().map(multiple).collect()
+        let mut multiples = room("directions", directions.len())?;
+        for given in directions.iter().enumerate() {
+            multiples.push(multiple(given)?);
+        }
+        Ok(multiples)
+    }
+}
+
+fn alone<const D: usize>(distributor: &ForceDistributor<D>, direction: &Wrench<D>) -> Result<f64> {
+    match distributor.solve(direction) {
+        Ok(forces) => Ok(forces.sigma.recip()),
+        Err(Error::InfeasibleWrench { .. }) => Ok(0.0),
+        Err(error) => Err(error),
+    }
+}
+
+/// Newton's method on `sigma(constant + s direction) = 1` from above: every `s` is at least the largest multiple,
+/// because each dual z proves `sigma(w) >= -w . z`, and each witness e that forces balance no w with `-w . e > 0`.
+fn on_top<const D: usize>(
+    distributor: &ForceDistributor<D>,
+    constant: &Wrench<D>,
+    direction: &Wrench<D>,
+) -> Result<f64> {
+    let mut cut = Cut::of(distributor, direction)?;
+    let mut most = f64::INFINITY;
+    let mut excess = f64::INFINITY;
+    for _ in 0..MAX_CUTS {
+        interrupt::check()?;
+        let next = cut.root(constant, direction);
+        // Rounding alone moves it: the largest multiple, to within what the solves can tell.
+        if next.is_nan() || next >= most * (1.0 - f64::EPSILON) {
+            return if excess <= 1e-6 { Ok(most) } else { Err(stuck(excess)) };
+        }
+        most = next.max(0.0);
+        if most == 0.0 {
+            return Ok(0.0);
+        }
+        let wrench = constant + most * direction;
+        cut = match distributor.solve(&wrench) {
+            Ok(forces) if forces.sigma <= 1.0 + AT_LIMIT => return Ok(most),
+            Ok(forces) => {
+                excess = forces.sigma - 1.0;
+                Cut { normal: forces.dual, bound: 1.0 }
+            }
+            Err(Error::InfeasibleWrench { direction }) => Cut::separating(&direction),
+            Err(error) => return Err(error),
+        };
+    }
+    Err(stuck(excess))
+}
+
+fn stuck(gap: f64) -> Error {
+    Error::NotConverged { solver: "resistance on top of an external wrench", iterations: MAX_CUTS, gap }
+}
+
+/// Wrenches w that the limited forces balance have `-w . normal <= bound`.
+struct Cut<const D: usize> {
+    normal: Wrench<D>,
+    bound: f64,
+}
+
+impl<const D: usize> Cut<D> {
+    fn of(distributor: &ForceDistributor<D>, wrench: &Wrench<D>) -> Result<Self> {
+        match distributor.solve(wrench) {
+            Ok(forces) => Ok(Self { normal: forces.dual, bound: 1.0 }),
+            Err(Error::InfeasibleWrench { direction }) => Ok(Self::separating(&direction)),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn separating(direction: &[f64]) -> Self {
+        Self { normal: Wrench::from_column_slice(direction), bound: 0.0 }
+    }
+
+    /// The multiple at which `constant + s direction` leaves the half-space; NaN where it runs along it.
+    fn root(&self, constant: &Wrench<D>, direction: &Wrench<D>) -> f64 {
+        let rate = -direction.dot(&self.normal);
+        if rate > 0.0 { (self.bound + constant.dot(&self.normal)) / rate } else { f64::NAN }
     }
 }

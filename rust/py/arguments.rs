@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 use std::convert::Infallible;
 
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{contents, copied, float_array, matrix, shaped};
 use crate::interrupt::reason;
 
 /// An argument for which `None` does not mean "not given".
@@ -96,7 +96,7 @@ impl Arguments {
         let normals = float_array("normals", raw.normals)?;
         if normals.shape() != shape {
             let (normals, positions) = (shaped(normals.shape()), shaped(&shape));
-            return Err(format!("normals: shape {normals}, expected that of positions, {positions}"));
+            return Err(format!("normals: shape {normals}, expected {positions}, that of positions"));
         }
         let (dim, contacts) = (shape[axes - 1], shape[axes - 2]);
         let batch = if batched { shape[0] } else { 1 };
@@ -120,8 +120,8 @@ impl Arguments {
             options,
             origins,
             length_scales,
-            positions: contents(&positions).to_vec(),
-            normals: contents(&normals).to_vec(),
+            positions: copied("positions", &positions)?,
+            normals: copied("normals", &normals)?,
             tangents,
             friction: scalar("friction", raw.friction.given(), 0.5)?,
             max_normal_force: scalar("max_normal_force", raw.max_normal_force.given(), 1.0)?,
@@ -224,7 +224,7 @@ impl Broadcast {
     }
 
     fn parse(
-        name: &str,
+        name: &'static str,
         value: &Bound<'_, PyAny>,
         shape: &[usize; 2],
         batched: bool,
@@ -238,16 +238,16 @@ impl Broadcast {
             given => {
                 let batch = if batched { format!(" or {}", shaped(shape)) } else { String::new() };
                 return Err(format!(
-                    "{name}: shape {}, expected a number or shape ({contacts},){batch}",
+                    "{name}: shape {}, expected a number or ({contacts},){batch}",
                     shaped(given)
                 ));
             }
         };
-        Ok(Self { values: contents(&array).to_vec(), per_grasp, per_contact })
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact })
     }
 
     fn parse_vectors(
-        name: &str,
+        name: &'static str,
         value: &Bound<'_, PyAny>,
         batch: usize,
         contacts: usize,
@@ -257,9 +257,12 @@ impl Broadcast {
         let per_grasp = match array.shape() {
             [m, 3] if *m == contacts => 0,
             [b, m, 3] if batched && *b == batch && *m == contacts => 3 * contacts,
-            given => return Err(format!("{name}: shape {}, expected that of positions", shaped(given))),
+            given => {
+                let each = if batched { format!(" or ({batch}, {contacts}, 3)") } else { String::new() };
+                return Err(format!("{name}: shape {}, expected ({contacts}, 3){each}", shaped(given)));
+            }
         };
-        Ok(Self { values: contents(&array).to_vec(), per_grasp, per_contact: 3 })
+        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact: 3 })
     }
 
     fn at(&self, grasp: usize, contact: usize) -> f64 {
@@ -282,7 +285,7 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
         let array = float_array("origin", value)?;
         match *array.shape() {
             [d] if d == dim => options.origin = embedded(contents(&array)),
-            [b, d] if batch == Some(b) && d == dim => origins = Some(contents(&array).to_vec()),
+            [b, d] if batch == Some(b) && d == dim => origins = Some(copied("origin", &array)?),
             ref given => {
                 let each = batch.map_or(String::new(), |batch| format!(" or ({batch}, {dim})"));
                 return Err(format!("origin: shape {}, expected ({dim},){each}", shaped(given)));
@@ -293,9 +296,9 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
         let array = float_array("length_scale", value)?;
         match (array.shape(), contents(&array)) {
             ([], &[length_scale]) => options.length_scale = length_scale,
-            (&[b], values) if batch == Some(b) => length_scales = Some(values.to_vec()),
+            (&[b], _) if batch == Some(b) => length_scales = Some(copied("length_scale", &array)?),
             (given, _) => {
-                let each = batch.map_or(String::new(), |batch| format!(" or shape ({batch},)"));
+                let each = batch.map_or(String::new(), |batch| format!(" or ({batch},)"));
                 return Err(format!("length_scale: shape {}, expected a number{each}", shaped(given)));
             }
         }
@@ -375,12 +378,4 @@ fn parse_forces(
 
 fn embedded(values: &[f64]) -> Vector3<f64> {
     Vector3::new(values[0], values[1], values.get(2).copied().unwrap_or(0.0))
-}
-
-/// A shape as NumPy prints it.
-fn shaped(shape: &[usize]) -> String {
-    match shape {
-        [one] => format!("({one},)"),
-        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
-    }
 }

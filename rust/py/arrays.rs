@@ -1,5 +1,7 @@
 //! Arrays from whatever a NumPy user passes: lists, integers, float32, strides.
 
+use graspforce::room;
+use nalgebra::SVector;
 use numpy::ndarray::Dimension;
 use numpy::{
     Element, PyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
@@ -10,7 +12,8 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::interrupt::reason;
+use crate::errors::to_python;
+use crate::interrupt::{keep, reason};
 
 /// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
 const MAX_NUMBERS: usize = 1 << 27;
@@ -70,9 +73,51 @@ pub fn float_array<'py>(
 pub fn float_vector(argument: &str, value: &Bound<'_, PyAny>, length: usize) -> Result<Vec<f64>, String> {
     let array = float_array(argument, value)?;
     if array.shape() != [length] {
-        return Err(format!("{argument}: shape {:?}, expected ({length},)", array.shape()));
+        return Err(format!("{argument}: shape {}, expected ({length},)", shaped(array.shape())));
     }
     Ok(contents(&array).to_vec())
+}
+
+/// A shape as NumPy prints it.
+pub fn shaped(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// A copy of all numbers of an argument; where memory is short, that is raised in place of the message.
+pub fn copied(argument: &'static str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<f64>, String> {
+    let values = contents(array);
+    let mut copy = room(argument, values.len()).map_err(|error| {
+        keep(to_python(array.py(), &error));
+        error.to_string()
+    })?;
+    copy.extend_from_slice(values);
+    Ok(copy)
+}
+
+/// The rows of a C-contiguous (n, D) array.
+pub fn vectors<const D: usize>(
+    argument: &'static str,
+    array: &PyReadonlyArrayDyn<'_, f64>,
+) -> PyResult<Vec<SVector<f64, D>>> {
+    let rows = contents(array).chunks_exact(D);
+    let mut vectors = room(argument, rows.len()).map_err(|error| to_python(array.py(), &error))?;
+    vectors.extend(rows.map(SVector::from_column_slice));
+    Ok(vectors)
+}
+
+/// A new read-only array of `count` values.
+pub fn vector<'py, T: Element>(
+    py: Python<'py>,
+    what: &'static str,
+    count: usize,
+    values: impl IntoIterator<Item = T>,
+) -> PyResult<Bound<'py, PyArray1<T>>> {
+    let mut vector = room(what, count).map_err(|error| to_python(py, &error))?;
+    vector.extend(values);
+    Ok(read_only(PyArray1::from_vec(py, vector)))
 }
 
 /// The numbers of a C-contiguous array in order.
@@ -87,7 +132,7 @@ pub fn matrix(
     columns: usize,
     values: impl IntoIterator<Item = f64>,
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    let flat = PyArray1::from_iter(py, values);
+    let flat = vector(py, "result", rows.saturating_mul(columns), values)?;
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 

@@ -1,11 +1,11 @@
 //! `graspforce._core.TriangleTree`: nearest points of a mesh.
 
-use graspforce::{ClosestPoint, TriangleTree};
+use graspforce::{ClosestPoint, TriangleTree, room};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{self, float_array, matrix, shaped, vector};
 use crate::errors::{invalid_input, to_python};
 use crate::interrupt::{detached, on_all_cores};
 
@@ -43,8 +43,9 @@ impl PyTriangleTree {
                 format!("faces, row {row}: {:?} are not numbers of corners", corners[row].as_slice());
             return Err(invalid_input(py, message));
         }
-        let faces: Vec<_> =
-            corners.iter().map(|face| std::array::from_fn(|corner| face[corner] as usize)).collect();
+        let mut faces = room("faces", corners.len()).map_err(|error| to_python(py, &error))?;
+        faces.extend(corners.iter().map(|face| std::array::from_fn(|corner| face[corner] as usize)));
+        drop(corners);
         let inner = detached(py, || TriangleTree::new(&vertices, &faces))?;
         Ok(Self { inner: inner.map_err(|error| to_python(py, &error))? })
     }
@@ -55,16 +56,16 @@ impl PyTriangleTree {
         let found = on_all_cores(py, || self.inner.closest_many(&points))?;
         let found: Vec<ClosestPoint> = found.map_err(|error| to_python(py, &error))?;
         let places = matrix(py, found.len(), 3, found.iter().flat_map(|c| c.point.iter().copied()))?;
-        let faces = PyArray1::from_iter(py, found.iter().map(|c| c.face as i64));
+        let faces = vector(py, "faces", found.len(), found.iter().map(|c| c.face as i64))?;
         Ok((places, faces, matrix(py, found.len(), 3, found.iter().flat_map(|c| c.weights))?))
     }
 }
 
-fn vectors(py: Python<'_>, argument: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Vector3<f64>>> {
+fn vectors(py: Python<'_>, argument: &'static str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Vector3<f64>>> {
     let array = float_array(argument, value).map_err(|message| invalid_input(py, message))?;
     if array.ndim() != 2 || array.shape()[1] != 3 {
-        let message = format!("{argument}: shape {:?}, expected (n, 3)", array.shape());
+        let message = format!("{argument}: shape {}, expected (n, 3)", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
-    Ok(contents(&array).chunks_exact(3).map(Vector3::from_column_slice).collect())
+    arrays::vectors::<3>(argument, &array)
 }

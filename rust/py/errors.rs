@@ -1,5 +1,7 @@
 //! Core errors to the exception classes of `graspforce.errors`.
 
+use std::ffi::CString;
+
 use graspforce::Error;
 use numpy::PyArray1;
 use pyo3::intern;
@@ -14,7 +16,7 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         Error::InvalidGrasp { .. } => "InvalidGraspError",
         Error::InvalidInput { .. } => "InvalidInputError",
         Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
-        Error::TooLarge { .. } => "TooLargeError",
+        Error::TooLarge { .. } | Error::OutOfMemory { .. } => "TooLargeError",
         Error::Busy => "BusyError",
         _ => "NotConvergedError",
     };
@@ -36,6 +38,13 @@ pub fn invalid_grasp(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
 /// An argument of a query that cannot be used.
 pub fn invalid_input(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
     raise(py, "InvalidInputError", message.as_ref())
+}
+
+/// Warns of contacts that may be wrong, where the caller's line is; an error where warnings are errors.
+pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let category = py.import("graspforce.errors")?.getattr("GraspWarning")?;
+    let message = CString::new(message)?;
+    PyErr::warn(py, &category, &message, 1)
 }
 
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{as_array, read_only};
+use crate::arrays::{as_array, read_only, vector};
 use crate::errors::invalid_input;
 use crate::restored::{Checked, copied, expect, within};
 
@@ -116,8 +116,7 @@ impl PyForceBatch {
             forces: read_only(PyArray1::from_vec(py, batch.forces).reshape(shape)?).unbind(),
             sigma_max: read_only(PyArray1::from_vec(py, batch.sigma_max)).unbind(),
             sigma_sum: read_only(PyArray1::from_vec(py, batch.sigma_sum)).unbind(),
-            status: read_only(PyArray1::from_iter(py, batch.status.iter().map(|status| *status as i8)))
-                .unbind(),
+            status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
         })
     }
 }

@@ -4,7 +4,7 @@ use graspforce::{Distribution, ForceDistributor, Method, Wrench};
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, float_vector};
+use crate::arrays::{contents, float_array, float_vector, shaped, vectors};
 use crate::errors::{invalid_input, to_python};
 use crate::force_batch::PyForceBatch;
 use crate::interrupt::{detached, on_all_cores, watched};
@@ -37,7 +37,7 @@ pub fn solve_into<const D: usize>(
         float_array("external_wrench", external_wrench).map_err(|message| invalid_input(py, message))?;
     let wrench = contents(&array);
     if wrench.len() != D || array.shape().len() != 1 {
-        let message = format!("external_wrench: shape {:?}, expected ({D},)", array.shape());
+        let message = format!("external_wrench: shape {}, expected ({D},)", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
     let wrench = Wrench::<D>::from_column_slice(wrench);
@@ -46,7 +46,7 @@ pub fn solve_into<const D: usize>(
         return Err(refused("forces: not a two-dimensional float64 array"));
     };
     if forces.shape() != [m, k] {
-        return Err(refused(&format!("forces: shape {:?}, expected ({m}, {k})", forces.shape())));
+        return Err(refused(&format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));
     }
     // numpy's slices take Fortran order, too, and would fill it transposed.
     if !forces.is_c_contiguous() {
@@ -73,10 +73,10 @@ pub fn solve_many<const D: usize>(
     let array =
         float_array("external_wrenches", external_wrenches).map_err(|message| invalid_input(py, message))?;
     if array.shape().len() != 2 || array.shape()[1] != D {
-        let message = format!("external_wrenches: shape {:?}, expected (T, {D})", array.shape());
+        let message = format!("external_wrenches: shape {}, expected (T, {D})", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
-    let wrenches: Vec<_> = contents(&array).chunks_exact(D).map(Wrench::<D>::from_column_slice).collect();
+    let wrenches = vectors::<D>("external_wrenches", &array)?;
     let work = || distributor.solve_many(&wrenches, parallel);
     let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
     let batch = batch.map_err(|error| to_python(py, &error))?;

@@ -2,20 +2,20 @@
 
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DistributionOptions, Error, ForceDistributor, Method};
+use graspforce::{DistributionOptions, Error, ForceDistributor, Method, check_room};
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::any_grasp::AnyGrasp;
-use crate::arrays::{contents, float_array, read_only};
+use crate::arrays::{contents, float_array, read_only, shaped};
 use crate::errors::{invalid_input, to_python};
 use crate::force_batch::PyForceBatch;
 use crate::force_calls::{solve, solve_into, solve_many};
 use crate::force_solution::PyForceSolution;
 use crate::force_steps::PyForceSteps;
 use crate::grasp::PyGrasp;
-use crate::interrupt::detached;
+use crate::interrupt::{detached, keep};
 use crate::quality_options::parse_criterion;
 
 #[derive(Clone)]
@@ -419,7 +419,7 @@ fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, S
     match (array.shape(), contents(&array)) {
         ([], &[bound]) => Ok(vec![bound]),
         ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
-        (shape, _) => Err(format!("min_normal: shape {shape:?}, expected a number or shape ({contacts},)")),
+        (given, _) => Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given))),
     }
 }
 
@@ -427,8 +427,14 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, Strin
     let array = float_array(argument, value)?;
     match array.shape() {
         &[_, columns] if columns > 0 => {
+            // Each row is an allocation of its own.
+            let each = size_of::<Vec<f64>>() + size_of_val(contents(&array)) / array.shape()[0].max(1) + 16;
+            check_room("samples", array.shape()[0], each).map_err(|error| {
+                keep(to_python(value.py(), &error));
+                error.to_string()
+            })?;
             Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
         }
-        shape => Err(format!("{argument}: shape {shape:?}, expected (S, d)")),
+        given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),
     }
 }

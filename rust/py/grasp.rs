@@ -1,15 +1,16 @@
 //! `graspforce.Grasp`.
 
-use graspforce::{Closure, DEFAULT_MAX_POINTS, MinkowskiSum};
+use graspforce::{Closure, DEFAULT_MAX_POINTS, MinkowskiSum, implausibility};
 use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyTuple, PyType};
+use pyo3::types::{PyDict, PyTuple};
+use std::cell::Cell;
 
 use crate::any_grasp::{AnyGrasp, with_grasp};
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::{contents, float_array, matrix, read_only};
-use crate::errors::{invalid_grasp, invalid_input, to_python};
+use crate::arrays::{float_array, float_vector, matrix, read_only, shaped, vectors};
+use crate::errors::{invalid_grasp, invalid_input, to_python, warn};
 use crate::gradient::PyGradient;
 use crate::interrupt::detached;
 use crate::minkowski::PyMinkowskiSum;
@@ -27,8 +28,8 @@ use crate::workspace::quality_of;
 ///     (m, 2) or (m, 3) contact positions in m; two columns make a planar grasp with wrenches
 ///     ``[fx, fy, tau]``, three a spatial one with ``[f, tau]``.
 /// normals : array_like
-///     Same shape: normals **into** the object, of any length. The library cannot know the object, so it cannot
-///     check which way they point.
+///     Same shape: normals **into** the object, of any length. A grasp does not know the object: it warns where
+///     they look wrong, and `graspforce.surfaces.MeshSurface.grasp` checks them.
 /// friction : array_like, optional
 ///     Scalar or (m,) Coulomb friction coefficients mu >= 0.
 /// max_normal_force : array_like, optional
@@ -62,6 +63,13 @@ use crate::workspace::quality_of;
 ///     An argument has the wrong shape or type, a number is not finite, a normal is zero, a friction coefficient
 ///     negative, a limit not positive, or there is no contact. The message names argument, contact and value.
 ///
+/// Warns
+/// -----
+/// GraspWarning
+///     All normals point away from the contacts' centre, or a contact lies more than 100 times farther from the
+///     others than they lie from each other. Batches (`quality_many`, `grade`), searches, copies and contacts read
+///     from simulators do not warn.
+///
 /// Notes
 /// -----
 /// The contact frame is ``(n, t)`` with ``t = (-n_y, n_x)`` in the plane and ``(n, o, t)`` with ``t = n x o`` in
@@ -79,6 +87,24 @@ use crate::workspace::quality_of;
 pub struct PyGrasp {
     pub inner: AnyGrasp,
     arguments: Arguments,
+}
+
+thread_local! {
+    static UNWARNED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// `Grasp(...)` without a warning: of contacts that were checked, or that a search or a simulator made.
+#[pyfunction]
+#[pyo3(signature = (*arguments, **options))]
+pub fn unwarned_grasp<'py>(
+    py: Python<'py>,
+    arguments: &Bound<'py, PyTuple>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let before = UNWARNED.replace(true);
+    let grasp = py.get_type::<PyGrasp>().call(arguments, options);
+    UNWARNED.set(before);
+    grasp
 }
 
 #[pymethods]
@@ -120,7 +146,13 @@ impl PyGrasp {
         };
         let arguments = Arguments::parse(&raw, false).map_err(|message| invalid_grasp(py, message))?;
         let inner = AnyGrasp::new(arguments.dim, &arguments.contacts_of(0), arguments.options);
-        Ok(Self { inner: inner.map_err(|error| to_python(py, &error))?, arguments })
+        let inner = inner.map_err(|error| to_python(py, &error))?;
+        if !UNWARNED.get()
+            && let Some(message) = with_grasp!(&inner, grasp => implausibility(grasp.contacts()))
+        {
+            warn(py, &message)?;
+        }
+        Ok(Self { inner, arguments })
     }
 
     /// Dimension d of wrenches, 3 for planar grasps and 6 for spatial ones.
@@ -341,16 +373,29 @@ impl PyGrasp {
     ///     (B, d) or (d,) wrenches of any length but zero, in N and N m.
     /// criterion : {"max", "sum"}, optional
     ///     What is limited to 1: each normalised normal force or their sum.
+    /// external_wrench : array_like, optional
+    ///     (d,) external wrench that acts all the time, such as the weight, in N and N m about ``origin``: the
+    ///     multiples are then of what is resisted on top of it.
     ///
     /// Returns
     /// -------
     /// numpy.ndarray
-    ///     (B,) or scalar array: multiples, zero where no forces balance the direction however strong they are.
+    ///     (B,) or scalar array: the largest s for which forces within their limits balance
+    ///     ``external_wrench + s direction``; zero where no forces balance more of the direction.
     ///
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     A direction is zero or not finite, or the shape is wrong.
+    ///     A direction is zero or not finite, a shape is wrong, the criterion is unknown, or ``external_wrench``
+    ///     is not finite, or alone needs more than the limits of the contacts.
+    /// InfeasibleWrenchError
+    ///     No forces within the friction cones balance ``external_wrench`` alone, however strong they are.
+    /// InvalidGraspError
+    ///     The contacts' wrenches are too large or too small to compute with; the message says how to scale them.
+    /// NotConvergedError
+    ///     A solve ended without an answer within its tolerance.
+    /// KeyboardInterrupt
+    ///     Ctrl-C was pressed; nothing is returned.
     ///
     /// Examples
     /// --------
@@ -358,12 +403,15 @@ impl PyGrasp {
     /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
     /// >>> grasp.resistance([[0, -1, 0], [-1, 0, 0]]).round(9).tolist()
     /// [1.0, 1.0]
-    #[pyo3(signature = (directions, criterion="max"))]
+    /// >>> grasp.resistance([[0, -1, 0], [0, 1, 0]], external_wrench=[0, -0.25, 0]).round(9).tolist()
+    /// [0.75, 1.25]
+    #[pyo3(signature = (directions, criterion="max", external_wrench=None))]
     fn resistance<'py>(
         &self,
         py: Python<'py>,
         directions: &Bound<'py, PyAny>,
         criterion: &str,
+        external_wrench: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let wrong = |message: String| invalid_input(py, message);
         let criterion = parse_criterion("criterion", criterion).map_err(wrong)?;
@@ -371,13 +419,19 @@ impl PyGrasp {
         let single = match *array.shape() {
             [columns] if columns == d => true,
             [_, columns] if columns == d => false,
-            ref shape => {
-                return Err(wrong(format!("directions: shape {shape:?}, expected (B, {d}) or ({d},)")));
+            ref given => {
+                return Err(wrong(format!(
+                    "directions: shape {}, expected (B, {d}) or ({d},)",
+                    shaped(given)
+                )));
             }
         };
+        let constant = external_wrench.map(|wrench| float_vector("external_wrench", wrench, d)).transpose();
+        let constant = constant.map_err(wrong)?;
         let multiples = with_grasp!(&self.inner, grasp => {
-            let rows: Vec<_> = contents(&array).chunks_exact(d).map(SVector::from_column_slice).collect();
-            detached(py, || grasp.resistance(&rows, criterion))?
+            let rows = vectors("directions", &array)?;
+            let constant = constant.as_deref().map(SVector::from_column_slice);
+            detached(py, || grasp.resistance(&rows, criterion, constant.as_ref()))?
         });
         let multiples = PyArray1::from_vec(py, multiples.map_err(|error| to_python(py, &error))?);
         if single { multiples.get_item(0) } else { Ok(multiples.into_any()) }
@@ -478,8 +532,8 @@ impl PyGrasp {
         slf.py().import("graspforce.display")?.call_method1("grasp_html", (slf,))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
-        Ok((py.get_type::<Self>(), self.arguments.to_python(py)?))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        Ok((py.import("graspforce._core")?.getattr("unwarned_grasp")?, self.arguments.to_python(py)?))
     }
 
     fn __repr__(&self) -> String {

@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use graspforce::{Interrupt, interruptible};
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyMemoryError};
 use pyo3::prelude::*;
 
 use crate::threads::pool;
@@ -34,13 +34,18 @@ fn ask() -> bool {
     true
 }
 
-/// What an error says, for a message of our own; Ctrl-C and the like are kept and take its place.
+/// What an error says, for a message of our own; Ctrl-C, missing memory and the like are kept and take its place.
 pub fn reason(py: Python<'_>, error: PyErr) -> String {
     let text = error.value(py).to_string();
-    if !error.is_instance_of::<PyException>(py) {
-        RAISED.set(Some(error));
+    if !error.is_instance_of::<PyException>(py) || error.is_instance_of::<PyMemoryError>(py) {
+        keep(error);
     }
     text
+}
+
+/// Has this raised in place of the next error of our own.
+pub fn keep(error: PyErr) {
+    RAISED.set(Some(error));
 }
 
 /// What has to be raised before anything else.

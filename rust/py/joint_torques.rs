@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use numpy::{PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, matrix};
+use crate::arrays::{contents, float_array, matrix, shaped};
 use crate::errors::{invalid_input, to_python};
 use crate::interrupt::detached;
 
@@ -71,7 +71,7 @@ pub fn torque_limited_forces<'py>(
 fn columns(jacobian: &Bound<'_, PyAny>) -> Result<Vec<Vector3<f64>>, String> {
     let array = float_array("jacobian", jacobian)?;
     let &[3, joints] = array.shape() else {
-        return Err(format!("jacobian: shape {:?}, expected (3, q)", array.shape()));
+        return Err(format!("jacobian: shape {}, expected (3, q)", shaped(array.shape())));
     };
     let values = contents(&array);
     Ok((0..joints).map(|j| Vector3::from_fn(|row, _| values[row * joints + j])).collect())
@@ -83,6 +83,8 @@ fn limits(given: &Bound<'_, PyAny>, joints: usize) -> Result<(Vec<f64>, Vec<f64>
     match *array.shape() {
         [q] if q == joints => Ok((values.iter().map(|limit| -limit).collect(), values.to_vec())),
         [2, q] if q == joints => Ok((values[..q].to_vec(), values[q..].to_vec())),
-        ref shape => Err(format!("torque_limits: shape {shape:?}, expected ({joints},) or (2, {joints})")),
+        ref given => {
+            Err(format!("torque_limits: shape {}, expected ({joints},) or (2, {joints})", shaped(given)))
+        }
     }
 }

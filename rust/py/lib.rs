@@ -52,6 +52,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<search::PyCandidateSearch>()?;
     module.add_class::<box_bound::PyBoxBound>()?;
     module.add_class::<closest_point::PyTriangleTree>()?;
+    // Not among the module's public names.
+    module.setattr("unwarned_grasp", wrap_pyfunction!(grasp::unwarned_grasp, module)?)?;
     module.add_function(wrap_pyfunction!(joint_torques::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality_many::quality_many, module)?)
 }

@@ -5,14 +5,14 @@ use std::ops::Range;
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
-use graspforce::{BatchItem, Closure, Grasp, QualityOptions, quality_batch};
+use graspforce::{BatchItem, Closure, Grasp, QualityOptions, check_room, quality_batch, room};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::arguments::{Argument, Arguments, Raw};
-use crate::arrays::{as_array, read_only};
-use crate::errors::{invalid_grasp, invalid_input};
+use crate::arrays::{as_array, vector};
+use crate::errors::{invalid_grasp, invalid_input, to_python};
 use crate::interrupt::on_all_cores;
 use crate::quality_options::quality_options;
 use crate::restored::{self, Checked, expect, within};
@@ -23,6 +23,12 @@ const CHUNK_TIME: Range<Duration> = Duration::from_millis(250)..Duration::from_s
 
 /// Rows of the first chunk for each core, before any time is known.
 const FIRST_ROWS: usize = 32;
+
+/// What a row of a chunk may take in small pieces while it is measured, with the reason why it is no grasp.
+const ROW_BYTES: usize = 1024;
+
+/// What Python takes for a row of a dictionary, or of a pickle, beside its text.
+const PYTHON_ROW_BYTES: usize = 384;
 
 /// Qualities of a batch of grasps, as arrays with one entry for each.
 ///
@@ -87,43 +93,44 @@ impl From<BatchItem> for Row {
 impl PyQualityBatch {
     /// (B,) ``-epsilon``; NaN where the status is 2.
     #[getter]
-    fn rho<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn rho<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| item.rho)
     }
 
     /// (B,) the field's quality number.
     #[getter]
-    fn epsilon<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn epsilon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| 0.0 - item.rho)
     }
 
     /// (B,) proven: ``lower <= rho``.
     #[getter]
-    fn lower<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn lower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| item.lower)
     }
 
     /// (B,) proven: ``rho <= upper``.
     #[getter]
-    fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn upper<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.column(py, |item| item.upper)
     }
 
     /// (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
     #[getter]
-    fn closure<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+    fn closure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
         self.column(py, |item| item.closure)
     }
 
     /// (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp.
     #[getter]
-    fn status<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
+    fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
         self.column(py, |item| item.status)
     }
 
     /// What is wrong with the rows of status 2, by row.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.python_room(py, "errors", self.items.iter().filter(|item| item.error.is_some()).count())?;
         let errors = PyDict::new(py);
         for (row, item) in self.items.iter().enumerate() {
             if let Some(error) = &item.error {
@@ -149,7 +156,7 @@ impl PyQualityBatch {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        as_array(self.epsilon(py).as_any(), dtype, copy)
+        as_array(self.epsilon(py)?.as_any(), dtype, copy)
     }
 
     #[staticmethod]
@@ -162,6 +169,7 @@ impl PyQualityBatch {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        slf.get().python_room(slf.py(), "rows", slf.get().items.len())?;
         let rows = slf
             .get()
             .items
@@ -187,8 +195,15 @@ impl PyQualityBatch {
         &self,
         py: Python<'py>,
         value: impl Fn(&Row) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
-        read_only(PyArray1::from_vec(py, self.items.iter().map(value).collect()))
+    ) -> PyResult<Bound<'py, PyArray1<T>>> {
+        vector(py, "rows", self.items.len(), self.items.iter().map(value))
+    }
+
+    /// Refuses to begin with what Python would not have room for.
+    fn python_room(&self, py: Python<'_>, what: &'static str, rows: usize) -> PyResult<()> {
+        let text: usize = self.items.iter().filter_map(|item| item.error.as_ref()).map(String::len).sum();
+        let each = PYTHON_ROW_BYTES + text / rows.max(1);
+        check_room(what, rows, each).map_err(|error| to_python(py, &error))
     }
 }
 
@@ -304,18 +319,17 @@ fn run<const D: usize>(
     options: &QualityOptions<D>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyQualityBatch> {
-    options
-        .check()
-        .and_then(|()| arguments.options.check())
-        .map_err(|error| crate::errors::to_python(py, &error))?;
-    let mut items = Vec::with_capacity(arguments.batch);
+    options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
+    let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
     let cores = available_parallelism().map_or(1, NonZero::get);
     let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + chunk);
         let start = Instant::now();
         let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
-        items.extend(on_all_cores(py, || quality_batch(rows, grasp, options))?);
+        check_room("positions", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
+        let measured = on_all_cores(py, || quality_batch(rows, grasp, options))?;
+        items.extend(measured.into_iter().map(Row::from));
         let elapsed = start.elapsed();
         if elapsed < CHUNK_TIME.start {
             chunk *= 2;
@@ -326,5 +340,5 @@ fn run<const D: usize>(
             progress.call1((items.len(), arguments.batch))?;
         }
     }
-    Ok(PyQualityBatch { items: items.into_iter().map(Row::from).collect() })
+    Ok(PyQualityBatch { items })
 }

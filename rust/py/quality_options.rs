@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
-use crate::arrays::{contents, float_array, float_vector};
+use crate::arrays::{contents, float_array, float_vector, shaped};
 
 /// What a quality was asked with, to ask for its gradient later.
 pub enum AnyAsked {
@@ -96,7 +96,7 @@ pub fn parse_criterion(argument: &str, criterion: &str) -> Result<Criterion, Str
 fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<SMatrix<f64, D, D>, String> {
     let array = float_array("metric", value)?;
     if array.shape() != [D, D] {
-        return Err(format!("metric: shape {:?}, expected ({D}, {D})", array.shape()));
+        return Err(format!("metric: shape {}, expected ({D}, {D})", shaped(array.shape())));
     }
     Ok(SMatrix::from_row_slice(contents(&array)))
 }

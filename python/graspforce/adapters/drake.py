@@ -7,7 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from graspforce._checks import known_options
-from graspforce._core import Grasp
+from graspforce._core import unwarned_grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
@@ -107,6 +107,6 @@ def from_drake(
     positions, normals, friction, world_forces = (np.array(column) for column in zip(*rows, strict=True))
     centre = ours.EvalPoseInWorld(context) @ ours.CalcCenterOfMassInBodyFrame(context)
     given: dict[str, Any] = {"origin": centre, **options}
-    grasp = Grasp(positions, normals, friction, **given)
+    grasp = unwarned_grasp(positions, normals, friction, **given)
     forces = np.einsum("iab,ib->ia", grasp.frames, world_forces)
     return ContactReading(grasp, forces, tuple(ids))

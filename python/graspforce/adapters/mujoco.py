@@ -7,7 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from graspforce._checks import known_options
-from graspforce._core import Grasp
+from graspforce._core import unwarned_grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
@@ -102,5 +102,7 @@ def from_mujoco(
     )
     given: dict[str, Any] = {"origin": data.xipos[body_id].copy(), **options}
     soft = bool((torsion > 0).any())
-    grasp = Grasp(positions, normals, friction, tangents=tangents, torsion=torsion if soft else None, **given)
+    grasp = unwarned_grasp(
+        positions, normals, friction, tangents=tangents, torsion=torsion if soft else None, **given
+    )
     return ContactReading(grasp, forces[:, : grasp.force_dim], tuple(ids))

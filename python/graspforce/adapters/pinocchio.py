@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graspforce._checks import finite_array, finite_vector, real_number
-from graspforce._core import Grasp, torque_limited_forces
+from graspforce._core import Grasp, torque_limited_forces, unwarned_grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
@@ -102,7 +102,7 @@ def from_pinocchio(
         positions.append(data.oMf[frame].translation.copy())
         full = pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
         jacobians.append(full[:3])
-    cones = Grasp(positions, normals, friction, 1.0, edges)
+    cones = unwarned_grasp(positions, normals, friction, 1.0, edges)
     extreme_forces = []
     for name, mu, axes, jacobian in zip(frames, cones.friction, cones.frames, jacobians, strict=True):
         try:
@@ -110,7 +110,7 @@ def from_pinocchio(
         except InvalidInputError as error:
             raise InvalidInputError(f"frames: {name!r} with the model's effort limits: {error}") from None
         extreme_forces.append(forces)
-    return Grasp(
+    return unwarned_grasp(
         positions, normals, friction, max_normal_force, origin=origin, length_scale=length_scale,
         extreme_forces=extreme_forces,
     )  # fmt: skip

@@ -38,7 +38,7 @@ def grade(
     ] = None,
     rows_per_part: Annotated[int, typer.Option(help="Rows of one part: what a kill may cost.")] = 50_000,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Delete the results of another run in the folder.")
+        bool, typer.Option("--overwrite", help="Replace the results of another run, once these are complete.")
     ] = False,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to do the work.")
@@ -64,13 +64,15 @@ def grade(
                 progress=report,
             )
         except KeyboardInterrupt:
-            # Given again, --overwrite would delete what is done.
+            # Given again, --overwrite might start over what is done.
             same = "the same command without --overwrite" if overwrite else "the same command"
             note(f"interrupted; {same} goes on in {out}")
             raise typer.Exit(FAILED) from None
     if as_json:
         print_json(found.to_dict())
     else:
+        if found.recovered:
+            note(f"completed a replacement of results that a killed run had begun in {out}")
         _print(found)
 
 

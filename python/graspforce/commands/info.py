@@ -16,7 +16,19 @@ from .output import AsJson, print_json, print_table
 
 __all__ = ["info"]
 
-_PACKAGES = ("numpy", "scipy", "matplotlib", "trimesh", "viser", "mujoco", "drake", "pin", "pyarrow", "dask")
+_PACKAGES = (
+    "numpy",
+    "scipy",
+    "matplotlib",
+    "trimesh",
+    "manifold3d",
+    "viser",
+    "mujoco",
+    "drake",
+    "pin",
+    "pyarrow",
+    "dask",
+)
 
 
 class _Schema(StrEnum):

@@ -6,12 +6,14 @@ import dataclasses
 import hashlib
 import json
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graspforce._core import __version__
-from graspforce.errors import ResumeError
+from graspforce.errors import InvalidInputError, ResumeError
 
-from .writing import LOCK, appearing, clear_leftovers
+from .replacement import HIDDEN, complete, discard, finished, in_work, is_folder
+from .writing import LOCK, appearing, clear_leftovers, is_leftover, sync
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,15 +22,42 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .source import SourceFile
 
-__all__ = ["graded_parts", "identity", "prepare"]
+__all__ = ["Workplace", "graded_parts", "identity", "part_name", "prepare", "publish"]
 
 _MANIFEST = "_grade.json"
 """Readers of Parquet folders pass over names that begin with an underscore or a dot."""
 
 _PARTS = "part-*.parquet"
 _PART_NAME = re.compile(r"part-\d{6,}\.parquet")
-_FORMAT = 1
+_FORMAT = 2
 _MAX_TOLD = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Workplace:
+    """Where a run writes.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        For its parts: the folder of results, or one within it while an earlier run's results are kept.
+    run : str
+        What tells this run from others.
+    replaces : bool
+        Whether the parts take the place of an earlier run's when all are done.
+    recovered : bool
+        Whether a replacement that a killed run had begun was completed first.
+    """
+
+    folder: Path
+    run: str
+    replaces: bool
+    recovered: bool
+
+
+def part_name(index: int) -> str:
+    """Return the name of the file of a part."""
+    return f"part-{index:06d}.parquet"
 
 
 def prepare(
@@ -39,8 +68,9 @@ def prepare(
     rows_per_part: int,
     *,
     overwrite: bool,
-) -> None:
-    """Make the folder ready for a run of this question on this source, or refuse it."""
+    writable: bool,
+) -> Workplace:
+    """Make the folder ready for a run of this question on this source, or refuse it and change nothing."""
     asked = {
         "format": _FORMAT,
         "graspforce": __version__,
@@ -48,27 +78,56 @@ def prepare(
         "rows_per_part": rows_per_part,
         "files": [file.identity(root) for file in files],
     }
-    manifest = out / _MANIFEST
-    # Only by our names: whether the folder is ours is not yet known.
-    clear_leftovers(out, (_PARTS, _MANIFEST))
-    if overwrite and manifest.exists():
-        # The manifest last: a kill in between leaves a folder that still says whose parts it holds.
-        for path in (*graded_parts(out), manifest):
-            path.unlink(missing_ok=True)
-    if manifest.exists():
+    begun = is_folder(finished(out))
+    begun_manifest = finished(out) / _MANIFEST
+    manifest = begun_manifest if begun and begun_manifest.exists() else out / _MANIFEST
+    waiting = in_work(out) if is_folder(in_work(out)) else None
+    goes_on = waiting is not None and _holds(waiting, asked)
+    replaces = goes_on or (overwrite and _is_there(manifest))
+    if not _is_there(manifest):
+        _refuse_others(out, set())
+    elif replaces:
+        if not goes_on and not manifest.is_file():
+            raise ResumeError(
+                f"{manifest}: not a regular file, so not of a graded dataset; name another folder"
+            )
+        _refuse_others(out, {path.name for path in graded_parts(out)})
+    else:
         _compare(out, _read(manifest), asked)
-        return
-    others = sorted(path.name for path in out.iterdir() if path.name != LOCK)
-    if others:
-        raise ResumeError(f"{out}: holds {others[0]}, which is not of a graded dataset; name another folder")
-    with appearing(manifest) as stream:
-        stream.write(json.dumps(asked, indent=1).encode())
+    folder = in_work(out) if replaces else out
+    if not writable:
+        if begun or replaces or not _is_there(manifest):
+            raise InvalidInputError(f"out: {out} cannot be written to")
+        return Workplace(out, _digest(manifest.read_bytes()), replaces=False, recovered=False)
+    if begun:
+        _complete(out)
+    clear_leftovers(out)
+    if waiting is not None and replaces and not goes_on:
+        discard(out, _MANIFEST, graded_parts(waiting))
+    if replaces:
+        folder.mkdir(exist_ok=True)
+        clear_leftovers(folder)
+    if not (folder / _MANIFEST).exists():
+        with appearing(folder / _MANIFEST) as stream:
+            stream.write(json.dumps(asked, indent=1).encode())
+    run = identity(folder)
+    if run is None:
+        raise ResumeError(f"{folder / _MANIFEST}: has vanished; another program works in this folder")
+    return Workplace(folder, run, replaces=replaces, recovered=begun)
+
+
+def publish(out: Path, place: Workplace) -> None:
+    """Let the finished parts of a run take the place of an earlier run's."""
+    if place.replaces:
+        place.folder.replace(finished(out))
+        sync(out)
+        _complete(out)
 
 
 def identity(out: Path) -> str | None:
     """Return what tells the run that a folder is of from others; None where it is of none."""
     try:
-        return hashlib.blake2b((out / _MANIFEST).read_bytes(), digest_size=16).hexdigest()
+        return _digest((out / _MANIFEST).read_bytes())
     except FileNotFoundError:
         return None
 
@@ -78,14 +137,76 @@ def graded_parts(out: Path) -> list[Path]:
     return [path for path in out.glob(_PARTS) if _PART_NAME.fullmatch(path.name)]
 
 
+def _digest(content: bytes) -> str:
+    return hashlib.blake2b(content, digest_size=16).hexdigest()
+
+
+def _complete(out: Path) -> None:
+    source = finished(out)
+    manifest = source / _MANIFEST
+    found = _read(manifest if manifest.exists() else out / _MANIFEST)
+    complete(out, _MANIFEST, graded_parts(source), set(map(part_name, range(_num_parts(found)))))
+
+
+def _num_parts(found: dict[str, Any]) -> int:
+    each = found["rows_per_part"]
+    return sum(max(1, -(-file["rows"] // each)) for file in found["files"])
+
+
+def _is_there(path: Path) -> bool:
+    # Also a link that leads nowhere: it is not ours to write over.
+    return path.exists() or path.is_symlink()
+
+
+def _refuse_others(out: Path, ours: set[str]) -> None:
+    """Refuse a folder with files that no run has written; beside a run's results hidden ones may stay."""
+    names = {path.name for path in out.iterdir() if not is_leftover(path.name)}
+    others = names - ours - {LOCK, _MANIFEST, *HIDDEN}
+    if ours or _is_there(out / _MANIFEST):
+        others = {name for name in others if not name.startswith(".")}
+    if others:
+        raise ResumeError(
+            f"{out}: holds {min(others)}, which is not of a graded dataset; name another folder"
+        )
+
+
+def _holds(folder: Path, asked: dict[str, Any]) -> bool:
+    try:
+        return bool(_read(folder / _MANIFEST) == json.loads(json.dumps(asked)))
+    except (OSError, ResumeError):
+        return False
+
+
 def _read(manifest: Path) -> dict[str, Any]:
     try:
+        if not manifest.is_file():
+            raise ResumeError(f"{manifest}: not a regular file; name another folder")
         found = json.loads(manifest.read_text("utf-8"))
-    except ValueError as error:
-        raise ResumeError(f"{manifest}: {error}") from error
-    if not isinstance(found, dict):
-        raise ResumeError(f"{manifest}: not what a run writes")
-    return found
+    except (ValueError, RecursionError) as error:
+        raise ResumeError(f"{manifest}: {_anew(error)}") from error
+    if not _is_manifest(found):
+        raise ResumeError(f"{manifest}: {_anew('not what a run writes')}")
+    result: dict[str, Any] = found
+    return result
+
+
+def _anew(problem: object) -> str:
+    return f"{problem}; name another folder, or start over with overwrite=True (--overwrite)"
+
+
+def _is_manifest(found: Any) -> bool:
+    if not isinstance(found, dict) or not isinstance(found.get("options", {}), dict):
+        return False
+    files, each = found.get("files"), found.get("rows_per_part")
+    if not isinstance(files, list) or type(each) is not int or each < 1:
+        return False
+    return all(
+        isinstance(file, dict)
+        and isinstance(file.get("name"), str)
+        and type(file.get("rows")) is int
+        and file["rows"] >= 0
+        for file in files
+    )
 
 
 def _compare(out: Path, found: dict[str, Any], asked: dict[str, Any]) -> None:
@@ -95,8 +216,8 @@ def _compare(out: Path, found: dict[str, Any], asked: dict[str, Any]) -> None:
         left = len(differences) - _MAX_TOLD
         more = f"; and {left} more" if left > 0 else ""
         raise ResumeError(
-            f"{out}: holds the results of another run: {told}{more}. Name another folder, or delete "
-            "them and start over with overwrite=True (--overwrite)"
+            f"{out}: holds the results of another run: {told}{more}. Name another folder, or replace "
+            "them with overwrite=True (--overwrite)"
         )
 
 
@@ -108,7 +229,7 @@ def _differences(found: dict[str, Any], asked: dict[str, Any]) -> Iterator[str]:
     for name, value in asked["options"].items():
         if options.get(name) != value:
             yield f"{name} was {options.get(name)}, is {value}"
-    before = {file["name"]: file for file in found.get("files", ())}
+    before = {file["name"]: file for file in found["files"]}
     now = {file["name"]: file for file in asked["files"]}
     for name in sorted(before.keys() | now.keys()):
         if name not in now:

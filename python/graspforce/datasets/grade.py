@@ -88,7 +88,8 @@ def grade(
     rows_per_part : int
         Rows of one part: what a kill may cost, and what memory holds.
     overwrite : bool
-        Delete the results of another run in `out`, and start over.
+        True to replace the results of another run in `out`. They stay until the new ones are complete; a kill
+        leaves the old ones or the new ones.
     client : distributed.Client, optional
         With a path: the cluster whose machines grade the parts; they share the file system of `source` and
         `out`. A part whose machine is lost is given to another. The rows are those of a run without it.
@@ -105,9 +106,12 @@ def grade(
     ------
     InvalidInputError
         A column is missing or has the wrong type, or an argument is wrong; nothing is graded then. Of files
-        it is an `InvalidFileError`.
+        it is an `InvalidFileError`, which is also raised when a file changes while it is graded.
     ResumeError
-        `out` holds the results of another question or another source.
+        `out` holds the results of another question or another source, other files, or parts with rows that
+        are not theirs; nothing is changed then.
+    GraspForceError
+        The system cannot read or write a file; the message is the system's.
     BusyError
         Another run is writing into `out`.
     MissingExtraError

@@ -5,6 +5,7 @@ A part is what a kill can cost, what a machine of a cluster is given, and what m
 
 from __future__ import annotations
 
+import json
 import sys
 from collections import Counter
 from dataclasses import dataclass, field
@@ -13,20 +14,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from graspforce._core import __version__
-from graspforce.errors import GraspForceError, InvalidFileError
+from graspforce.errors import GraspForceError, InvalidFileError, InvalidInputError, ResumeError
 
-from .folder import identity
+from .folder import identity, part_name
 from .grading import grade_batch
-from .schema import graded_schema
+from .schema import graded_schema, is_list
+from .source import changed, state_of
 from .writing import appearing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from .options import GradeOptions
+    from .source import FileState, SourceFile
 
 __all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
 
@@ -38,20 +42,34 @@ _READ_BUFFER_BYTES = 1 << 20
 
 _LINUX_STATUS = Path("/proc/self/status")
 
+_ORIGIN = b"graspforce"
+"""Key of a part's metadata that says of which run, and of which rows, it is."""
+
+_MAX_PARTS = 1_000_000
+"""Files in one folder; more are a mistake, or a file that lies about its rows."""
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Rows of one source file, and the number of the part among all of them."""
+    """Rows of one source file, and the number of the part among all of them.
+
+    `state` is that of the file when the run began; None where nobody has looked.
+    """
 
     index: int
     source: Path
     start: int
     rows: int
+    state: FileState | None = None
 
     @property
     def name(self) -> str:
         """Of the file that holds its grades."""
-        return f"part-{self.index:06d}.parquet"
+        return part_name(self.index)
+
+    def origin(self, run: str) -> bytes:
+        """Return what the file of the part says of itself: the run, its number and its rows."""
+        return json.dumps({"run": run, "part": self.index, "start": self.start, "rows": self.rows}).encode()
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +96,18 @@ class PartReport:
         )
 
 
-def split(files: list[tuple[Path, int]], rows_per_part: int) -> list[Part]:
-    """Split files of known numbers of rows; an empty file has one part, for its columns."""
+def split(files: list[SourceFile], rows_per_part: int) -> list[Part]:
+    """Split files; an empty one has one part, for its columns."""
+    count = sum(max(1, -(-file.rows // rows_per_part)) for file in files)
+    if count > _MAX_PARTS:
+        raise InvalidInputError(
+            f"rows_per_part: {rows_per_part} makes {count} parts of {sum(file.rows for file in files)} rows, "
+            f"more than {_MAX_PARTS}; take more rows per part, if the source has so many"
+        )
     stretches = (
-        (path, start, min(rows_per_part, rows - start))
-        for path, rows in files
-        for start in range(0, max(rows, 1), rows_per_part)
+        (file.path, start, min(rows_per_part, file.rows - start), file.state)
+        for file in files
+        for start in range(0, max(file.rows, 1), rows_per_part)
     )
     return [Part(index, *stretch) for index, stretch in enumerate(stretches)]
 
@@ -101,8 +125,12 @@ def grade_part(
     if version != __version__:
         raise GraspForceError(f"graspforce {__version__} here, {version} where the run was started")
     report = PartReport()
+    before = _looked_at(part.source)
+    if part.state not in (None, before[0]):
+        raise changed(part.source)
     with _opened(part.source) as file, appearing(out / part.name) as stream:
         schema = graded_schema(file.schema_arrow, options)
+        schema = schema.with_metadata({**(schema.metadata or {}), _ORIGIN: part.origin(run)})
         at_once = _rows_at_once(file, part)
         with pq.ParquetWriter(stream, schema) as writer:
             done = 0
@@ -113,9 +141,13 @@ def grade_part(
                 writer.write_batch(graded, row_group_size=at_once)
                 report += _counted(pa.Table.from_batches([graded]))
                 done += batch.num_rows
+        # Before rows are counted: of a file that has changed they say nothing.
+        if _looked_at(part.source) != before:
+            raise changed(part.source)
         if done != part.rows:
             raise InvalidFileError(
-                part.source, f"{done} rows from row {part.start} on, not {part.rows}: it has changed"
+                part.source,
+                f"{done} rows from row {part.start} on, not the {part.rows} it claims; write the file anew",
             )
         # A machine that lost its client may end when the folder is another run's already.
         if identity(out) != run:
@@ -123,17 +155,38 @@ def grade_part(
     return report + PartReport(peak_bytes=_peak_bytes())
 
 
-def report_of(path: Path) -> PartReport:
-    """Count the rows of a part that was graded before."""
+def report_of(part: Part, out: Path, run: str) -> PartReport:
+    """Count the rows of a part that was graded before, if they are its own."""
+    path = out / part.name
     try:
-        return _counted(pq.read_table(path, columns=["status", "closure"], partitioning=None))
-    except (pa.ArrowException, OSError) as error:
+        with pq.ParquetFile(path) as file:
+            report = _counted(file.read(columns=["status", "closure"]))
+            origin = (file.schema_arrow.metadata or {}).get(_ORIGIN)
+    except (pa.ArrowException, OSError, KeyError) as error:
         raise InvalidFileError(path, f"{error}; delete it, and its rows are graded again") from error
+    rows = report.statuses.total()
+    if rows != part.rows:
+        raise ResumeError(f"{path}: holds {rows} rows, not {part.rows}; delete it, and they are graded again")
+    if origin != part.origin(run):
+        raise ResumeError(
+            f"{path}: holds other rows than those from row {part.start} of {part.source.name} on; delete it, "
+            "and these are graded again"
+        )
+    return report
 
 
 def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
     """Return a function to say how many of some later rows are done."""
     return lambda done: progress(before + done)
+
+
+def _looked_at(path: Path) -> tuple[FileState, tuple[int, int]]:
+    """Return the state of a file, and which file it is."""
+    try:
+        state, found = state_of(path), path.stat()
+    except OSError as error:
+        raise InvalidFileError(path, str(error)) from error
+    return state, (found.st_dev, found.st_ino)
 
 
 def _opened(path: Path) -> pq.ParquetFile:
@@ -148,13 +201,45 @@ def _batches(file: pq.ParquetFile, part: Part, at_once: int) -> Iterator[pa.Reco
     """Yield the rows of a part, decoding only the row groups that hold them."""
     stop = part.start + part.rows
     at, groups = _groups_of(file, part)
+    end_of_groups = at + sum(file.metadata.row_group(group).num_rows for group in groups)
+    levels = 0
     for batch in _decoded(file, part.source, at_once, groups):
         begin, end = max(part.start - at, 0), min(stop - at, batch.num_rows)
         at += batch.num_rows
+        if end_of_groups <= stop:
+            levels += _levels(batch.column("positions"))
         if begin < end:
             yield batch.slice(begin, end - begin)
         if at >= stop:
-            return
+            break
+    if at == end_of_groups <= stop:
+        _check_levels(file, part.source, groups, levels)
+
+
+def _levels(column: pa.Array) -> int:
+    """Count what Parquet stores for a column: its numbers, and one entry for each list that holds none."""
+    empty = 0
+    while is_list(column.type):
+        lengths = pc.list_value_length(column).fill_null(0)
+        empty += pc.sum(pc.equal(lengths, 0)).as_py() or 0
+        column = column.flatten()
+    return empty + len(column)
+
+
+def _check_levels(file: pq.ParquetFile, path: Path, groups: list[int], levels: int) -> None:
+    """Refuse row groups that hold more rows than they claim: those would be dropped."""
+    schema = file.metadata.schema
+    leaf = next(
+        k for k in range(file.metadata.num_columns) if schema.column(k).path.partition(".")[0] == "positions"
+    )
+    stored = sum(file.metadata.row_group(group).column(leaf).num_values for group in groups)
+    if stored != levels:
+        rows = sum(file.metadata.row_group(group).num_rows for group in groups)
+        raise InvalidFileError(
+            path,
+            f"its row groups claim {rows} rows, which hold {levels} values of positions, but {stored} are "
+            "stored; write the file anew",
+        )
 
 
 def _groups_of(file: pq.ParquetFile, part: Part) -> tuple[int, list[int]]:

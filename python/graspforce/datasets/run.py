@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graspforce._checks import whole_number
-from graspforce.errors import GraspForceError, InvalidInputError, ResumeError
+from graspforce.errors import GraspForceError, InvalidInputError
 
 from .cluster import grade_parts_on
-from .folder import graded_parts, identity, prepare
+from .folder import graded_parts, prepare, publish
 from .grading import CLOSURES, STATUSES
 from .parts import Part, PartReport, grade_part, report_of, shifted, split
 from .source import READERS, find_files, look_at
@@ -19,7 +20,6 @@ from .summary import GradeSummary
 from .writing import owned
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Callable, Iterator
 
     from .options import GradeOptions
@@ -38,37 +38,68 @@ def grade_files(
     progress: Callable[[int, int], object] | None,
 ) -> GradeSummary:
     """Grade the Parquet files of a source into the parts of a folder."""
+    told: list[OSError] = []
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            try:
+                progress(done, total)
+            except OSError as error:
+                told.append(error)
+                raise
+
+    try:
+        return _grade_files(source, out, options, rows_per_part, overwrite, client, report)
+    except OSError as error:
+        # Other kinds of errors, and those of the caller's own function, pass as they are.
+        if isinstance(error, GraspForceError) or error in told:
+            raise
+        raise GraspForceError(f"{out}: {error}") from error
+
+
+def _grade_files(
+    source: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    options: GradeOptions,
+    rows_per_part: int,
+    overwrite: bool,
+    client: Any,
+    progress: Callable[[int, int], None],
+) -> GradeSummary:
     begin = time.perf_counter()
     rows_per_part = whole_number("rows_per_part", rows_per_part, least=1)
     folder = Path(out).absolute()
-    if Path(source).is_dir() and folder.resolve().is_relative_to(Path(source).resolve()):
+    if Path(source).is_dir() and Path(os.path.realpath(folder)).is_relative_to(os.path.realpath(source)):
         raise InvalidInputError(f"out: {out} lies in the source's folder; its parts would become sources")
     root, paths = find_files(source, folder)
     files = look_at(paths, options)
-    parts = split([(file.path, file.rows) for file in files], rows_per_part)
+    parts = split(files, rows_per_part)
     total = sum(file.rows for file in files)
-    with owned(folder):
-        prepare(folder, root, files, options, rows_per_part, overwrite=overwrite)
-        report, pending = _done_before(folder, parts)
+    with owned(folder) as writable:
+        place = prepare(folder, root, files, options, rows_per_part, overwrite=overwrite, writable=writable)
+        report, pending = _done_before(place.folder, place.run, parts)
         left = sum(part.rows for part in pending)
+        if pending and not writable:
+            raise InvalidInputError(f"out: {folder} cannot be written to, and {pending[0].name} is missing")
 
         def tell(rows: int) -> None:
-            if progress is not None:
-                progress(total - left + rows, total)
+            progress(total - left + rows, total)
 
         tell(0)
-        common = {"out": folder, "options": options, "run": identity(folder)}
+        common = {"out": place.folder, "options": options, "run": place.run}
         reports = _grade_here(pending, common, tell)
         if client is not None:
             reports = grade_parts_on(client, pending, common, tell)
         for one in reports:
             report += one
-        missing = [part.name for part in parts if not (folder / part.name).exists()]
+        there = {path.name for path in graded_parts(place.folder)}
+        missing = [part.name for part in parts if part.name not in there]
         if missing:
             raise GraspForceError(
                 f"{folder}: {missing[0]} is not here, though a worker wrote it: source and results must lie "
                 "on a file system that all machines share"
             )
+        publish(folder, place)
     return GradeSummary(
         out=folder,
         rows=total,
@@ -79,21 +110,16 @@ def grade_files(
         closures={name: report.closures[name] for name in reversed(CLOSURES)},
         seconds=time.perf_counter() - begin,
         peak_bytes=report.peak_bytes,
+        recovered=place.recovered,
     )
 
 
-def _done_before(out: Path, parts: list[Part]) -> tuple[PartReport, list[Part]]:
+def _done_before(out: Path, run: str, parts: list[Part]) -> tuple[PartReport, list[Part]]:
     names = {path.name for path in graded_parts(out)}
     done = [part for part in parts if part.name in names]
     report = PartReport()
     with ThreadPoolExecutor(READERS) as pool:
-        for part, found in zip(done, pool.map(report_of, (out / part.name for part in done)), strict=True):
-            rows = found.statuses.total()
-            if rows != part.rows:
-                raise ResumeError(
-                    f"{out / part.name}: holds {rows} rows, not {part.rows}; delete it, and they are graded "
-                    "again"
-                )
+        for found in pool.map(lambda part: report_of(part, out, run), done):
             report += found
     return report, [part for part in parts if part.name not in names]
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -16,18 +16,42 @@ import pyarrow.parquet as pq
 
 from graspforce.errors import InvalidFileError, InvalidInputError
 
-from .schema import check_schema
+from .matching import once, paths_matching
+from .schema import GRASP_COLUMNS, check_schema
 
 if TYPE_CHECKING:
     from .options import GradeOptions
 
-__all__ = ["READERS", "SourceFile", "find_files", "look_at"]
+__all__ = ["READERS", "FileState", "SourceFile", "changed", "find_files", "look_at", "state_of"]
 
 _FOOTER_END = 8
 """Bytes after the footer: its length and a magic number."""
 
+_CLOCK_TICK = 0.02
+"""In s: two writes within one tick of a file system's clock leave the same time of change."""
+
 READERS = 16
 """Files looked at in parallel: on network file systems it is their latency that counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class FileState:
+    """What tells a file from the same file after a change.
+
+    Attributes
+    ----------
+    bytes : int
+        How large it is.
+    modified, status_changed : int
+        When its content and its status were last changed, in ns. Programs can set the first, not the second.
+    footer : str
+        Digest of the footer, which holds the least and largest value of every column in every row group.
+    """
+
+    bytes: int
+    modified: int
+    status_changed: int
+    footer: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,34 +62,31 @@ class SourceFile:
     ----------
     path : pathlib.Path
         Where it is.
-    rows, bytes : int
-        How large it is.
-    modified : int
-        When it was last written, in ns: between least and largest values, a footer tells nothing apart.
-    footer : str
-        Digest of the footer, which holds the least and largest value of every column in every row group.
+    rows : int
+        How many it holds.
+    state : FileState
+        Between least and largest values a footer tells nothing apart; times of change do.
     schema : pyarrow.Schema
         Its columns.
     """
 
     path: Path
     rows: int
-    bytes: int
-    modified: int
-    footer: str
+    state: FileState
     schema: pa.Schema
 
     def identity(self, root: Path) -> dict[str, Any]:
         """Return what must be the same when a run goes on."""
         name = self.path.relative_to(root).as_posix()
-        size = {"rows": self.rows, "bytes": self.bytes}
-        return {"name": name, **size, "modified": self.modified, "footer": self.footer}
+        size = {"rows": self.rows, "bytes": self.state.bytes}
+        return {"name": name, **size, "modified": self.state.modified, "footer": self.state.footer}
 
 
 def find_files(source: str | os.PathLike[str], out: Path) -> tuple[Path, list[Path]]:
     """Return the folder that holds all files of a source, and the files, in the order of their names.
 
-    What a pattern finds in the folder of results are the parts of a run before, not sources.
+    What a pattern finds in the folder of results are the parts of a run before, not sources. Several links to
+    one file are one file.
     """
     given = Path(source)
     if given.is_file():
@@ -73,10 +94,14 @@ def find_files(source: str | os.PathLike[str], out: Path) -> tuple[Path, list[Pa
     if given.is_dir():
         found = [path for path in given.rglob("*.parquet") if not _is_hidden(path.relative_to(given))]
     else:
-        found = [Path(name) for name in glob.glob(os.fspath(source), recursive=True)]  # noqa: PTH207 - may be absolute
-    results = out.resolve()
-    ours = {folder for folder in {path.parent for path in found} if folder.resolve().is_relative_to(results)}
-    files = sorted(path.absolute() for path in found if path.parent not in ours and path.is_file())
+        found = paths_matching(os.fspath(source))
+    results = Path(os.path.realpath(out))
+    ours = {
+        folder
+        for folder in {path.parent for path in found}
+        if Path(os.path.realpath(folder)).is_relative_to(results)
+    }
+    files = once(path.absolute() for path in found if path.parent not in ours and path.is_file())
     if ours and not files:
         raise InvalidInputError(f"out: {out} holds all files of the source; its parts would become sources")
     if not files:
@@ -110,16 +135,63 @@ def look_at(paths: list[Path], options: GradeOptions) -> list[SourceFile]:
 
 def _look_at_one(path: Path) -> SourceFile:
     try:
+        # A change within the same tick could not be told later.
+        age = time.time() - path.stat().st_mtime
+        if 0 <= age < _CLOCK_TICK:
+            time.sleep(_CLOCK_TICK - age)
         # Before it is read: what is written meanwhile makes another file of it.
-        found = path.stat()
+        state = state_of(path)
         with pq.ParquetFile(path) as file:
             metadata, schema = file.metadata, file.schema_arrow
-        with path.open("rb") as stream:
-            stream.seek(found.st_size - metadata.serialized_size - _FOOTER_END)
-            footer = hashlib.blake2b(stream.read(), digest_size=16).hexdigest()
+        _check_counts(path, metadata)
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
-    return SourceFile(path, metadata.num_rows, found.st_size, found.st_mtime_ns, footer, schema)
+    return SourceFile(path, metadata.num_rows, state, schema)
+
+
+def state_of(path: Path) -> FileState:
+    """Look at a file's times and footer; raises OSError."""
+    with path.open("rb") as stream:
+        found = os.fstat(stream.fileno())
+        stream.seek(max(0, found.st_size - _FOOTER_END))
+        length = int.from_bytes(stream.read(4), "little")
+        stream.seek(max(0, found.st_size - _FOOTER_END - length))
+        footer = hashlib.file_digest(stream, lambda: hashlib.blake2b(digest_size=16)).hexdigest()
+    return FileState(found.st_size, found.st_mtime_ns, found.st_ctime_ns, footer)
+
+
+def changed(path: Path) -> InvalidFileError:
+    """Return the error of a source that does not stay as it is."""
+    return InvalidFileError(
+        path,
+        "it has changed while it was graded; nothing of the part in work is kept. Once nothing writes to "
+        "it any more, grade it into another folder, or start over with overwrite=True (--overwrite)",
+    )
+
+
+def _check_counts(path: Path, metadata: pq.FileMetaData) -> None:
+    """Refuse a footer whose numbers of rows contradict each other: some would be missing, or never come."""
+    columns = {
+        k: metadata.schema.column(k).max_repetition_level > 0
+        for k in range(metadata.num_columns)
+        if metadata.schema.column(k).path.partition(".")[0] in GRASP_COLUMNS
+    }
+    total = 0
+    for number in range(metadata.num_row_groups):
+        group = metadata.row_group(number)
+        total += group.num_rows
+        for k, in_lists in columns.items():
+            values = group.column(k).num_values
+            if group.num_rows < 0 or values < group.num_rows or (values > group.num_rows and not in_lists):
+                raise InvalidFileError(
+                    path,
+                    f"row group {number} claims {group.num_rows} rows, but {values} values of "
+                    f"{group.column(k).path_in_schema}; write the file anew",
+                )
+    if total != metadata.num_rows:
+        raise InvalidFileError(
+            path, f"claims {metadata.num_rows} rows, but its row groups hold {total}; write the file anew"
+        )
 
 
 def _described(schema: pa.Schema) -> list[str]:

@@ -29,6 +29,9 @@ class GradeSummary:
         How many have ``force``, ``partial`` and ``none`` as their closure.
     seconds : float
         What this run took.
+    recovered : bool
+        True where an earlier run had been killed while its results took the place of older ones, and this run
+        completed that first.
     peak_bytes : int
         The most memory that any process that graded has had; 0 where the system does not say, or nothing was
         left to do.
@@ -43,6 +46,7 @@ class GradeSummary:
     closures: dict[str, int]
     seconds: float
     peak_bytes: int
+    recovered: bool = False
 
     @property
     def rows_per_second(self) -> float:

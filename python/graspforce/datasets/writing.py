@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import re
 import sys
 import uuid
 from typing import IO, TYPE_CHECKING
@@ -16,14 +18,23 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["LOCK", "appearing", "clear_leftovers", "owned"]
+__all__ = ["LOCK", "appearing", "clear_leftovers", "is_leftover", "owned", "sync"]
 
 LOCK = ".lock"
 
+_LEFTOVER = re.compile(r"\.(part-\d{6,}\.parquet|_grade\.json)\.[0-9a-f]{4,32}\.tmp")
+"""What `appearing` calls a file before it has its name."""
+
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
+
 
 @contextlib.contextmanager
-def owned(folder: Path) -> Iterator[None]:
-    """Keep other runs out of the folder while the block runs; a killed process lets go of it."""
+def owned(folder: Path) -> Iterator[bool]:
+    """Keep other runs out of the folder while the block runs; a killed process lets go of it.
+
+    The block is told whether the folder can be written to. Where it cannot, nobody is kept out: two runs can
+    do nothing to each other.
+    """
     if folder.exists() and not folder.is_dir():
         raise InvalidInputError(f"out: {folder} is a file, expected a folder")
     folder.mkdir(parents=True, exist_ok=True)
@@ -32,8 +43,13 @@ def owned(folder: Path) -> Iterator[None]:
         lock.acquire()
     except filelock.Timeout:
         raise BusyError(f"{folder}: another run is writing into this folder") from None
+    except OSError as error:
+        if error.errno not in _READ_ONLY:
+            raise
+        yield False
+        return
     try:
-        yield
+        yield True
     finally:
         lock.release()
 
@@ -54,17 +70,22 @@ def appearing(path: Path) -> Iterator[IO[bytes]]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    _sync(path.parent)
+    sync(path.parent)
 
 
-def clear_leftovers(folder: Path, names: tuple[str, ...]) -> None:
-    """Delete what killed writers of files of these names or patterns have left; the folder must be owned."""
-    for name in names:
-        for path in folder.glob(f".{name}.*.tmp"):
+def is_leftover(name: str) -> bool:
+    """Whether a killed writer of a part or manifest has left this file."""
+    return _LEFTOVER.fullmatch(name) is not None
+
+
+def clear_leftovers(folder: Path) -> None:
+    """Delete what killed writers of parts and manifests have left; the folder must be owned."""
+    for path in folder.glob(".*.tmp"):
+        if is_leftover(path.name):
             path.unlink(missing_ok=True)
 
 
-def _sync(folder: Path) -> None:
+def sync(folder: Path) -> None:
     """See to it that names outlast a power cut, where the system can."""
     if sys.platform == "win32":
         return

@@ -33,6 +33,7 @@ MAX_TEXT_BYTES = 1_000_000
 """A grasp of a hundred contacts takes twenty thousand."""
 
 _MAX_DEPTH = 16
+_MAX_VALUES = 50_000
 _MAX_REPORTED = 5
 _MAX_SHOWN = 60
 _SURROGATES = re.compile(r"\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2}")
@@ -135,7 +136,11 @@ def _from_yaml(path: Path, text: str) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else None
-        raise InvalidFileError(path, f"not YAML: {error.problem or error.context}", line) from None
+        problem = str(error.problem or error.context)
+        if "nesting" in problem:
+            # Newer parsers have a limit of their own.
+            raise InvalidFileError(path, f"nested deeper than {_MAX_DEPTH} levels", line) from None
+        raise InvalidFileError(path, f"not YAML: {problem}", line) from None
     except (yaml.YAMLError, ValueError) as error:
         if isinstance(error, InvalidFileError):
             raise
@@ -143,7 +148,7 @@ def _from_yaml(path: Path, text: str) -> Document:
 
 
 def _refuse_what_is_not_plain(path: Path, text: str) -> None:
-    depth = 0
+    depth, values = 0, 0
     for event in yaml.parse(text, Loader=_Loader):
         line = event.start_mark.line + 1 if event.start_mark else None
         if isinstance(event, yaml.AliasEvent):
@@ -154,6 +159,9 @@ def _refuse_what_is_not_plain(path: Path, text: str) -> None:
             raise InvalidFileError(path, message, line)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
+        values += isinstance(event, yaml.NodeEvent)
+        if values > _MAX_VALUES:
+            raise InvalidFileError(path, f"more than {_MAX_VALUES} fields, values and lists", line)
         if depth > _MAX_DEPTH:
             raise InvalidFileError(path, f"nested deeper than {_MAX_DEPTH} levels", line)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._checks import real_number
-from graspforce._core import Grasp
+from graspforce._core import Grasp, unwarned_grasp
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
 
@@ -39,6 +39,7 @@ _ARRAYS = (
     "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
     "length_scale", "friction_margin",
 )  # fmt: skip
+_NPY = b"\x93NUMPY"
 _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 
 
@@ -136,7 +137,7 @@ def _from_text(document: Document) -> GraspFile:
 
 def grasp_of(document: Document, model: GraspModel) -> GraspFile:
     """Build the grasp that a checked document describes."""
-    positions, normals, surface = contact_places(document, model)
+    positions, normals, surface, known = contact_places(document, model)
     dim = len(positions[0])
     for i, place in enumerate(zip(positions, normals, strict=True)):
         for field, value in zip(("position", "normal"), place, strict=True):
@@ -144,7 +145,8 @@ def grasp_of(document: Document, model: GraspModel) -> GraspFile:
                 message = f"{len(value)} numbers, where the first contact's position has {dim}"
                 raise document.error(("contacts", i, field), message)
     try:
-        grasp = Grasp(positions, normals, **_arguments(document, model))
+        made = unwarned_grasp if known else Grasp
+        grasp: Grasp = made(positions, normals, **_arguments(document, model))
     except InvalidGraspError as error:
         raise _located(document, error) from None
     outline = None if model.outline is None else np.array(model.outline)
@@ -200,9 +202,10 @@ def _from_npz(path: Path) -> GraspFile:
         # What is read of a member is no more than it declares, so the sum bounds the memory.
         with zipfile.ZipFile(content) as archive:
             members = archive.infolist()
-        _check_members(path, members)
-        with np.load(content, allow_pickle=False) as arrays:
-            given = {name: _array(path, name, arrays[name]) for name in arrays.files}
+            _check_members(path, members)
+            given = {
+                member.filename.removesuffix(".npy"): _array(path, archive, member) for member in members
+            }
     except InvalidFileError:
         raise
     except ValueError as error:
@@ -222,16 +225,24 @@ def _from_npz(path: Path) -> GraspFile:
         raise InvalidFileError(path, str(error)) from None
 
 
-def _array(path: Path, name: str, member: Any) -> NDArray[Any]:
-    # NumPy hands over what is none of its arrays as bytes.
-    if not isinstance(member, np.ndarray):
-        raise InvalidFileError(path, f"{name}: not an array")
-    return member
+def _array(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    name = member.filename.removesuffix(".npy")
+    with archive.open(member) as stream:
+        if stream.read(len(_NPY)) != _NPY:
+            raise InvalidFileError(path, f"{name}: not an array")
+        stream.seek(0)
+        array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+        if stream.read(1):
+            raise InvalidFileError(path, f"{name}: holds more numbers than its shape {array.shape} claims")
+    return array
 
 
 def _check_members(path: Path, members: list[zipfile.ZipInfo]) -> None:
     if sum(member.file_size for member in members) > MAX_ARRAY_BYTES:
         raise InvalidFileError(path, f"its arrays are larger than {MAX_ARRAY_BYTES} bytes")
-    for name in (member.filename.removesuffix(".npy") for member in members):
+    names = [member.filename.removesuffix(".npy") for member in members]
+    for name in names:
         if name not in _ARRAYS:
             raise InvalidFileError(path, f"{name}: unknown array; known are {', '.join(_ARRAYS)}")
+        if names.count(name) > 1:
+            raise InvalidFileError(path, f"{name}: there are {names.count(name)} arrays of this name")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graspforce._optional import optional
-from graspforce.errors import InvalidInputError
+from graspforce.errors import InvalidFileError, InvalidInputError, MissingExtraError
 from graspforce.surfaces import MeshSurface
 
 from .limits import beside
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_places", "load_surface", "mesh_path"]
 
+MAX_PARTS = 256
+"""Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
+
 _FAR = 2.0
 """Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
 
@@ -37,9 +42,15 @@ def mesh_path(document: Document, model: MeshModel) -> Path:
         raise document.error(("mesh", "file"), str(error)) from None
 
 
-def load_surface(document: Document, model: MeshModel) -> MeshSurface:
-    """Read and check the mesh that a file names; whatever is wrong with it names the file's field."""
+def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -> MeshSurface:
+    """Read and check the mesh that a file names; whatever is wrong with it names the file's field.
+
+    Where it need not be `closed`, holes are no fault.
+    """
     vertices, faces = load_mesh(mesh_path(document, model))
+    if (parts := _num_parts(faces)) > MAX_PARTS:
+        message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
+        raise document.error(("mesh", "file"), message)
     try:
         # STL repeats the corners of every triangle; merging keeps the triangles and their order.
         mesh = optional("trimesh", "mesh").Trimesh(vertices, faces, process=True)
@@ -48,7 +59,7 @@ def load_surface(document: Document, model: MeshModel) -> MeshSurface:
             unit=model.unit,
             normals=model.normals,
             max_curvature=model.max_curvature,
-            check_watertight=model.check_watertight,
+            check_watertight=model.check_watertight and closed,
         )
     except InvalidInputError as error:
         argument, _, message = str(error).partition(": ")
@@ -59,10 +70,24 @@ def load_surface(document: Document, model: MeshModel) -> MeshSurface:
         raise document.error(("mesh", field), message) from None
 
 
+def _num_parts(faces: NDArray[np.int64]) -> int:
+    """Count groups of faces (F, 3) that share no vertex."""
+    sparse = importlib.import_module("scipy.sparse")
+    ends = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
+    size = int(faces.max()) + 1
+    graph = sparse.coo_matrix((np.ones(len(ends[0]), bool), ends), (size, size))
+    labels = importlib.import_module("scipy.sparse.csgraph").connected_components(graph, directed=False)[1]
+    return len(np.unique(labels[faces[:, 0]]))
+
+
 def contact_places(
     document: Document, model: GraspModel
-) -> tuple[list[list[float]], list[list[float]], MeshSurface | None]:
-    """Positions and normals of all contacts; the mesh is read only if a contact needs it."""
+) -> tuple[list[list[float]], list[list[float]], MeshSurface | None, bool]:
+    """Positions and normals of all contacts, the surface that gave some, and whether all normals are known.
+
+    Normals that the file gives are checked against its mesh, and known then; without the packages that read
+    meshes they are not.
+    """
     positions, normals = [], []
     surface = None
     for i, contact in enumerate(model.contacts):
@@ -76,7 +101,38 @@ def contact_places(
             position, normal = (row.tolist() for row in _on_mesh(document, i, contact, surface))
         positions.append(position)
         normals.append(normal)
-    return positions, normals, surface
+    given = [i for i, contact in enumerate(model.contacts) if contact.normal is not None]
+    known = not given or (model.mesh is not None and not model.mesh.check_normals)
+    if model.mesh is not None and not known and all(len(row) == 3 for row in (*positions, *normals)):
+        known = _checked(document, model.mesh, surface, given, [positions[i] for i in given], normals)
+    return positions, normals, surface, known
+
+
+def _checked(
+    document: Document,
+    mesh: MeshModel,
+    surface: MeshSurface | None,
+    given: list[int],
+    positions: list[list[float]],
+    normals: list[list[float]],
+) -> bool:
+    """Refuse normals that point out of the mesh; False where no package reads it."""
+    keep = "set `check_normals: false` in a file"
+    try:
+        surface = surface or load_surface(document, mesh, closed=False)
+    except MissingExtraError:
+        return False
+    except InvalidFileError as error:
+        error.add_note(f"The mesh is read to check the normals that the file gives; to keep them, {keep}.")
+        raise
+    try:
+        surface.check_normals(positions, [normals[i] for i in given])
+    except InvalidInputError as error:
+        message = str(error).partition(": ")[2].replace("pass check_normals=False", keep)
+        at = re.match(r"normals, contact (\d+)", str(error))
+        field = ("contacts", given[int(at[1])], "normal") if at else ("contacts",)
+        raise document.error(field, message) from None
+    return True
 
 
 def _on_mesh(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from graspforce._optional import optional
 from graspforce.errors import InvalidFileError
 
 from .limits import limited_bytes
+from .triangles import READERS, checked_faces
 
 if TYPE_CHECKING:
     import os
@@ -22,17 +24,21 @@ __all__ = ["FORMATS", "MAX_MESH_BYTES", "load_mesh"]
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
 FORMATS = ("obj", "off", "ply", "stl")
+_PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTILINE)
 
 
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY or STL file.
 
-    Threads may call this at once.
+    Threads may call this at once. Triangles come in the order of the file, polygons as fans around their
+    first corner. Vertices in one place are merged; materials and groups are left out.
 
     Raises
     ------
     InvalidFileError
-        The file cannot be read, is larger than 64 MiB, or holds no finite triangles.
+        The file cannot be read, is larger than 64 MiB, holds no finite triangles or other numbers of them
+        than it claims, or names vertices that are not there. Indices of OBJ that count from the end (-1) are
+        not read.
     MissingExtraError
         trimesh is not installed.
     """
@@ -42,11 +48,38 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
     if kind not in FORMATS:
         raise InvalidFileError(path, f"not one of the known formats: {', '.join(FORMATS)}")
     content = limited_bytes(path, MAX_MESH_BYTES)
+    vertices, faces = READERS[kind](path, content) if kind in READERS else _ply(path, content)
+    if len(faces) == 0 or not np.isfinite(vertices).all():
+        raise InvalidFileError(path, "no triangles, or vertices that are not finite")
+    checked_faces(path, faces, len(vertices))
     try:
-        mesh: Any = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh")
+        mesh: Any = trimesh.Trimesh(vertices, faces, process=True)
+        return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    except Exception as error:  # noqa: BLE001 - whatever someone else's code makes of odd triangles
+        raise InvalidFileError(path, f"not a mesh: {error}") from None
+
+
+def _ply(path: Path, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    head = content[: content.find(b"end_header")]
+    claimed: dict[bytes, int] = {}
+    for name, count in _PLY_ELEMENT.findall(head):
+        # Each takes a byte at least; what claims more would be made room for.
+        if not count.isdigit() or len(count) > 12 or int(count) > len(content):
+            given = count[:60].decode("ascii", "replace")
+            raise InvalidFileError(
+                path, f"claims {given} of {name.decode('ascii', 'replace')}, in {len(content)} bytes"
+            )
+        claimed[name] = int(count)
+    try:
+        trimesh = optional("trimesh", "mesh")
+        mesh: Any = trimesh.load(io.BytesIO(content), file_type="ply", force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # noqa: BLE001 - whatever a parser of someone else's makes of a broken file
         raise InvalidFileError(path, f"not a mesh: {error}") from None
-    if len(faces) == 0 or not np.isfinite(vertices).all():
-        raise InvalidFileError(path, "no triangles, or vertices that are not finite")
+    if len(vertices) != claimed.get(b"vertex", 0) or len(faces) < claimed.get(b"face", 0):
+        raise InvalidFileError(
+            path,
+            f"claims {claimed.get(b'vertex', 0)} vertices and {claimed.get(b'face', 0)} faces, but holds "
+            f"{len(vertices)} and {len(faces)} triangles",
+        )
     return vertices, faces

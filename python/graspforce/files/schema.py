@@ -52,9 +52,10 @@ class MeshModel(_Strict):
         "interpolated", description="normals of the corners, or those of the faces"
     )
     max_curvature: _Positive | None = Field(
-        None, description="exclude faces that bend towards a neighbour by more than this, in rad/m"
+        None, description="keep contacts away from what is sharper than this, in rad/m, by its inverse"
     )
     check_watertight: bool = Field(True, description="refuse a mesh with holes")
+    check_normals: bool = Field(True, description="refuse given normals that point out of the mesh")
 
 
 def _by_name(value: Any) -> Any:

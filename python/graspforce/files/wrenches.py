@@ -19,6 +19,7 @@ from .limits import limited_bytes
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
@@ -116,12 +117,15 @@ def _columns(wrench_dim: int) -> tuple[str, ...]:
 
 
 def _from_npy(path: Path) -> WrenchFile:
-    limited_bytes(path, MAX_ARRAY_BYTES)
+    size = len(limited_bytes(path, MAX_ARRAY_BYTES))
     try:
         # Mapped, so that a header which claims more than the file holds allocates nothing.
-        wrenches = finite_array("wrenches", np.load(path, mmap_mode="r", allow_pickle=False))
+        mapped = np.load(path, mmap_mode="r", allow_pickle=False)
+        wrenches = finite_array("wrenches", mapped)
     except Exception as error:  # noqa: BLE001 - NumPy's reader of headers raises whatever a tokenizer does
         raise InvalidFileError(path, f"not an array of numbers: {error}") from None
+    if mapped.offset + mapped.nbytes < size:
+        raise InvalidFileError(path, f"holds more numbers than its shape {mapped.shape} claims")
     return WrenchFile(np.atleast_2d(wrenches))
 
 
@@ -130,24 +134,47 @@ def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
     # Flat: a Python list of numbers takes many times the file's size.
     rows = array.array("d")
     timed = False
-    reader = csv.reader(io.TextIOWrapper(content, encoding="utf-8-sig", newline=""))
+    place = _Place()
+    stream = io.TextIOWrapper(content, encoding="utf-8-sig", newline="")
+    reader = csv.reader(_without_comments(stream, place))
+    begun = 0
     try:
         for cells in reader:
+            if reader.line_num > begun + 1:
+                # The lines up to the next quote would be one cell.
+                raise InvalidFileError(path, "not CSV: a quote that is not closed on its line", place.first)
+            begun, place.first = reader.line_num, 0
             names = tuple(cell.strip() for cell in cells)
             if not any(names) or names[0].startswith("#"):
                 continue
             if not rows and names in (columns, ("t", *columns)):
                 timed = names[0] == "t"
                 continue
-            rows.extend(_numbers(path, reader.line_num, names, timed, columns))
+            rows.extend(_numbers(path, place.line, names, timed, columns))
     except UnicodeDecodeError as error:
-        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", reader.line_num + 1) from None
+        raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", place.line + 1) from None
     except csv.Error as error:
-        raise InvalidFileError(path, f"not CSV: {error}", reader.line_num) from None
+        raise InvalidFileError(path, f"not CSV: {error}", place.line) from None
     if not rows:
         raise InvalidFileError(path, "no wrenches")
     table = np.array(rows).reshape(-1, len(columns) + timed)
     return WrenchFile(table[:, 1:], table[:, 0]) if timed else WrenchFile(table)
+
+
+@dataclass(slots=True)
+class _Place:
+    """The line of a table that was read last, and the first one of its row."""
+
+    line: int = 0
+    first: int = 0
+
+
+def _without_comments(stream: io.TextIOWrapper, place: _Place) -> Iterator[str]:
+    """Yield lines but those of comments, in which a quote means nothing."""
+    for place.line, line in enumerate(stream, 1):
+        if not line.lstrip().startswith("#"):
+            place.first = place.first or place.line
+            yield line
 
 
 def _numbers(

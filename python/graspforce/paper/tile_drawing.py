@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from graspforce._core import Grasp
+from graspforce._core import unwarned_grasp
 from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view
 
 from .examples import TILE, tile_side
@@ -95,7 +95,10 @@ def _draw_iterate(axes: Axes3D, run: TilePlanRun, params: NDArray[np.float64]) -
     positions, normals = (array[0] for array in TILE.surface(params[None]))
     # Painter's order by hand: what stands beneath the tile is drawn before it, what stands on top after.
     beneath, above = slice(2, 4), slice(0, 2)
-    grasps = [Grasp(positions[side], normals[side], run.friction, edges=_SIDES) for side in (beneath, above)]
+    grasps = [
+        unwarned_grasp(positions[side], normals[side], run.friction, edges=_SIDES)
+        for side in (beneath, above)
+    ]
     draw_spatial_grasp(axes, grasps[0], metres_per_newton=_CONE, color=_BENEATH_COLOUR)
     draw_tile(axes)
     draw_spatial_grasp(axes, grasps[1], metres_per_newton=_CONE)

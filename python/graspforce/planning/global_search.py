@@ -5,7 +5,8 @@ box's vertices, plus what interpolation between vertices leaves open, half the c
 wrenches times the squares of the box's half-widths. The certificate is therefore as good as the curvature:
 bounds that the caller derived make it a proof. By default the curvature of each box is estimated by second
 differences along its axes, and the certificate holds on the assumption that nowhere in a box the wrenches
-bend more than `safety` times that.
+bend more than `safety` times that. A bump that is narrow against a box breaks the assumption unseen: such a
+bound is an estimate, and the result says so.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ _MAX_PARAMS = 4
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
 
-Ended: TypeAlias = Literal["tolerance", "open", "boxes", "time", "interrupted", "error"]
+Ended: TypeAlias = Literal["tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -59,18 +60,22 @@ class GlobalOptimum(Record):
         (p,) parameters of the best grasp found.
     quality, grasp : Quality, Grasp
         What it is worth.
-    upper : float
-        No parameters within the bounds reach a larger epsilon.
+    epsilon_upper : float
+        Upper bound of the epsilon of all parameters within the bounds: proven where `proven` is True,
+        otherwise an estimate, which better grasps can exceed.
     gap : float
-        ``upper - quality.epsilon``.
+        ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative as the argument; infinite where
+        epsilon is zero and its bound is not.
     boxes : int
         How many boxes were bounded.
     proven : bool
-        Whether the caller gave the curvature (`upper` is proven), or it was estimated (an assumption).
-    stopped : {"tolerance", "open", "boxes", "time", "interrupted", "error"}
-        Whether the gap is as small as asked for, or why not: "open" where no grasp within the bounds is force
-        closure by more than a millionth of the contacts' strength, "boxes" where their limit was reached or
-        none is left that could be cut, "error" in what an error carries as its ``partial``.
+        True: the caller gave the curvature, and `epsilon_upper` is a proof. False: it was estimated.
+    stopped : {"tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"}
+        Why the search ended. "tolerance": the gap is proven to be as small as asked for. "open": proven, no
+        grasp within the bounds is force closure by more than a millionth of the contacts' strength.
+        "estimate": one of the two by an estimated curvature, which is no proof; `epsilon_upper` and `gap` are
+        then estimates. "boxes": their limit was reached, or none is left that could be cut. "error": in what
+        an error carries as its ``partial``.
     seconds : float
         How long it took.
     """
@@ -78,7 +83,7 @@ class GlobalOptimum(Record):
     params: NDArray[np.float64]
     quality: Quality
     grasp: Grasp
-    upper: float
+    epsilon_upper: float
     gap: float
     boxes: int
     proven: bool
@@ -86,9 +91,10 @@ class GlobalOptimum(Record):
     seconds: float
 
     def __repr__(self) -> str:
+        upper = f"{self.epsilon_upper:.6g} ({'proven' if self.proven else 'estimate'})"
         return (
-            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, upper={self.upper:.6g}, boxes={self.boxes}, "
-            f"{self.seconds:.1f} s)"
+            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, epsilon_upper={upper}, "
+            f"stopped={self.stopped!r}, boxes={self.boxes}, {self.seconds:.1f} s)"
         )
 
 
@@ -122,12 +128,14 @@ def plan_global(
     bounds : array_like
         (p, 2) finite lower and upper bounds, p at most 4.
     gap : float
-        Stop when nothing can be better than the best by more than this share of it.
+        Stop when nothing can be better than the best by more than this share of it: by proof with
+        `curvature`, by estimate without.
     initial : array_like, optional
         (p,) a good grasp to start from, such as `Plan.params`: nothing worse is looked at closely.
     curvature : array_like, optional
         (m, p) bounds of the norms of the second derivatives of contact i's primitive wrenches by parameter j,
-        all over the bounds. Given, they make the result a proof. By default each box's is estimated.
+        all over the bounds. Given, they make the result a proof. By default each box's is estimated, and the
+        result ends as an "estimate".
     safety : float
         The estimate is this times the largest second difference along the box's axes.
     max_boxes : int
@@ -140,7 +148,8 @@ def plan_global(
     Returns
     -------
     GlobalOptimum
-        Its ``upper`` bounds every epsilon within the bounds. Ctrl-C returns the gap reached.
+        Its ``epsilon_upper`` bounds every epsilon within the bounds where ``proven`` is True. Ctrl-C returns
+        the gap reached.
 
     Raises
     ------
@@ -152,7 +161,8 @@ def plan_global(
 
     Examples
     --------
-    Three fingers on a disc, one of them fixed: nothing beats the equilateral triangle by more than 1%.
+    Three fingers on a disc, one of them fixed: by estimate, nothing beats the equilateral triangle by more
+    than 1%.
 
     >>> import numpy as np
     >>> import graspforce as gf
@@ -161,8 +171,16 @@ def plan_global(
     ...     outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     ...     return outward, -outward
     >>> found = gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3)
-    >>> bool(found.gap <= 0.01 * found.quality.epsilon)
-    True
+    >>> found.gap <= 0.01, found.stopped, found.proven
+    (True, 'estimate', False)
+
+    Wrenches of a contact on the unit circle turn about the origin: their second derivatives are as long as
+    their forces, which makes the bound a proof.
+
+    >>> import math
+    >>> bends = [[0, 0], [math.hypot(1, 0.3), 0], [0, math.hypot(1, 0.3)]]
+    >>> gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3, curvature=bends).stopped
+    'tolerance'
     """
     box = finite_array("bounds", bounds)
     if box.ndim != 2 or box.shape[1:] != (2,) or not len(box):
@@ -201,9 +219,11 @@ def plan_global(
             return None
         grasp, quality = problem.answer(tree.best)
         top = max(tree.top, quality.epsilon)
+        proven = bends is not None
+        ended: Ended = "estimate" if stopped in ("tolerance", "open") and not proven else stopped
         return GlobalOptimum(
-            read_only(tree.best), quality, grasp, top, top - quality.epsilon, tree.boxes, bends is not None,
-            stopped, time.monotonic() - began,
+            read_only(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes, proven,
+            ended, time.monotonic() - began,
         )  # fmt: skip
 
     try:
@@ -350,6 +370,13 @@ class _Tree:
                 heapq.heappush(self._heap, (-bound, next(self._serial), box_low, box_high))
             else:
                 self._discarded = max(self._discarded, bound)
+
+
+def _relative(top: float, epsilon: float) -> float:
+    """Return by which share of epsilon the upper bound exceeds it."""
+    if top == epsilon:
+        return 0.0
+    return (top - epsilon) / abs(epsilon) if epsilon else np.inf
 
 
 def _scale(grasp: Grasp, metric: ArrayLike | None) -> float:

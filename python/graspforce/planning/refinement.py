@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 
 from graspforce._checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce._core import Grasp
+from graspforce._core import Grasp, unwarned_grasp
 from graspforce._optional import optional
 from graspforce._vectors import unit
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
@@ -258,7 +258,7 @@ class _Ascent:
         if tangents is not None:
             tangents = np.broadcast_to(np.asarray(tangents, dtype=np.float64), shape).reshape(-1, 3)
         places, normals = (contacts[name].reshape(-1, 3) for name in ("positions", "normals"))
-        return Grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
+        return unwarned_grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
 
     def _uphill(self, gradients: Array, params: Array) -> Array:
         """Shortest vector of the gradients' hull, what points out of the bounds removed.

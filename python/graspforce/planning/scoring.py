@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from graspforce._checks import checked_contacts, real_number
-from graspforce._core import CandidateSearch, Grasp
+from graspforce._core import CandidateSearch, Grasp, unwarned_grasp
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 from graspforce.records import Record
 
@@ -169,7 +169,7 @@ class CandidateSource:
 
     def grasp_of(self, contacts: Contacts, row: int) -> Grasp:
         """Grasp of one row of contacts."""
-        return Grasp(**{**self.options, **{name: array[row] for name, array in contacts.items()}})
+        return unwarned_grasp(**{**self.options, **{name: array[row] for name, array in contacts.items()}})
 
     def feasible(self, contacts: Contacts) -> NDArray[np.bool_]:
         """Which rows the caller allows."""
@@ -183,7 +183,7 @@ class CandidateSource:
             answer = np.asarray(self._feasible(positions.copy(), normals.copy()))
             if answer.shape != allowed.shape or answer.dtype.kind != "b":
                 raise InvalidInputError(
-                    f"feasible: returned {answer.dtype} of shape {answer.shape}, expected bool of "
+                    f"feasible: returned {answer.dtype} of shape {answer.shape}, expected bool of shape "
                     f"{allowed.shape}"
                 )
             allowed &= answer

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from graspforce._core import Grasp
+from graspforce._core import Grasp, unwarned_grasp
 from graspforce.errors import InvalidInputError
 
 from .planar import LONGEST, checked_forces, cone_fans, limits_of, size_of
@@ -115,7 +115,7 @@ def draw_spatial_grasp(
 def _fans(grasp: Grasp) -> list[NDArray[np.float64]]:
     if (grasp.num_edges > 0).all():
         return cone_fans(grasp)
-    drawn = Grasp(
+    drawn = unwarned_grasp(
         grasp.positions,
         grasp.normals,
         grasp.friction,

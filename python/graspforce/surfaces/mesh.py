@@ -10,16 +10,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from graspforce._checks import chosen, finite_array, real_number
-from graspforce._core import TriangleTree
+from graspforce._core import TriangleTree, unwarned_grasp
 from graspforce._optional import optional
 from graspforce.errors import InvalidInputError
 
-from .mesh_checks import checked_mesh, curvature, hidden_faces, metres
+from .mesh_checks import checked_mesh, metres
+from .mesh_normals import barycentric, center_of_mass, corner_normals, refuse_outward, unit_normals
+from .mesh_sharpness import SharpPlaces, sharp_places
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Grasp
 
     Array = NDArray[np.float64]
 
@@ -29,7 +33,8 @@ __all__ = ["MeshSurface"]
 class MeshSurface:
     """The surface of a closed triangle mesh; a contact's three parameters are a point, projected on it.
 
-    A mesh of several closed parts stands for their union: faces inside another part are excluded.
+    A mesh of several closed parts stands for their union: its surface is the boundary of that. A part whose
+    normals point inward is a cavity of the part around it.
 
     Parameters
     ----------
@@ -41,10 +46,11 @@ class MeshSurface:
     normals : {"interpolated", "face"}
         Normals of the corners, interpolated over each face (smooth objects), or those of the faces.
     max_curvature : float, optional
-        Exclude faces that bend towards a neighbour by more than this, in rad per m between their centres:
-        sharp edges and tips. The inverse is the smallest radius a contact may have.
+        In rad/m: keep contacts at least ``1 / max_curvature`` away from sharper edges and corners. An edge
+        is sharp where it turns by more than 34 degrees, or by more than `max_curvature` times the smaller
+        width of the plane faces beside it; a corner likewise.
     allowed : array_like, optional
-        (F,) bool: faces that contacts may touch at all.
+        (F,) bool: faces of `mesh` that contacts may touch at all.
     friction, max_normal_force : float, optional
         Of a contact on this surface; see `graspforce.surfaces.contacts_on`.
     check_watertight, check_size : bool
@@ -55,9 +61,12 @@ class MeshSurface:
     bounds : numpy.ndarray
         (3, 2) box around the object in m, the parameters' range for one contact.
     allowed : numpy.ndarray
-        (F,) bool: the faces left after all exclusions.
+        (F,) bool: the faces of which something is left after all exclusions.
     vertices, faces : numpy.ndarray
-        (V, 3) in m, and (F, 3).
+        (V, 3) in m, and (F, 3), as they were given.
+    boundary : tuple of numpy.ndarray
+        Vertices (V', 3) in m and faces (F', 3) of the boundary of the parts' union. Where no parts have to be
+        joined they are `vertices` and `faces`.
     center : numpy.ndarray
         (3,) centre of mass of the solid at uniform density, in m; of a mesh with holes the middle of its box.
 
@@ -65,9 +74,14 @@ class MeshSurface:
     ------
     InvalidInputError
         The mesh is empty, has holes, is inside out or of inconsistent orientation, is hardly in the unit
-        given, or no face is left.
+        given, or no face is left. Of several parts the message names the one.
     MissingExtraError
-        trimesh is not installed.
+        SciPy is not installed, or manifold3d, where several parts have to be joined.
+
+    Warns
+    -----
+    GraspWarning
+        With ``check_watertight=False``, a part among several has holes: it is not joined with the others.
 
     Notes
     -----
@@ -104,42 +118,54 @@ class MeshSurface:
             max_curvature = real_number("max_curvature", max_curvature, least=0, finite=False)
         self.friction, self.max_normal_force = friction, max_normal_force
         checked = checked_mesh(mesh, metres(unit), check_watertight, check_size)
-        self.vertices = np.array(checked.vertices, dtype=np.float64)
-        self.faces = np.array(checked.faces, dtype=np.int64)
-        self.bounds = np.array(checked.bounds, dtype=np.float64).T.copy()
-        middle = checked.center_mass if checked.is_watertight else self.bounds.mean(axis=1)
-        self.center = np.array(middle, dtype=np.float64)
-        self._outward = np.array(checked.face_normals, dtype=np.float64)
-        # Trimesh drops faces without area from its normals' computation, never from the list: they stay
-        # unused.
-        self.allowed = np.linalg.norm(self._outward, axis=1) > 0.5
+        surface = checked.boundary
+        self.vertices, self.faces = checked.vertices, checked.faces
+        self.boundary, self._source = (surface.vertices, surface.faces), surface.source
+        triangles = surface.vertices[surface.faces]
+        self.bounds = np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))], axis=1)
+        self.center = center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1)
+        self._outward = unit_normals(self.vertices[self.faces])
+        # Faces without area have no normal: they stay in the list, unused.
+        usable = np.linalg.norm(self._outward, axis=1) > 0.5
         if allowed is not None:
             given = np.asarray(allowed)
-            if given.shape != self.allowed.shape or given.dtype.kind != "b":
+            if given.shape != usable.shape or given.dtype.kind != "b":
                 raise InvalidInputError(
-                    f"allowed: {given.dtype} of shape {given.shape}, expected bool of {self.allowed.shape}"
+                    f"allowed: {given.dtype} of shape {given.shape}, expected bool of {usable.shape}"
                 )
-            self.allowed &= given
-        if checked.is_watertight:
-            self.allowed &= ~hidden_faces(checked)
-        if max_curvature is not None:
-            self.allowed &= curvature(checked) <= max_curvature
+            usable &= given
+        # What contacts may touch: pieces of the boundary, and the face of which each is one.
+        self._pieces = np.flatnonzero(usable[self._source])
+        self._owner = self._source[self._pieces]
+        self._cut: Array | None = None
+        self._sharp: SharpPlaces | None = None
+        if max_curvature is not None and max_curvature < np.inf:
+            self._sharp = sharp_places(*self.boundary, self._outward[self._source], max_curvature)
+        if self._sharp is not None:
+            self._cut, left = self._sharp.away(triangles[self._pieces])
+            self._owner = self._owner[left]
+        self.allowed = np.bincount(self._owner, minlength=len(self.faces)) > 0
         if not self.allowed.any():
             raise InvalidInputError(
                 f"max_curvature: {max_curvature} and `allowed` leave none of {len(self.faces)} faces"
             )
-        self._kept = np.flatnonzero(self.allowed)
-        self._tree = TriangleTree(self.vertices, self.faces[self._kept])
+        self._tree = self._new_tree()
         self._corner_normals: Array | None = None
         if normals == "interpolated":
-            self._corner_normals = np.array(checked.vertex_normals, dtype=np.float64)
+            self._corner_normals = corner_normals(checked, self._outward)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_tree"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self._tree = TriangleTree(self.vertices, self.faces[self._kept])
+        self._tree = self._new_tree()
+
+    def _new_tree(self) -> TriangleTree:
+        if self._cut is not None:
+            return TriangleTree(self._cut.reshape(-1, 3), np.arange(3 * len(self._cut)).reshape(-1, 3))
+        vertices, faces = self.boundary
+        return TriangleTree(vertices, faces[self._pieces])
 
     def __repr__(self) -> str:
         size = " x ".join(f"{extent:.3g}" for extent in np.ptp(self.bounds, axis=1))
@@ -164,8 +190,74 @@ class MeshSurface:
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals into the object (B, 3) nearest to the points `params` (B, 3), in m."""
-        points, rows, weights = self._tree.closest(params)
-        return points, self._inward(self._kept[rows], weights)
+        points, rows, _ = self._tree.closest(params)
+        return points, self._inward(self._owner[rows], points)
+
+    def grasp(
+        self,
+        positions: ArrayLike,
+        normals: ArrayLike | None = None,
+        *,
+        check_normals: bool = True,
+        **grasp_options: Any,
+    ) -> Grasp:
+        """Return a grasp of contacts on this object.
+
+        Parameters
+        ----------
+        positions : array_like
+            (m, 3) in m. Without `normals` they are moved to the nearest points that contacts may touch.
+        normals : array_like, optional
+            (m, 3) into the object, of any length, for positions that stay where they are.
+        check_normals : bool
+            Whether to refuse given normals that point out of the object.
+        **grasp_options
+            As for `graspforce.Grasp`; friction and limits are by default the surface's own.
+
+        Raises
+        ------
+        InvalidInputError
+            A normal points out of the object; the message names the contact and the value.
+        InvalidGraspError
+            As for `graspforce.Grasp`.
+
+        Examples
+        --------
+        >>> import trimesh
+        >>> from graspforce.surfaces import MeshSurface
+        >>> ball = MeshSurface(trimesh.creation.icosphere(radius=0.05), friction=0.5)
+        >>> ball.grasp([(0.1, 0, 0), (-0.1, 0, 0)])
+        Grasp(spatial, 2 contacts, 16 extreme forces)
+        >>> box = MeshSurface(trimesh.creation.box((0.06, 0.04, 0.02)))
+        >>> box.grasp([(0.03, 0, 0), (-0.03, 0, 0)], [(1, 0, 0), (1, 0, 0)])
+        Traceback (most recent call last):
+        ...
+        graspforce.errors.InvalidInputError: normals, contact 0: [1.0, 0.0, 0.0] points out of the mesh: the
+        outward normal at the nearest point is [1.0, 0.0, 0.0]; turn it round, or pass check_normals=False
+        """
+        known = {"friction": self.friction, "max_normal_force": self.max_normal_force}
+        options = {name: value for name, value in known.items() if value is not None} | grasp_options
+        places = finite_array("positions", positions)
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise InvalidInputError(f"positions: shape {places.shape}, expected (m, 3)")
+        if normals is None:
+            return unwarned_grasp(*self.contacts(places), **options)
+        if check_normals:
+            self.check_normals(places, normals)
+        return unwarned_grasp(places, normals, **options)
+
+    def check_normals(self, positions: ArrayLike, normals: ArrayLike) -> None:
+        """Refuse normals (m, 3) of contacts at positions (m, 3) that point out of the object.
+
+        A normal is compared with the outward normals of the faces nearest to its contact, `allowed` or not.
+        On an edge or a corner the inward normals of all faces there pass, and what lies between them.
+
+        Raises
+        ------
+        InvalidInputError
+            A normal points out; the message names the contact and the value.
+        """
+        refuse_outward(*self.boundary, self._outward[self._source], positions, normals)
 
     def on_faces(self, faces: ArrayLike, weights: ArrayLike) -> tuple[Array, Array]:
         """Points and unit normals into the object (B, 3) on given faces.
@@ -173,39 +265,68 @@ class MeshSurface:
         Parameters
         ----------
         faces : array_like
-            (B,) numbers of faces, each one of those allowed.
+            (B,) numbers of `faces`, each one of those allowed.
         weights : array_like
             (B, 3) barycentric coordinates: not negative, each row's sum 1 to a millionth.
 
         Raises
         ------
         InvalidInputError
-            There is no such face, contacts may not touch it, or weights are no place on it.
+            There is no such face, contacts may not touch it there, or weights are no place on it.
         """
         rows, shares = np.asarray(faces), finite_array("weights", weights)
-        if rows.ndim != 1 or rows.dtype.kind not in "iu" or shares.shape != (len(rows), 3):
-            raise InvalidInputError(
-                f"faces and weights: {rows.dtype} of shape {rows.shape} and {shares.shape}, "
-                "expected whole numbers (B,) and (B, 3)"
-            )
-        for row, (face, share) in enumerate(zip(rows, shares, strict=True)):
-            if not 0 <= face < len(self.faces):
-                raise InvalidInputError(f"faces, row {row}: {face} is none of {len(self.faces)} faces")
+        _check_places(rows, shares, len(self.faces))
+        for row, face in enumerate(rows):
             if not self.allowed[face]:
                 raise InvalidInputError(f"faces, row {row}: {face} is excluded from contact")
-            if share.min() < 0 or abs(share.sum() - 1) > 1e-6:
-                raise InvalidInputError(
-                    f"weights, row {row}: {share.tolist()} are not barycentric: none negative, with sum 1"
-                )
-        points = np.einsum("bi,bij->bj", shares, self.vertices[self.faces[rows]])
-        return points, self._inward(rows, shares)
+        points: Array = np.einsum("bi,bij->bj", shares, self.vertices[self.faces[rows]])
+        self._refuse_inside(rows, points)
+        return points, self._inward(rows, points)
 
-    def _inward(self, faces: NDArray[np.int64], weights: Array) -> Array:
+    def _refuse_inside(self, faces: NDArray[np.int64], points: Array) -> None:
+        """Refuse points (B, 3) of given faces that another part covers, or that are near a sharp place."""
+        near = 1e-6 * float(np.ptp(self.bounds, axis=1).max())
+        if self.boundary[1] is not self.faces:
+            vertices, pieces = self.boundary
+            away = np.linalg.norm(TriangleTree(vertices, pieces).closest(points)[0] - points, axis=1)
+            if (away > near).any():
+                row = int(np.argmax(away > near))
+                raise InvalidInputError(
+                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} lies in another part"
+                )
+        if self._sharp is not None:
+            away, radius = self._sharp.distance(points), self._sharp.radius
+            if (away < radius - near).any():
+                row = int(np.argmax(away < radius - near))
+                raise InvalidInputError(
+                    f"weights, row {row}: {points[row].tolist()} on face {faces[row]} is {away[row]:.4g} m "
+                    f"from a sharp edge or corner, less than the radius {radius:.4g} m"
+                )
+
+    def _inward(self, faces: NDArray[np.int64], points: Array) -> Array:
+        """Return unit normals into the object at points (B, 3) of given faces."""
         outward = self._outward[faces]
         if self._corner_normals is not None:
-            smooth = (weights[:, :, None] * self._corner_normals[self.faces[faces]]).sum(axis=1)
+            weights = barycentric(self.vertices[self.faces[faces]], points)
+            smooth = (weights[:, :, None] * self._corner_normals[faces]).sum(axis=1)
             lengths = np.linalg.norm(smooth, axis=1, keepdims=True)
             # Normals of a folded corner can cancel, or point through their own face.
             usable = (lengths > 1e-6) & ((smooth * outward).sum(axis=1, keepdims=True) > 0)
             outward = np.where(usable, smooth / np.maximum(lengths, 1e-6), outward)
         return -outward + 0.0
+
+
+def _check_places(faces: NDArray[Any], weights: Array, count: int) -> None:
+    """Refuse numbers of faces (B,) and weights (B, 3) that are no places on them."""
+    if faces.ndim != 1 or faces.dtype.kind not in "iu" or weights.shape != (len(faces), 3):
+        raise InvalidInputError(
+            f"faces and weights: {faces.dtype} of shape {faces.shape} and {weights.shape}, "
+            "expected whole numbers (B,) and (B, 3)"
+        )
+    for row, (face, share) in enumerate(zip(faces, weights, strict=True)):
+        if not 0 <= face < count:
+            raise InvalidInputError(f"faces, row {row}: {face} is none of {count} faces")
+        if share.min() < 0 or abs(share.sum() - 1) > 1e-6:
+            raise InvalidInputError(
+                f"weights, row {row}: {share.tolist()} are not barycentric: none negative, with sum 1"
+            )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import Grasp
+from graspforce._core import Grasp, unwarned_grasp
 from graspforce.errors import GraspForceError, MissingExtraError
 
 from .state import ViewState
@@ -241,7 +241,7 @@ class Viewer:
     def _draw_cones(self) -> None:
         grasp, limits = self.state.grasp, self._normal_limits()
         # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
-        cones = Grasp(
+        cones = unwarned_grasp(
             grasp.positions,
             grasp.normals,
             grasp.friction,

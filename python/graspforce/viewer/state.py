@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import ForceDistributor, Grasp, TriangleTree
+from graspforce._core import ForceDistributor, Grasp, TriangleTree, unwarned_grasp
 from graspforce.errors import InfeasibleWrenchError, InvalidInputError
+from graspforce.surfaces.mesh_checks import outer_surface
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -63,7 +64,7 @@ class ViewState:
             raise InvalidInputError("grasp: planar; graspforce.plotting draws it")
         self.mesh: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
         if mesh is not None:
-            vertices, faces = np.asarray(mesh[0], dtype=np.float64), np.asarray(mesh[1], dtype=np.int64)
+            vertices, faces = outer_surface(mesh[0], mesh[1])
             corners = vertices[faces]
             # A triangle without area has no normal, and no point that others do not have.
             across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -144,7 +145,7 @@ class ViewState:
         if self.has_cones:
             scaled["friction"] = friction * scaled["friction"]
             scaled["max_normal_force"] = limits * scaled["max_normal_force"]
-        return Grasp(**scaled)
+        return unwarned_grasp(**scaled)
 
     def _on_mesh(
         self, mesh: tuple[NDArray[np.float64], NDArray[np.int64]], point: NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""Answers beside independent ones, family by family: ``python -m benches.trust``."""

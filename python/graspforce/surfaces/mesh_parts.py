@@ -1,0 +1,172 @@
+"""The closed parts of a triangle mesh: which faces belong together, and what is wrong with each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graspforce._optional import optional
+from graspforce.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Integers = NDArray[np.int64]
+
+__all__ = ["Part", "components", "parts_of"]
+
+_FLAT = 1e-12  # of the cube of the largest extent: a volume that is all rounding
+_SAME_ANGLE = 1e-7  # rad between faces around an edge that are one plane but for rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Faces that are joined by their edges."""
+
+    number: int
+    of: int
+    faces: Integers
+    """Numbers of its faces in the mesh."""
+    vertices: Array
+    """(V, 3) corners of its own, shared with no other part."""
+    triangles: Integers
+    """(F, 3) numbers of those corners."""
+    open_edges: int
+    edges: int
+    twisted: bool
+    """Whether two of its faces are oriented differently."""
+    volume: float
+    """In m^3, negative where its normals point inward; of an open part without meaning."""
+
+    @property
+    def extent(self) -> float:
+        """The largest side of its box."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is closed and holds nothing: a sheet with two sides."""
+        return abs(self.volume) <= _FLAT * self.extent**3
+
+    @property
+    def fault(self) -> str | None:
+        """Why it is no solid, or None."""
+        if self.open_edges:
+            return f"not watertight: {self.open_edges} of {self.edges} edges do not have two faces"
+        if self.twisted:
+            return "faces are not oriented alike, so normals have no side; see trimesh.repair.fix_winding"
+        if self.flat:
+            return f"flat: it encloses no volume ({self.volume:.3g} m^3)"
+        return None
+
+    def __str__(self) -> str:
+        if self.of == 1:
+            return "mesh"
+        low, high = int(self.faces.min()), int(self.faces.max())
+        kind = f"faces {low} to {high}" if high - low + 1 == len(self.faces) else f"{len(self.faces)} faces"
+        middle = ", ".join(f"{x:.4g}" for x in (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2)
+        return f"mesh: part {self.number} of {self.of} ({kind}, about [{middle}] m)"
+
+
+def parts_of(vertices: Array, faces: Integers) -> list[Part]:
+    """Split triangles (F, 3) into the parts that their edges join.
+
+    An edge of more than two faces belongs to several parts that touch there, or to copies of one: around it,
+    each face that the inside follows is joined to the next one that the inside precedes.
+    """
+    # Faces with a repeated corner have no area and join nothing.
+    real = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    kept = np.flatnonzero(real)
+    corners = faces[kept]
+    directed = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+    owner = np.repeat(np.arange(len(kept)), 3)
+    forward = directed[:, 0] < directed[:, 1]
+    keys = np.sort(directed, axis=1) @ np.array([len(vertices), 1], dtype=np.int64)
+    order = np.argsort(keys, kind="stable")
+    _, starts, uses = np.unique(keys[order], return_index=True, return_counts=True)
+    ups = np.add.reduceat(forward[order].astype(np.int64), starts) if len(starts) else np.zeros(0, np.int64)
+    paired = (uses == 2) & (ups == 1)
+    several = (uses > 2) & (2 * ups == uses)
+    simple = starts[paired]
+    joins = [np.stack([owner[order[simple]], owner[order[simple + 1]]], axis=1)]
+    for start, count in zip(starts[several], uses[several], strict=True):
+        around = order[start : start + count]
+        joins.append(owner[_around(vertices, corners, directed, forward, owner, around)])
+    # What cannot be paired is one part, so that the fault is named once.
+    for start, count in zip(starts[~paired & ~several], uses[~paired & ~several], strict=True):
+        around = owner[order[start : start + count]]
+        joins.append(np.stack([around[:-1], around[1:]], axis=1))
+    labels = components(len(kept), np.concatenate(joins))
+    edge_labels = labels[owner[order[starts]]] if len(starts) else np.zeros(0, np.int64)
+    count = int(labels.max()) + 1 if len(labels) else 0
+    open_edges = np.bincount(edge_labels[uses % 2 == 1], minlength=count)
+    twisted = np.bincount(edge_labels[(uses % 2 == 0) & (2 * ups != uses)], minlength=count)
+    edges = np.bincount(edge_labels, minlength=count)
+    by_part = np.argsort(labels, kind="stable")
+    groups = np.split(by_part, np.cumsum(np.bincount(labels, minlength=count))[:-1]) if count else []
+    parts = []
+    for number, group in enumerate(groups):
+        used, inverse = np.unique(corners[group], return_inverse=True)
+        own, triangles = vertices[used], inverse.reshape(-1, 3).astype(np.int64)
+        parts.append(
+            Part(
+                number, count, kept[group], own, triangles, int(open_edges[number]), int(edges[number]),
+                bool(twisted[number]), _volume(own[triangles]),
+            )
+        )  # fmt: skip
+    return parts
+
+
+def _volume(triangles: Array) -> float:
+    """Volume in m^3 that closed triangles (F, 3, 3) enclose, negative where they face inward."""
+    a, b, c = np.moveaxis(triangles - triangles[0, 0], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def _around(
+    vertices: Array, corners: Integers, directed: Integers, forward: NDArray[np.bool_], owner: Integers,
+    around: Integers,
+) -> Integers:  # fmt: skip
+    """Pairs of rows of `around`, the uses of one edge, with the inside of a part between each two."""
+    first, second = np.sort(directed[around[0]])
+    axis = vertices[second] - vertices[first]
+    axis = axis / np.linalg.norm(axis)
+    own = corners[owner[around]]
+    third = own[(own != first) & (own != second)]
+    if len(third) != len(around):
+        raise InvalidInputError(f"mesh: faces at the edge of vertices {first} and {second} repeat a corner")
+    away = vertices[third] - vertices[first]
+    away = away - np.outer(away @ axis, axis)
+    side = np.cross(axis, away[0])
+    angles = np.arctan2(
+        away @ side / max(np.linalg.norm(side), 1e-300), away @ away[0] / np.linalg.norm(away[0])
+    )
+    # From the widest gap on, so that no plane is torn apart at the turn from pi to -pi.
+    rank = np.argsort(angles, kind="stable")
+    gaps = np.diff(np.append(angles[rank], angles[rank[0]] + 2 * np.pi))
+    rank = np.roll(rank, -(int(np.argmax(gaps)) + 1))
+    steps = np.append(0, np.cumsum(np.mod(np.diff(angles[rank]), 2 * np.pi) > _SAME_ANGLE))
+    plane = np.empty(len(rank), dtype=np.int64)
+    plane[rank] = steps
+    # An edge used in its own direction ends the inside (angles grow about the axis), and ends come first.
+    closes = forward[around]
+    rank = np.lexsort((owner[around], ~closes, plane))
+    depth = np.cumsum(np.where(closes[rank], -1, 1))
+    rank = np.roll(rank, -(int(np.argmin(depth)) + 1))
+    opening, closing = rank[~closes[rank]], rank[closes[rank]]
+    return np.stack([around[opening], around[closing]], axis=1)
+
+
+def components(count: int, joins: Integers) -> Integers:
+    """(count,) group of each, where `joins` (K, 2) connect two; groups are numbered by their first."""
+    sparse, graph = optional("scipy.sparse", "mesh"), optional("scipy.sparse.csgraph", "mesh")
+    ones = np.ones(len(joins), dtype=bool)
+    matrix = sparse.coo_matrix((ones, (joins[:, 0], joins[:, 1])), shape=(count, count))
+    labels = graph.connected_components(matrix, directed=False)[1].astype(np.int64)
+    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[inverse]
