@@ -67,10 +67,10 @@ def where_peers_are_better(answers: Sequence[Answers]) -> str:
     lines = [f"- {line}" for one in answers for line in table.better(one)]
     if not lines:
         lines = ["No peer has a lower median or p99 than the call that it is compared with."]
-    lines += ["", "The fastest peer of each problem, beside the slowest of this library's compared calls:", ""]
+    lines += ["", "The fastest peer of each problem, and its time over that of this library:", ""]
     for one in answers:
         for name, measured in table.fastest_peers(one)[:1]:
-            lines.append(f"- {one.problem}: {name}, {table.ratio(one, measured)} times longer")
+            lines.append(f"- {one.problem}: {name}, {table.ratio(one, measured)}")
     return "## Where a peer is better\n\n" + "\n".join(lines) + "\n"
 
 
@@ -79,8 +79,8 @@ def write(body: str, answers: Sequence[Answers], share: float) -> None:
     packages = [measured.call.package for one in answers for measured in one.measured]
     block = headline(answers)
     own = (
-        f"Timing adds {table.duration(nothing())} to each call. The run had {100 * share:.0f}% of a processor. What\n"
-        "other programs took lengthens long calls more than short ones.\n\n"
+        f"Timing adds {table.duration(nothing())} to each call. The run had {100 * share:.0f}% of a\n"
+        "processor. What other programs took lengthens long calls more than short ones.\n\n"
     )
     text = INTRODUCTION + own + machine.description(packages) + "\n\n" + block + "\n\n" + body
     PAGE.write_text(text + "\n" + where_peers_are_better(answers), encoding="utf-8")

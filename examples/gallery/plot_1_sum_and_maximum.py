@@ -2,8 +2,8 @@
 Sum and maximum of the normal forces
 ====================================
 
-A limited sum of the normalised normal forces averages over the fingers. A limited maximum adds the fingers up.
-The example follows section 3.3 of the paper, with other numbers.
+A limited sum of the normalised normal forces averages over the fingers. A limited maximum adds them up. The
+example follows section 3.3 of the paper, with other numbers.
 """
 
 import matplotlib.pyplot as plt
@@ -21,8 +21,8 @@ def fingers_on_disc(count):
 
 
 # %%
-# Three fingers: the hull of the union (orange) lies inside the Minkowski sum (blue). The radius of the ball is
-# the quality by the maximum. The ball touches the nearest facet at the red point.
+# Three fingers: the hull of the union (orange) lies inside the Minkowski sum (blue). The radius of the ball
+# is the quality by the maximum. The ball touches the nearest facet at the red point.
 
 grasp = fingers_on_disc(3)
 figure = plt.figure(figsize=(9, 4.4), layout="constrained")

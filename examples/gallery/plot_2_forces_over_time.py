@@ -2,8 +2,8 @@
 Forces along a trajectory
 =========================
 
-A cup is lifted and shaken. At every moment the forces have the least maximum over the fingers. The script also
-measures the time of each call.
+A cup is lifted and shaken. At every moment the forces have the least maximum over the fingers. The script
+also measures the time of each call.
 """
 
 import time

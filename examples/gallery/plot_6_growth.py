@@ -52,8 +52,8 @@ for m, used in zip(contacts, supports, strict=True):
     print(f"{m} contacts: {used:.0f} support points of {(EDGES + 1) ** m - 1:,}")
 
 # %%
-# Left: the points of the Minkowski sum, and those that the polytope computed. Right: the time on this machine.
-# The enumeration ends at two million points, where `graspforce.Grasp.minkowski_sum` refuses.
+# Left: the points of the Minkowski sum, and those that the polytope computed. Right: the time on this
+# machine. The enumeration ends at two million points, where `graspforce.Grasp.minkowski_sum` refuses.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
 left.semilogy(
