@@ -1,4 +1,4 @@
-"""How quality grows with contacts and edges: ``python benches/growth.py``.
+"""Time of a quality against contacts and edges: ``python benches/growth.py``.
 
 Runs ``cargo bench --bench quality -- growth``, prints its table, and writes ``docs/growth.md`` and
 ``docs/growth.png`` from it.
@@ -16,11 +16,11 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 ROOT = Path(__file__).parents[1]
-HEADER = """# How quality grows
+HEADER = """# Time of a quality against contacts and edges
 
-Random force-closure grasps on an ellipsoid, relative tolerance 1e-9, one core. Medians over 40 grasps, and
-the number of times that the support oracle was asked. `python benches/growth.py` writes this page
-again; times are of the machine it ran on, and their growth is what matters.
+`python benches/growth.py` writes this page. It measures random force-closure grasps on an ellipsoid, with a
+relative tolerance of 1e-9, on one core. Times and calls of the support oracle are medians over 40 grasps.
+Compare the growth: times depend on the machine.
 
 ![Median time over contacts and edges](growth.png)
 

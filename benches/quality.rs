@@ -152,7 +152,9 @@ fn symmetric_cones() {
 }
 
 fn growth() {
-    println!("| contacts | edges | max: median us | oracle calls | sum: median us | oracle calls |");
+    println!(
+        "| contacts | edges | `rho_max`: time (us) | oracle calls | `rho_sum`: time (us) | oracle calls |"
+    );
     println!("|---|---|---|---|---|---|");
     for contacts in [3, 4, 5, 6, 8, 10, 12] {
         for edges in [4, 8, 16, 32, 64] {

@@ -1,6 +1,6 @@
-"""Write a small dataset of random grasps, as `graspforce grade` reads it: grasps.parquet, 1,000 rows.
+"""Write 1,000 random grasps to grasps.parquet, a dataset for `graspforce grade`.
 
-python random_grasps.py
+Usage: python random_grasps.py
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ ROWS = 1000
 
 
 def main() -> None:
-    """Write the file: four to six contacts on a ball of 5 cm radius, with leaning normals."""
+    """Write grasps of four to six contacts on a ball of 5 cm radius, with tilted normals."""
     random = np.random.default_rng(0)
     counts = random.integers(4, 7, ROWS)
     total = counts.sum()

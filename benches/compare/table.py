@@ -59,7 +59,7 @@ def failings(answers: Answers, measured: Measured) -> list[str]:
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
         largest = measured.differences(answers.reference).max(initial=0)
-        text = f"{power(largest)} of {power(measured.call.tolerance)}"
+        text = f"{power(largest)}, allowed {power(measured.call.tolerance)}"
     else:
         text = f"{len(differing(answers, measured))} differ"
     return "; ".join([text, *failings(answers, measured)])
@@ -67,8 +67,9 @@ def agreement(answers: Answers, measured: Measured) -> str:
 
 def rows(answers: Answers) -> Iterator[str]:
     base = references(answers)
-    slashes = [f"/ {m.call.name}" for m in base]
-    yield "| " + " | ".join(["call", "median", "p99", *slashes, "largest difference", "asked"]) + " |"
+    ratios = [f"time / `{m.call.name}`" for m in base]
+    heads = ["call", "median time", "p99", *ratios, "largest relative difference", "problems"]
+    yield "| " + " | ".join(heads) + " |"
     yield "|---" * (5 + len(base)) + "|"
     for measured in answers.measured:
         name = f"`{measured.call.name}`" if is_ours(measured) else measured.call.name
@@ -86,7 +87,7 @@ def slowest(answers: Answers) -> Measured:
 
 
 def fastest_peers(answers: Answers) -> list[tuple[str, Measured]]:
-    """Peers, asked the way each is fastest, the fastest first."""
+    """Return the fastest call of each peer, the fastest peer first."""
     peers = [measured for measured in answers.measured if not is_ours(measured) and not measured.failure]
     best: dict[str, Measured] = {}
     for measured in sorted(peers, key=lambda measured: measured.median):
@@ -116,5 +117,5 @@ def better(answers: Answers) -> Iterator[str]:
                 ("p99", measured.p99, same.p99),
             ):
                 if theirs < own:
-                    figures = f"{duration(theirs)} against {duration(own)}"
-                    yield f"{answers.problem}: {measured.call.name}, {name} of `{base.call.name}`, {figures}"
+                    figures = f"{duration(theirs)}, `{base.call.name}` {duration(own)}"
+                    yield f"{answers.problem}: {name} of {measured.call.name} {figures}"

@@ -1,9 +1,9 @@
 """
-Why the sum misleads
-====================
+Sum and maximum of the normal forces
+====================================
 
-The sum of normalised normal forces averages over the fingers; their maximum adds the fingers up. This is
-section 3.3 of the paper with numbers of our own.
+A limited sum of the normalised normal forces averages over the fingers. A limited maximum adds them up. The
+example follows section 3.3 of the paper, with other numbers.
 """
 
 import matplotlib.pyplot as plt
@@ -14,15 +14,15 @@ from graspforce.plotting import draw_planar_grasp, draw_wrench_polytopes
 
 
 def fingers_on_disc(count):
-    """Fingers spread evenly around a unit disc: friction 0.2, limits of 1 N."""
+    """Return fingers spread evenly around a unit disc: friction 0.2, limits of 1 N."""
     angles = np.pi / 2 + 2 * np.pi * np.arange(count) / count
     rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return gf.Grasp(rim, -rim, friction=0.2, max_normal_force=1.0)
 
 
 # %%
-# Three fingers: the hull of the union (orange) lies inside that of the Minkowski sum (blue). The radius of
-# the ball is the quality by the maximum; it touches the nearest facet at the red point.
+# Three fingers: the hull of the union (orange) lies inside the Minkowski sum (blue). The radius of the ball
+# is the quality by the maximum. The ball touches the nearest facet at the red point.
 
 grasp = fingers_on_disc(3)
 figure = plt.figure(figsize=(9, 4.4), layout="constrained")
@@ -34,7 +34,7 @@ axes.axis("off")
 draw_wrench_polytopes(figure.add_subplot(122, projection="3d"), grasp)
 
 # %%
-# More fingers make the grasp stronger. The sum does not say so.
+# More fingers make the grasp stronger. Only the maximum shows it.
 
 counts = range(3, 9)
 found = {c: [fingers_on_disc(n).quality(c).epsilon for n in counts] for c in ("max", "sum")}

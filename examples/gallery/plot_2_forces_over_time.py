@@ -2,8 +2,8 @@
 Forces along a trajectory
 =========================
 
-A cup is lifted and shaken. At every moment the fingers press as little as the hardest-working one must; how
-long each answer takes is measured too.
+A cup is lifted and shaken. At every moment the forces have the least maximum over the fingers. The script
+also measures the time of each call.
 """
 
 import time
@@ -37,7 +37,7 @@ figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
 draw_forces(axes, normal_forces, [20.0, 12.0, 12.0], times=times)
 
 # %%
-# One call from Python, on the machine that built this page.
+# The time of one call from Python, on the machine that built this page.
 
 figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
 draw_latencies(axes, seconds)

@@ -1,8 +1,8 @@
 """
-Where should the fingers go?
-============================
+Contact planning on a disc
+==========================
 
-Three fingers on an elliptic disc, each searching its own third of the rim.
+Three fingers are placed on an elliptic disc. Each is searched on its own third of the rim.
 """
 
 import matplotlib.pyplot as plt

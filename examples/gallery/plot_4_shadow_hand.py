@@ -2,8 +2,8 @@
 The Shadow hand closes on a block, an egg and a pen
 ===================================================
 
-The models are those that gymnasium-robotics ships. While the hand closes, the contacts on the object become a
-grasp at every moment; the simulator's forces are compared with the least ones that balance the same wrench.
+The models come from gymnasium-robotics. While the hand closes, the contacts on the object are read as a grasp
+at every moment. The simulator's forces are compared with the least ones that balance the same wrench.
 """
 
 import importlib.util
@@ -49,8 +49,8 @@ for name, (_, _, simulated, least) in closing.items():
     print(f"{name}: largest of all: MuJoCo {simulated.max():.3f} N, least maximum {least.max():.3f} N")
 
 # %%
-# Above, quality over time: negative values say how far the contacts are from holding the object at all.
-# Below, the largest normal force: a simulator squeezes as its actuators say, far harder than holding takes.
+# Above: quality over time. Negative values measure the distance from force closure.
+# Below: the largest normal force. The actuators of the simulator squeeze far harder than holding requires.
 
 figure, axes = plt.subplots(2, 3, figsize=(9, 4.6), layout="constrained", sharex="col", sharey="row")
 for column, (name, (times, epsilon, simulated, least)) in zip(axes.T, closing.items(), strict=True):

@@ -1,9 +1,9 @@
 """
-How many edges?
-===============
+Edges of a friction cone
+========================
 
-A linearised cone lies inside the true one, so epsilon is too small; the error falls with the square of their
-number.
+A linearised cone lies inside the true cone, so epsilon is too small. The error falls with the square of the
+number of edges.
 """
 
 import matplotlib.pyplot as plt

@@ -1,9 +1,9 @@
 """
-How cost grows
-==============
+Growth of cost with the number of contacts
+==========================================
 
 The Minkowski sum of m contacts with l edges has :math:`(l + 1)^m - 1` points. The support oracle never lists
-them: quality and forces cost little more than the contacts themselves.
+them, so the cost of quality and forces grows slowly.
 """
 
 import time
@@ -28,12 +28,12 @@ def random_grasp(contacts):
             return grasp
 
 
-def median_milliseconds(question, grasps):
-    """Return the median time of a question over grasps."""
+def median_milliseconds(call, grasps):
+    """Return the median time of a call over grasps."""
     times = []
     for grasp in grasps:
         began = time.perf_counter()
-        question(grasp)
+        call(grasp)
         times.append(1e3 * (time.perf_counter() - began))
     return np.median(times)
 
@@ -41,25 +41,25 @@ def median_milliseconds(question, grasps):
 contacts = np.array([3, 4, 5, 6, 8, 10, 12])
 grasps = {m: [random_grasp(m) for _ in range(GRASPS)] for m in contacts}
 weight = [0, 0, -1, 0, 0, 0.1]
-questions = {
+calls = {
     "quality, max": lambda grasp: grasp.quality("max"),
     "quality, sum": lambda grasp: grasp.quality("sum"),
     "forces, first wrench": lambda grasp: gf.ForceDistributor(grasp).solve(weight),
 }
-times = {name: [median_milliseconds(ask, grasps[m]) for m in contacts] for name, ask in questions.items()}
+times = {name: [median_milliseconds(call, grasps[m]) for m in contacts] for name, call in calls.items()}
 supports = [np.median([grasp.quality("max").supports for grasp in grasps[m]]) for m in contacts]
 for m, used in zip(contacts, supports, strict=True):
     print(f"{m} contacts: {used:.0f} support points of {(EDGES + 1) ** m - 1:,}")
 
 # %%
-# To the left the points that exist, and those the polytope asked for; to the right the time on this machine.
-# The enumeration ends where `graspforce.Grasp.minkowski_sum` refuses, at two million points.
+# Left: the points of the Minkowski sum, and those that the polytope computed. Right: the time on this
+# machine. The enumeration ends at two million points, where `graspforce.Grasp.minkowski_sum` refuses.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
 left.semilogy(
     contacts, (EDGES + 1.0) ** contacts - 1, "o-", ms=4, color="#d1762b", label="in the Minkowski sum"
 )
-left.semilogy(contacts, supports, "o-", ms=4, color="#1f5f99", label="asked for")
+left.semilogy(contacts, supports, "o-", ms=4, color="#1f5f99", label="computed")
 left.set(xlabel="contacts", ylabel="points")
 listed = [m for m in contacts if (EDGES + 1) ** m < 2e6]
 enumerated = [median_milliseconds(lambda grasp: grasp.minkowski_sum(), grasps[m][:3]) for m in listed]
