@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
     from ._core import Grasp
 
-__all__ = ["Metrics", "metrics_of"]
+__all__ = ["Measures", "measures_of"]
 
 _MAX_HULL_POINTS = 128
 """In six dimensions the facets of a hull grow with the cube of its points."""
 
 
 @dataclass(frozen=True, slots=True)
-class Metrics(Record):
+class Measures(Record):
     r"""Algebraic and geometric measures of one grasp.
 
     The singular values are those of the grasp matrix G in the norm of the grasp's ``length_scale``
@@ -57,8 +57,8 @@ class Metrics(Record):
     hull_volume: float | None
 
 
-def metrics_of(grasp: Grasp) -> Metrics:
-    """Compute all measures of a grasp; `Grasp.metrics` calls this."""
+def measures_of(grasp: Grasp) -> Measures:
+    """Compute all measures of a grasp; `Grasp.measures` calls this."""
     values = grasp._singular_values()  # noqa: SLF001
     d = grasp.wrench_dim
     # Fewer force components than wrench components leave some wrenches out of reach.
@@ -67,7 +67,7 @@ def metrics_of(grasp: Grasp) -> Metrics:
     with np.errstate(over="ignore", under="ignore"):
         # The largest with the smallest first, so that no partial product overflows.
         volume = float(np.prod(np.sqrt(spectrum) * np.sqrt(spectrum[::-1]))) if spectrum[-1] > 0 else 0.0
-    return Metrics(
+    return Measures(
         smallest_singular_value=float(spectrum[-1]),
         ellipsoid_volume=volume,
         isotropy=float(spectrum[-1] / spectrum[0]),

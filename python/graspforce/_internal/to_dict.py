@@ -207,7 +207,7 @@ def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
         "method": distributor.method,
         "weight": distributor.weight,
         "min_normal": None if bounds is None else bounds.tolist(),
-        "tol": distributor.tol,
+        "rtol": distributor.rtol,
     }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
-from graspforce.planning import Iterate, plan_many, refine
+from graspforce.planning import Iterate, plan_multistart, refine
 from graspforce.planning.distinct import default_distance, distinct_plans
 from graspforce.planning.pattern_search import deadline_after
 from graspforce.surfaces import MeshSurface, contacts_on
@@ -54,7 +54,7 @@ class MeshPlanFile:
         How many.
     search : dict
         ``step``, ``tolerance``, ``starts``, ``best``, ``min_distance``, ``seed`` and ``time_limit`` of
-        `graspforce.plan_many`.
+        `graspforce.plan_multistart`.
     refined : bool
         Whether the grasps kept are refined by gradients.
     grasp_options : dict
@@ -77,7 +77,7 @@ class MeshPlanFile:
         return int(self.search["starts"] + (self.search["best"] if self.refined else 0))
 
     def plan(self, criterion: Criterion = "max", *, progress: Report | None = None) -> PlanSet:
-        """Search for the best grasps, as `graspforce.plan_many` and `graspforce.refine` do.
+        """Search for the best grasps, as `graspforce.plan_multistart` and `graspforce.refine` do.
 
         Returns
         -------
@@ -93,7 +93,7 @@ class MeshPlanFile:
         steps = self.num_searches
         report: Any = progress and (lambda done, _, epsilon: progress(done, steps, epsilon))
         try:
-            found = plan_many(
+            found = plan_multistart(
                 surface, bounds, rtol=_BRACKET, progress=report or False, **self.search, **options
             )
         except (InvalidInputError, InvalidGraspError) as error:

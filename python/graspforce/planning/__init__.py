@@ -2,9 +2,9 @@
 
 from .branch_and_bound import GlobalOptimum, plan_global
 from .gradient_sampling import Refinement, refine
-from .multistart import PlanSet, plan_many
+from .multistart import PlanSet, plan_multistart
 from .pattern_search import Iterate, Plan, plan
-from .placement_noise import Placement, PlacementQuality
+from .placement_noise import PlacementNoise, PlacementQuality
 from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
 from .scoring import SearchCounts
 
@@ -14,7 +14,7 @@ __all__ = [
     "GlobalOptimum",
     "GraspOptions",
     "Iterate",
-    "Placement",
+    "PlacementNoise",
     "PlacementQuality",
     "Plan",
     "PlanSet",
@@ -24,6 +24,6 @@ __all__ = [
     "Surface",
     "plan",
     "plan_global",
-    "plan_many",
+    "plan_multistart",
     "refine",
 ]

@@ -107,7 +107,7 @@ def plan_global(
     initial: ArrayLike | None = None,
     curvature: ArrayLike | None = None,
     safety: float = 1.5,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
@@ -122,7 +122,7 @@ def plan_global(
 
     Parameters
     ----------
-    surface, criterion, center, metric, feasible, min_distance, **grasp_options
+    surface, criterion, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
         axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
     bounds : array_like
@@ -200,8 +200,9 @@ def plan_global(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, criterion=criterion, center=center, metric=metric
-    )
+        surface, grasp_options, feasible, min_distance,
+        criterion=criterion, external_wrench=external_wrench, metric=metric,
+    )  # fmt: skip
     source = problem.source
     first = source.grasp(start)
     bends = None

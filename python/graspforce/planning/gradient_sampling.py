@@ -83,7 +83,7 @@ def refine(
     criterion: Criterion = "max",
     *,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
@@ -98,7 +98,7 @@ def refine(
 
     Parameters
     ----------
-    surface, bounds, criterion, rtol, center, metric, feasible, min_distance, **grasp_options
+    surface, bounds, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`.
     params : array_like
         (p,) where to start, such as `Plan.params`.
@@ -143,7 +143,7 @@ def refine(
     seed = whole_number("seed", seed, least=0)
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
         raise InvalidInputError(f"params: {start.tolist()} is not feasible")

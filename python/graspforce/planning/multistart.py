@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .pattern_search import Plan
-    from .placement_noise import Placement
+    from .placement_noise import PlacementNoise
     from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
     from .scoring import CandidateSource
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlanSet", "plan_many"]
+__all__ = ["PlanSet", "plan_multistart"]
 
 # Draws by start before the search for feasible starts gives up.
 _DRAWS = 50
@@ -90,7 +90,7 @@ class PlanSet(Owner):
         )
 
 
-def plan_many(
+def plan_multistart(
     surface: Surface,
     bounds: ArrayLike,
     step: ArrayLike,
@@ -102,11 +102,11 @@ def plan_many(
     distinct: float | None = None,
     seed: int = 0,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
-    placement: Placement | None = None,
+    placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
@@ -122,7 +122,7 @@ def plan_many(
 
     Parameters
     ----------
-    surface, step, tolerance, criterion, rtol, center, metric
+    surface, step, tolerance, criterion, rtol, external_wrench, metric
         As for `graspforce.plan`.
     feasible, min_distance, placement, max_candidates
         As for `graspforce.plan`.
@@ -166,7 +166,7 @@ def plan_many(
     >>> import graspforce as gf
     >>> from graspforce.surfaces import contacts_on, ellipse
     >>> egg = contacts_on(ellipse(0.05, 0.03), ellipse(0.05, 0.03), ellipse(0.05, 0.03))
-    >>> found = gf.plan_many(
+    >>> found = gf.plan_multistart(
     ...     egg, [(0, 2 * np.pi)] * 3, step=0.5, tolerance=0.05, starts=8, best=3, length_scale=0.05
     ... )
     >>> len(found.plans), found.best.quality.closure
@@ -180,7 +180,7 @@ def plan_many(
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance, placement=placement,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
     order, near = _ranked(problem, points)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp, Quality
 
-    from .placement_noise import Placement
+    from .placement_noise import PlacementNoise
     from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
     from .scoring import SearchCounts
 
@@ -121,11 +121,11 @@ def plan(
     criterion: Criterion = "max",
     *,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
-    placement: Placement | None = None,
+    placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
@@ -154,7 +154,7 @@ def plan(
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
         Limit each normalised normal force (``rho_max``) or their sum (``rho_sum``).
-    rtol, center, metric : optional
+    rtol, external_wrench, metric : optional
         As for `Grasp.quality`: the width of each bracket, an external wrench that acts all the time, and the
         norm.
     feasible : callable, optional
@@ -162,7 +162,7 @@ def plan(
         compared.
     min_distance : float
         Least distance between any two contacts, in m.
-    placement : Placement, optional
+    placement : PlacementNoise, optional
         Compare grasps by their quality when contacts miss their place, instead of the nominal one. The
         ``rho`` of the iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
     target : float, optional
@@ -197,7 +197,7 @@ def plan(
     Section 3.4 leaves ties open. Candidates are numbered with offsets in the order (-, 0, +), the last
     parameter fastest; among those within 1e-9 (relative) of the best, the centre wins, else the lowest
     number. Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of
-    the pattern: other starts and steps may end better (`graspforce.plan_many`).
+    the pattern: other starts and steps may end better (`graspforce.plan_multistart`).
 
     For any unit wrench direction z, epsilon is at most the support function p(z), so a direction in which one
     candidate is weak bounds all others. Candidates are rejected only when proven worse than the best by more
@@ -220,7 +220,7 @@ def plan(
     """
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     deadline = deadline_after(time_limit)
     return pattern_search(problem, initial, step, tolerance, bounds, target, deadline, max_candidates)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Placement", "PlacementQuality"]
+__all__ = ["PlacementNoise", "PlacementQuality"]
 
 # Noisy grasps measured at a time: a batch of candidates by samples fits in memory whatever its size.
 _ROWS = 65_536
@@ -67,16 +67,16 @@ class PlacementQuality(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class Placement(Record):
+class PlacementNoise(Record):
     """How contacts miss their place, and which statistic of the quality that leaves counts.
 
     Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
-    position : float
+    position_std : float
         Standard deviation, in m, of each coordinate of each contact.
-    normal : float
+    normal_std : float
         Standard deviation, in rad, of the two (planar: one) angles by which each normal tilts.
     samples : int
         Noisy copies of each grasp.
@@ -93,7 +93,7 @@ class Placement(Record):
     >>> import graspforce as gf
     >>> angles = np.array([0.0, 2.1, 4.2])
     >>> outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    >>> noisy = gf.Placement(position=0.005, normal=0.05, samples=200).quality(
+    >>> noisy = gf.PlacementNoise(position_std=0.005, normal_std=0.05, samples=200).quality(
     ...     0.1 * outward[None], -outward[None], friction=0.5, length_scale=0.1
     ... )
     >>> nominal = gf.Grasp(0.1 * outward, -outward, friction=0.5, length_scale=0.1).quality().epsilon
@@ -101,14 +101,14 @@ class Placement(Record):
     True
     """
 
-    position: float = 0.0
-    normal: float = 0.0
+    position_std: float = 0.0
+    normal_std: float = 0.0
     samples: int = 64
     statistic: Literal["mean", "percentile_5"] = "mean"
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("position", "normal"):
+        for name in ("position_std", "normal_std"):
             real_number(name, getattr(self, name), least=0)
         whole_number("samples", self.samples, least=1, most=_MAX_SAMPLES)
         whole_number("seed", self.seed, least=0)
@@ -126,11 +126,11 @@ class Placement(Record):
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
         n = unit(inward)[:, None]
-        across = self.normal * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
+        across = self.normal_std * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
         angle = np.linalg.norm(across, axis=-1, keepdims=True)
         # sinc keeps the limit where nothing tilts.
         tilted = n * np.cos(angle) + across * np.sinc(angle / np.pi)
-        return where[:, None] + self.position * shift, tilted
+        return where[:, None] + self.position_std * shift, tilted
 
     def quality(
         self, positions: ArrayLike, normals: ArrayLike, tangents: ArrayLike | None = None, **options: Any
@@ -183,7 +183,7 @@ class Placement(Record):
 class PlacementScore:
     """The chosen statistic of the noisy quality."""
 
-    def __init__(self, placement: Placement, question: Mapping[str, Any]) -> None:
+    def __init__(self, placement: PlacementNoise, question: Mapping[str, Any]) -> None:
         self._placement, self._question = placement, question
 
     def best(

@@ -11,7 +11,7 @@ import numpy as np
 from graspforce._internal.checks import chosen, known_options
 from graspforce.errors import InvalidInputError
 
-from .placement_noise import Placement
+from .placement_noise import PlacementNoise
 from .scoring import CandidateSource, EpsilonScore, Score
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class SearchProblem:
         feasible: Feasible | None,
         min_distance: float,
         *,
-        placement: Placement | None = None,
+        placement: PlacementNoise | None = None,
         prune: bool = True,
         **question: Any,
     ) -> SearchProblem:
@@ -77,8 +77,8 @@ class SearchProblem:
         source = CandidateSource(surface, options, feasible, min_distance)
         if placement is None:
             return cls(source, question, EpsilonScore(prune=prune, **question))
-        if not isinstance(placement, Placement):
-            raise InvalidInputError(f"placement: {placement!r} is not a graspforce.Placement")
+        if not isinstance(placement, PlacementNoise):
+            raise InvalidInputError(f"placement: {placement!r} is not a graspforce.PlacementNoise")
         return cls(source, question, placement.score(question))
 
     def answer(self, params: NDArray[np.float64]) -> tuple[Grasp, Quality]:
