@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .planning import GlobalOptimum, Plan, Refinement
+    from .typing import SearchResult
 
 __all__ = [
     "BusyError",
@@ -42,7 +42,7 @@ class GraspForceError(Exception):
         What a search had found before the error ended it; None elsewhere.
     """
 
-    partial: Plan | Refinement | GlobalOptimum | None = None
+    partial: SearchResult | None = None
 
     def __str__(self) -> str:
         # A message quotes names from files, and is printed.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from graspforce.errors import InvalidGraspError, InvalidInputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Criterion", "GradeOptions"]
+    from graspforce.typing import Criterion
 
-Criterion: TypeAlias = Literal["max", "sum"]
+__all__ = ["GradeOptions"]
 
 _CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 

@@ -15,13 +15,13 @@ from graspforce._core import Grasp, unwarned_grasp
 from graspforce._internal.checks import real_number
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
+from graspforce.typing import GRASP_ARGUMENTS
 
 from .contacts_on_mesh import contact_places, mesh_path
-from .kinds import is_plan
 from .mesh_file import load_mesh
 from .safe_read import limited_bytes
 from .schema import GraspModel, of_each_contact
-from .yaml_document import Document, read_document
+from .yaml_document import Document, is_plan, read_document
 
 if TYPE_CHECKING:
     import os
@@ -35,11 +35,8 @@ __all__ = ["MAX_ARRAY_BYTES", "GraspFile", "grasp_of", "load_grasp"]
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
 
-_ARRAYS = (
-    "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
-    "length_scale", "friction_margin",
-)  # fmt: skip
 _NPY = b"\x93NUMPY"
+_ARRAYS = [name for name in GRASP_ARGUMENTS if name != "extreme_forces"]
 _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 
 

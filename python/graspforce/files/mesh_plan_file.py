@@ -20,8 +20,9 @@ from .schema import MeshPlanModel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from graspforce.planning import Criterion, Plan, PlanSet, Refinement, Stopped
+    from graspforce.planning import Plan, PlanSet, Refinement
     from graspforce.planning.progress import Report
+    from graspforce.typing import Criterion, Stopped
 
     from .schema import MeshModel
     from .yaml_document import Document

@@ -21,7 +21,6 @@ from graspforce.surfaces import (
     plane,
 )
 
-from .kinds import is_grasp
 from .mesh_plan_file import MeshPlanFile, mesh_problem, of_file
 from .schema import (
     CylinderModel,
@@ -33,14 +32,15 @@ from .schema import (
     PlanModel,
     of_each_contact,
 )
-from .yaml_document import Document, read_document
+from .yaml_document import Document, is_grasp, read_document
 
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
 
-    from graspforce.planning import Criterion, Plan
+    from graspforce.planning import Plan
+    from graspforce.typing import Criterion
 
 __all__ = ["PlanFile", "load_problem"]
 

@@ -5,14 +5,10 @@ from .gradient_sampling import Refinement, refine
 from .multistart import PlanSet, plan_multistart
 from .pattern_search import Iterate, Plan, plan
 from .placement_noise import PlacementNoise, PlacementQuality
-from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
 from .scoring import SearchCounts
 
 __all__ = [
-    "Criterion",
-    "Feasible",
     "GlobalOptimum",
-    "GraspOptions",
     "Iterate",
     "PlacementNoise",
     "PlacementQuality",
@@ -20,8 +16,6 @@ __all__ = [
     "PlanSet",
     "Refinement",
     "SearchCounts",
-    "Stopped",
-    "Surface",
     "plan",
     "plan_global",
     "plan_multistart",

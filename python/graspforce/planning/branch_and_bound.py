@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .problem import Criterion, Feasible, GraspOptions, Surface
-    from .scoring import CandidateSource
+    from .candidates import CandidateSource
 
     Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from .candidates import CandidateSource
     from .pattern_search import Plan
-    from .scoring import CandidateSource
 
 __all__ = ["default_distance", "distinct_plans", "interchangeable_contacts"]
 

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .problem import Criterion, Feasible, GraspOptions, Surface
     from .scoring import Contacts
 
     Array = NDArray[np.float64]

@@ -10,9 +10,9 @@ import numpy as np
 
 from graspforce._core import quality_many
 from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
-from graspforce._internal.html import plan_set_html
+from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
-from graspforce._internal.to_dict import Owner, plan_set_dict
+from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
@@ -23,10 +23,11 @@ from .progress import Report, reporting
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
+
+    from .candidates import CandidateSource
     from .pattern_search import Plan
     from .placement_noise import PlacementNoise
-    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
-    from .scoring import CandidateSource
 
     Array = NDArray[np.float64]
 
@@ -41,7 +42,7 @@ Starts: TypeAlias = "int | ArrayLike"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanSet(Owner):
+class PlanSet(Record):
     """The best distinct grasps of many searches.
 
     Threads may share it; it can be copied and pickled.
@@ -75,12 +76,12 @@ class PlanSet(Owner):
         """The best plan."""
         return self.plans[0]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain Python numbers and lists, ready for JSON."""
-        return plan_set_dict(self)
-
     def _repr_html_(self) -> str:
-        return plan_set_html(self)
+        rows = (
+            (str(k), f"{plan.quality.epsilon:.6g}", plan.quality.closure, vector(plan.params))
+            for k, plan in enumerate(self.plans, start=1)
+        )
+        return table(repr(self), ("grasp", "epsilon", "closure", "parameters"), rows)
 
     def __repr__(self) -> str:
         run = int(np.isfinite(self.epsilon).sum())

@@ -6,30 +6,34 @@ them by directions in which others were weak.
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 import numpy as np
 
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce._internal.html import plan_html
-from graspforce._internal.to_dict import Owner, Record, plan_dict
+from graspforce._internal.html import table, vector
+from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
-from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
 
     from .placement_noise import PlacementNoise
-    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
     from .scoring import SearchCounts
 
+    Array = NDArray[np.float64]
+
 __all__ = ["Iterate", "Plan", "deadline_after", "pattern_search", "plan"]
+
+Blocks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +58,7 @@ class Iterate(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Plan(Owner):
+class Plan(Record):
     """Where the contacts should go, and how the search got there.
 
     Threads may share it; it can be copied and pickled.
@@ -106,10 +110,16 @@ class Plan(Owner):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON."""
-        return plan_dict(self)
+        return {**Record.to_dict(self), "num_candidates": self.num_candidates}
 
     def _repr_html_(self) -> str:
-        return plan_html(self)
+        header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")
+        rows = (
+            (str(k), vector(row.params), f"{row.rho:.6g}", vector(row.step))
+            for k, row in enumerate(self.history)
+        )
+        title = f"Plan: {len(self.history) - 1} iterations, {self.num_candidates} candidates"
+        return table(title, header, rows)
 
 
 def plan(
@@ -264,7 +274,7 @@ def pattern_search(
     blocks: Blocks = (tuple(range(center.size)),)
     if 3**center.size > max_candidates:
         num_contacts = source.contacts(center[None])["positions"].shape[1]
-        blocks = choose_blocks(center.size, num_contacts, max_candidates)
+        blocks = _choose_blocks(center.size, num_contacts, max_candidates)
 
     state = _State(center, steps)
     stopped: Stopped = "tolerance"
@@ -310,7 +320,7 @@ def _sweep(
     """One iterate: every block in turn moves to its best candidate."""
     before, center, rho = state.center, state.center, state.rho
     for block in blocks:
-        candidates, at = pattern(center, state.steps, lower, upper, block)
+        candidates, at = _pattern(center, state.steps, lower, upper, block)
         choice = problem.source.best(candidates, at, rho, problem.score)
         if not state.history:
             first = np.inf if choice is None else choice.center_rho
@@ -321,3 +331,46 @@ def _sweep(
     state.center, state.rho = center, rho
     last = np.inf if rho is None else rho
     state.history.append(Iterate(read_only(center), last, read_only(state.steps)))
+
+
+def _choose_blocks(num_params: int, num_contacts: int, max_candidates: int) -> Blocks:
+    """Group variables so that no group's pattern has more than `max_candidates` candidates.
+
+    All variables at once where their 3^p candidates fit; else the variables of each contact where parameters
+    divide evenly among contacts; else as many neighbours as fit.
+
+    Examples
+    --------
+    >>> from graspforce.planning.pattern_search import _choose_blocks
+    >>> _choose_blocks(4, 4, 729)
+    ((0, 1, 2, 3),)
+    >>> _choose_blocks(8, 4, 729)
+    ((0, 1), (2, 3), (4, 5), (6, 7))
+    """
+    if 3**num_params <= max_candidates:
+        return (tuple(range(num_params)),)
+    size, left_over = divmod(num_params, num_contacts)
+    if left_over or 3**size > max_candidates:
+        size = 1
+        while 3 ** (size + 1) <= max_candidates:
+            size += 1
+    return tuple(tuple(range(start, min(start + size, num_params))) for start in range(0, num_params, size))
+
+
+def _pattern(
+    center: Array, steps: Array, lower: Array, upper: Array, block: tuple[int, ...]
+) -> tuple[Array, int]:
+    """All candidates (B, p) that move the block, last variable fastest, and which of them is the centre."""
+    moving = list(block)
+    here = center[moving]
+    down = np.maximum(lower[moving], here - steps[moving])
+    up = np.minimum(upper[moving], here + steps[moving])
+    # At a bound, or where a step is lost to rounding, two offsets coincide and one candidate is enough.
+    axes = [sorted(set(values)) for values in zip(down.tolist(), here.tolist(), up.tolist(), strict=True)]
+    moves = np.array(list(itertools.product(*axes)))
+    candidates = np.tile(center, (len(moves), 1))
+    candidates[:, moving] = moves
+    at = 0
+    for axis, value in zip(axes, here.tolist(), strict=True):
+        at = at * len(axis) + axis.index(value)
+    return candidates, at

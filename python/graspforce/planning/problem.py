@@ -2,50 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graspforce._internal.checks import chosen, known_options
 from graspforce.errors import InvalidInputError
+from graspforce.typing import GraspOptions
 
+from .candidates import CandidateSource
 from .placement_noise import PlacementNoise
-from .scoring import CandidateSource, EpsilonScore, Score
+from .scoring import EpsilonScore, Score
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Feasible, Surface
 
-__all__ = ["Criterion", "Feasible", "GraspOptions", "SearchProblem", "Stopped", "Surface", "read_only"]
-
-Criterion: TypeAlias = Literal["max", "sum"]
-
-Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
-"""Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""
-
-Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "ArrayLike"]
-"""Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
-
-Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted", "error"]
-
-
-class GraspOptions(TypedDict, total=False):
-    """What `plan` passes on to every grasp it builds; see `graspforce.Grasp`."""
-
-    friction: ArrayLike
-    max_normal_force: ArrayLike
-    edges: ArrayLike | None
-    torsion: ArrayLike | None
-    tangents: ArrayLike | None
-    origin: ArrayLike | None
-    length_scale: float
-    friction_margin: float
-    extreme_forces: Sequence[ArrayLike] | None
+__all__ = ["SearchProblem", "read_only"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -152,7 +152,7 @@ class MeshSurface:
         self._tree = self._new_tree()
         self._corner_normals: Array | None = None
         if normals == "interpolated":
-            self._corner_normals = corner_normals(checked, self._outward)
+            self._corner_normals = corner_normals(checked.parts, self._outward)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_tree"}
