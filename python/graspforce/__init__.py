@@ -5,8 +5,11 @@
 >>> round(grasp.quality("max").epsilon, 6)
 0.57735
 
-Importing the package needs NumPy alone: figures, oracles and viewers are imported where they are used.
+Importing the package needs NumPy alone. Files, figures, viewers and simulators are imported when first used.
 """
+
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from . import surfaces
 from ._core import (
@@ -95,3 +98,17 @@ __all__ = [
     "surfaces",
     "torque_limited_forces",
 ]
+
+
+if _TYPE_CHECKING:
+    from .files import load_grasp as load_grasp
+    from .files import save_grasp as save_grasp
+
+
+# Files need the extra `cli`. These names are not in __all__: a star import must work without it.
+def __getattr__(name: str) -> _Any:
+    if name in ("load_grasp", "save_grasp"):
+        from . import files  # noqa: PLC0415
+
+        return getattr(files, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

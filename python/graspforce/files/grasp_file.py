@@ -20,7 +20,7 @@ from graspforce.typing import GRASP_ARGUMENTS
 from .contacts_on_mesh import contact_places, mesh_path
 from .mesh_file import load_mesh
 from .safe_read import limited_bytes
-from .schema import GraspModel, of_each_contact
+from .schema import GraspArgumentsModel, GraspModel, of_each_contact
 from .yaml_document import Document, is_plan, read_document
 
 if TYPE_CHECKING:
@@ -94,8 +94,9 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     Parameters
     ----------
     path : path-like
-        ``.npz`` holds arrays named as the arguments of `Grasp`; ``.json`` and everything else is text, which
-        the schema of ``graspforce info --schema grasp`` describes.
+        ``.npz`` holds arrays named as the arguments of `Grasp`. ``.json``, and YAML of any other suffix, is
+        described by the schema of ``graspforce info --schema grasp``, or is the dictionary of
+        `Grasp.to_dict`.
 
     Returns
     -------
@@ -129,7 +130,25 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
 def _from_text(document: Document) -> GraspFile:
     if is_plan(document.data):
         raise document.error((), "a plan file, not a grasp file: `graspforce plan` reads it")
+    if isinstance(document.data, dict) and "positions" in document.data:
+        return _from_arguments(document, document.parsed(GraspArgumentsModel))
     return grasp_of(document, document.parsed(GraspModel))
+
+
+def _from_arguments(document: Document, model: GraspArgumentsModel) -> GraspFile:
+    """Build the grasp whose dictionary the document is."""
+    given = model.model_dump(exclude_unset=True)
+    name = given.pop("name", None) or document.path.name
+    arguments = {argument: given.pop(argument) for argument in GRASP_ARGUMENTS if argument in given}
+    try:
+        grasp = Grasp(**arguments)
+    except InvalidGraspError as error:
+        raise _located(document, error) from None
+    known = grasp.to_dict()
+    for field, value in given.items():
+        if value != known[field]:
+            raise document.error((field,), f"{value}, but the contacts make it {known[field]}")
+    return GraspFile(document.path, name, grasp)
 
 
 def grasp_of(document: Document, model: GraspModel) -> GraspFile:
@@ -189,7 +208,9 @@ def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
     found = re.match(r"(\w+)(?:, contact (\d+))?", message)
     if found is None or found[2] is None:
         return document.error((found[1],) if found else (), message)
-    field = ("contacts", int(found[2]), _FIELDS.get(found[1], found[1]))
+    contact = int(found[2])
+    by_arguments = found[1] in document.data
+    field = (found[1], contact) if by_arguments else ("contacts", contact, _FIELDS.get(found[1], found[1]))
     return document.error(field, message.partition(": ")[2])
 
 

@@ -33,7 +33,7 @@ def save_grasp(
     path: str | os.PathLike[str],
     grasp: Grasp,
     *,
-    name: str,
+    name: str | None = None,
     mesh: str | os.PathLike[str] | None = None,
     mesh_options: Mapping[str, Any] | None = None,
 ) -> None:
@@ -47,8 +47,8 @@ def save_grasp(
         Where to; ``.json``, so that it is read as such.
     grasp : Grasp
         What is written: `load_grasp` makes the same one of the file.
-    name : str
-        Title of tables and pictures.
+    name : str, optional
+        Title of tables and pictures; by default the name of the file that is read.
     mesh : path-like, optional
         File of the object's mesh. One that is not in the folder of `path`, or below it, is copied there,
         where the grasp file is read from.
@@ -74,7 +74,7 @@ def save_grasp(
     True
     """
     path = Path(path)
-    content = {"name": name, **_fields(grasp)}
+    content = {**({} if name is None else {"name": name}), **_fields(grasp)}
     # Before a mesh is copied: what cannot be read again is not written.
     Document(path, content, {}).parsed(GraspModel)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -123,7 +123,8 @@ def read_document(path: Path) -> Document:
 
 def is_grasp(data: Any) -> bool:
     """Whether the contacts have places."""
-    return _some_contact_has(data, {"position", "point", "face"})
+    by_arguments = isinstance(data, dict) and "positions" in data
+    return by_arguments or _some_contact_has(data, {"position", "point", "face"})
 
 
 def is_plan(data: Any) -> bool:

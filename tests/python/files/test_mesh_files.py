@@ -389,7 +389,7 @@ def test_grasps_that_refine_into_one_are_one(refining):
 
 
 @pytest.mark.parametrize(
-    ("searched", "text"), [("files.mesh_problems.plan_multistart", SEARCH), ("planning.plan", SURFACES)]
+    ("searched", "text"), [("files.mesh_plan_file.plan_multistart", SEARCH), ("planning.plan", SURFACES)]
 )
 def test_an_error_of_a_search_names_the_file_and_keeps_what_was_found(write, monkeypatch, searched, text):
     def failing(*_, **__):

@@ -12,7 +12,7 @@ ALLOWED = {"core": [], "py": [{"grasp", "quality"}]}
 
 
 def circles(graph):
-    """The sets of modules that need each other (Tarjan's strongly connected components)."""
+    """Return the sets of modules that need each other (Tarjan's strongly connected components)."""
     order, low, stack, found = {}, {}, [], []
 
     def visit(node):
@@ -37,7 +37,7 @@ def circles(graph):
 
 
 def uses(base):
-    """For every Rust module below `rust/base`, the modules that its code names by `crate::`."""
+    """Return, for every Rust module below `rust/base`, the modules that its code names by `crate::`."""
     folder = ROOT / "rust" / base
     modules = {}
     for file in sorted(folder.rglob("*.rs")):
