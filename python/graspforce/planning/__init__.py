@@ -1,4 +1,4 @@
-"""Where contacts should go: pattern search, many starts, refinement, branch and bound, robustness."""
+"""Contact planning: pattern search, multistart, gradient refinement, branch and bound, placement noise."""
 
 from .branch_and_bound import GlobalOptimum, plan_global
 from .gradient_sampling import Refinement, refine

@@ -1,4 +1,4 @@
-"""Which of many grasps are the same one: where contacts, matched with each other, nearly coincide."""
+"""Distinct grasps: two grasps are the same if their contacts, matched with each other, nearly coincide."""
 
 from __future__ import annotations
 

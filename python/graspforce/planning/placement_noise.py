@@ -1,4 +1,4 @@
-"""Robustness to placement: what a grasp is worth when contacts miss their place a little."""
+"""Placement noise: the quality of grasps whose contacts miss their positions and normals at random."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ class PlacementQuality(Record):
     Attributes
     ----------
     epsilon : numpy.ndarray
-        (B, samples) of every noisy grasp; negative where it has lost closure.
+        (B, samples) epsilon of every noisy grasp; negative if it is not force closure.
     converged : numpy.ndarray
-        (B, samples) bool: whether its bracket closed.
+        (B, samples) bool, True if its bracket is as narrow as asked for.
     mean, percentile_5 : numpy.ndarray
-        (B,) over the samples: what to expect, and what 19 of 20 attempts exceed.
+        (B,) mean and 5th percentile of epsilon over the samples.
     closure_rate : numpy.ndarray
         (B,) share of the samples that are force closure.
     """
@@ -68,7 +68,7 @@ class PlacementQuality(Record):
 
 @dataclass(frozen=True, slots=True)
 class PlacementNoise(Record):
-    """How contacts miss their place, and which statistic of the quality that leaves counts.
+    """Random errors of contact positions and normals, and the statistic of quality that the planner maximises.
 
     Threads may share it; it can be copied and pickled.
 
@@ -79,15 +79,15 @@ class PlacementNoise(Record):
     normal_std : float
         Standard deviation, in rad, of the two (planar: one) angles by which each normal tilts.
     samples : int
-        Noisy copies of each grasp.
+        Number of noisy copies of each grasp.
     statistic : {"mean", "percentile_5"}
-        What the planner maximises.
+        Statistic of epsilon that the planner maximises.
     seed : int
-        Every grasp meets the same noise, so that two grasps differ by themselves and not by luck.
+        Seed of the noise. It is the same for all grasps, so that a comparison does not depend on chance.
 
     Examples
     --------
-    Fingertips that land 5 mm off lose part of a disc's quality.
+    Errors of 5 mm and 0.05 rad lower the quality of three fingers on a disc.
 
     >>> import numpy as np
     >>> import graspforce as gf
@@ -115,13 +115,13 @@ class PlacementNoise(Record):
         chosen("statistic", self.statistic, ("mean", "percentile_5"))
 
     def perturbed(self, positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
-        """Noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
+        """Return noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
         return self._noisy(*_contacts(positions, normals))
 
     def _noisy(self, where: Array, inward: Array) -> tuple[Array, Array]:
         if where.size * self.samples > _MAX_NUMBERS:
             raise InvalidInputError(
-                f"positions: {len(where)} grasps are too many for {self.samples} samples each"
+                f"positions: {len(where)} grasps are too many for {self.samples} samples each; take fewer samples"
             )
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
@@ -135,7 +135,7 @@ class PlacementNoise(Record):
     def quality(
         self, positions: ArrayLike, normals: ArrayLike, tangents: ArrayLike | None = None, **options: Any
     ) -> PlacementQuality:
-        """Measure grasps (B, m, dim) under this noise; options as for `graspforce.quality_many`.
+        """Compute the quality of grasps (B, m, dim) under this noise; options as for `quality_many`.
 
         An option with a row for each grasp holds for all noisy copies of that grasp.
 

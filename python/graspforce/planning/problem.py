@@ -1,4 +1,4 @@
-"""What every search of the planner starts from: the surface, the question, and the score of its answer."""
+"""The problem that every search of the planner solves: candidates, options of quality, and their score."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["SearchProblem", "read_only"]
 
 @dataclass(frozen=True, slots=True)
 class SearchProblem:
-    """Candidates from parameters, and what they are asked."""
+    """Candidates, the options of their quality, and the score that compares them."""
 
     source: CandidateSource
     question: dict[str, Any]
@@ -47,7 +47,7 @@ class SearchProblem:
         prune: bool = True,
         **question: Any,
     ) -> SearchProblem:
-        """Check what the caller of a search gave before the surface is asked for anything."""
+        """Check the arguments of a search before the surface is called."""
         chosen("criterion", question["criterion"], ("max", "sum"))
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}

@@ -26,20 +26,21 @@ TIE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class SearchCounts(Record):
-    """What a search cost.
+    """Numbers of candidates and polytopes of a search.
 
     Attributes
     ----------
     candidates : int
-        Grasps offered, after merging those that coincide.
+        Candidate grasps, after merging those that coincide.
     infeasible : int
-        Those refused by the caller's predicate or the distance between contacts.
+        Candidates refused by ``feasible`` or by ``min_distance``.
     rejected : int
-        Those proven too weak along a direction in which others had been weak.
+        Candidates rejected by their support function along a critical direction of another grasp.
     polytopes : int
         Expanding polytopes started.
     converged : int
-        Polytopes that ran until their bracket closed; the rest fell behind the incumbent first.
+        Polytopes whose bracket became as narrow as asked for. The others ended when their upper bound fell
+        below the best epsilon.
     """
 
     candidates: int = 0
