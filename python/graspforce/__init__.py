@@ -52,6 +52,7 @@ from .planning import (
     plan_multistart,
     refine,
 )
+from .status import Status
 
 __all__ = [
     "BusyError",
@@ -81,6 +82,7 @@ __all__ = [
     "QualityBatch",
     "Refinement",
     "ResumeError",
+    "Status",
     "TooLargeError",
     "__version__",
     "from_drake",
