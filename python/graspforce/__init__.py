@@ -55,6 +55,7 @@ from .planning import (
     plan_multistart,
     refine,
 )
+from .status import Status
 
 __all__ = [
     "BusyError",
@@ -84,6 +85,7 @@ __all__ = [
     "QualityBatch",
     "Refinement",
     "ResumeError",
+    "Status",
     "TooLargeError",
     "__version__",
     "from_drake",

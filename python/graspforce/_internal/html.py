@@ -8,6 +8,8 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+from graspforce.status import Status
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -28,7 +30,6 @@ FORCE_COMPONENTS = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}
 """Names of the components of a force in its contact frame, by their number."""
 
 _CLOSURES = {1: "force", 0: "partial", -1: "none"}
-_STATUSES = {0: "solved", 1: "infeasible", 2: "not finite", 3: "tolerance not met"}
 _ROWS_SHOWN = 10
 
 
@@ -57,7 +58,7 @@ def solution_html(solution: ForceSolution) -> str:
 def forces_html(batch: ForceBatch) -> str:
     """Show the first rows of a batch."""
     rows = [
-        (str(i), f"{largest:.6g}", f"{total:.6g}", _STATUSES[status])
+        (str(i), f"{largest:.6g}", f"{total:.6g}", Status(status).name.lower().replace("_", " "))
         for i, (largest, total, status) in enumerate(
             zip(
                 batch.sigma_max[:_ROWS_SHOWN].tolist(),

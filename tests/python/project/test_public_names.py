@@ -122,7 +122,8 @@ MADE = {
     ),
     "graspforce.ForceSolution": lambda _: gf.ForceDistributor(grasp()).solve(WEIGHT),
     "graspforce.ForceBatch": lambda _: gf.ForceDistributor(grasp()).solve_many([WEIGHT, [np.nan] * 6]),
-    "graspforce.ForceSteps": lambda _: gf.ForceDistributor(grasp()).step([WEIGHT, WEIGHT]),
+    "graspforce.ForceSteps": lambda _: gf.ForceDistributor(grasp()).solve_iter([WEIGHT, WEIGHT]),
+    "graspforce.Status": lambda _: gf.Status.SOLVED,
     "graspforce.Plan": lambda _: gf.plan(rim(), [0, 2], **SEARCH),
     "graspforce.Iterate": lambda _: gf.plan(rim(), [0, 2], **SEARCH).history[0],
     "graspforce.PlanSet": lambda _: gf.plan_multistart(rim(), **SEARCH, starts=4),
@@ -145,6 +146,7 @@ MADE = {
 NOT_COPIED = {"graspforce.viewer.Viewer": "a server with threads and sockets"}
 NOT_JSON = {
     "graspforce.ForceSteps": "an iterator",
+    "graspforce.Status": "a number",
     "graspforce.surfaces.PlanarCurve": "made of functions",
     "graspforce.surfaces.ParametricSurface": "made of functions",
     "graspforce.surfaces.MeshSurface": "a mesh, for which there are files",

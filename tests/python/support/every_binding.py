@@ -42,7 +42,7 @@ def distribute(grasp, **options):
     distributor.solve_many(np.tile(DOWN, (600, 1)), parallel=True)
     distributor.solve_many(np.tile(DOWN, (6, 1)))
     distributor.update(grasp)
-    assert len(list(distributor.step([DOWN, DOWN]))) == 2
+    assert len(list(distributor.solve_iter([DOWN, DOWN]))) == 2
     assert copy.copy(pickle.loads(pickle.dumps(distributor))).solve(DOWN).sigma_max > 0
     refused(distributor.solve, [np.nan] * 6)
     refused(distributor.solve_into, DOWN, forces[:2])
