@@ -1,7 +1,7 @@
-"""The other numbers a grasp is judged by, in the terms of Roa and Suarez's survey.
+"""Other quality measures of grasps, named as in the survey of Roa and Suarez.
 
 M. A. Roa and R. Suarez, "Grasp quality measures: review and performance", Autonomous Robots 38 (2015) 65-88.
-They say nothing about force limits, and the first three nothing about friction; `Grasp.quality` does.
+They do not depend on force limits, and the first three not on friction; see `Grasp.quality` for both.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ class Measures(Record):
     Attributes
     ----------
     smallest_singular_value : float
-        :math:`\sigma_{\min}(G)`, the distance from a singular configuration; zero where some wrench cannot
-        be exerted at all.
+        :math:`\sigma_{\min}(G)`, the distance from a singular configuration. It is zero if the contacts
+        cannot exert some wrench.
     ellipsoid_volume : float
         :math:`\sqrt{\det(G G^T)} = \prod_i \sigma_i`, the volume of the image of the unit ball of contact
         forces, up to the constant of the dimension.
     isotropy : float
-        :math:`\sigma_{\min} / \sigma_{\max}`, 1 where contact forces act alike in all directions.
+        :math:`\sigma_{\min} / \sigma_{\max}`; 1 if contact forces act alike in all directions.
     hull_volume : float or None
         Volume of the convex hull of the primitive wrenches and the origin, in the same norm. None without
-        SciPy, for true cones, beyond 128 primitive wrenches, and where Qhull fails.
+        SciPy, for true cones, for more than 128 primitive wrenches, and if Qhull fails.
     """
 
     smallest_singular_value: float

@@ -1,6 +1,6 @@
-"""How results read in a notebook.
+"""HTML tables of results, for notebooks.
 
-The classes of the extension module call this; they are the public names.
+The classes of the extension module call these functions.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def quality_html(quality: Quality) -> str:
         ("rho", f"{quality.rho:.9g}, proven within [{quality.lower:.9g}, {quality.upper:.9g}]"),
         ("closure", quality.closure),
         ("weakest along", vector(quality.direction)),
-        ("converged", "yes" if quality.converged else "no: the bound on the work was reached"),
+        ("converged", "yes" if quality.converged else "no: the work limit was reached"),
     ]
     if quality.hint is not None:
         rows.append(("hint", quality.hint))

@@ -1,6 +1,6 @@
 """Results as plain dictionaries, ready for JSON.
 
-The classes of the extension module call this; they are the public names.
+The classes of the extension module call these functions.
 """
 
 from __future__ import annotations

@@ -31,9 +31,13 @@ def quality(
     grasp: GraspArgument,
     external_wrench: Annotated[
         str | None,
-        typer.Option(help="External wrench that acts all the time, such as the weight: numbers with commas."),
+        typer.Option(
+            help="Constant external wrench, such as the weight, in N and N m: fx,fy,tau or fx,fy,fz,tx,ty,tz."
+        ),
     ] = None,
-    rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
+    rtol: Annotated[
+        float | None, typer.Option(help="Relative width of the bracket at which the computation stops.")
+    ] = None,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None,
@@ -46,7 +50,7 @@ def quality(
     edges: Edges = None,
     length_scale: LengthScale = None,
 ) -> None:
-    """Measure a grasp by both criteria: how large a wrench it resists in its worst direction.
+    """Compute the quality of a grasp by both criteria: the largest wrench it resists in the worst direction.
 
     Example: `graspforce quality cup.yaml --external-wrench 0,0,-3,0,0,0 --plot cup.png`
     """

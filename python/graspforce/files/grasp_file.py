@@ -42,7 +42,7 @@ _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GraspFile:
-    """A grasp, and what its file says about the object.
+    """A grasp and its object, from a file.
 
     Threads may share it; it can be copied and pickled.
 
@@ -51,7 +51,7 @@ class GraspFile:
     path : pathlib.Path
         The file.
     name : str
-        Its title, or the file's name.
+        Its title, or the name of the file.
     grasp : Grasp
         The grasp.
     outline : numpy.ndarray or None
@@ -61,7 +61,7 @@ class GraspFile:
     mesh_unit : float
         Unit of its vertices in m.
     surface : MeshSurface or None
-        Its surface, where contacts took their normals from it.
+        Surface of the mesh, if contacts took their normals from it.
     """
 
     path: Path
@@ -89,7 +89,7 @@ class GraspFile:
 def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     """Read a grasp from a YAML, JSON or NPZ file.
 
-    Threads may call this at once.
+    Safe to call from several threads.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     Returns
     -------
     GraspFile
-        The grasp and what belongs to its picture.
+        The grasp, its title and its object.
 
     Raises
     ------

@@ -169,8 +169,8 @@ def plan(
         As for `Grasp.quality`: the relative width of each bracket, the external wrench (d,) that always acts,
         and the norm of wrenches.
     feasible : callable, optional
-        Maps positions and normals (B, m, dim) to (B,) bool, True for grasps that the hand can take. Only those
-        are compared.
+        Maps positions and normals (B, m, dim) to (B,) bool, True for grasps that the hand can take. Only
+        those are compared.
     min_distance : float
         Least distance between any two contacts, in m.
     placement : PlacementNoise, optional
@@ -193,7 +193,8 @@ def plan(
     Returns
     -------
     Plan
-        The best grasp found, its quality and the iterates. Ctrl-C ends the search and returns the best so far.
+        The best grasp found, its quality and the iterates. Ctrl-C ends the search and returns the best
+        so far.
 
     Raises
     ------
@@ -207,13 +208,13 @@ def plan(
     Notes
     -----
     Section 3.4 leaves ties open. Here candidates are numbered with offsets in the order (-, 0, +), the last
-    parameter fastest. Among those within 1e-9 (relative) of the best, the centre wins, else the lowest number.
-    Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of the pattern:
-    other starts and steps may end better (`graspforce.plan_multistart`).
+    parameter fastest. Among those within 1e-9 (relative) of the best, the centre wins, else the lowest
+    number. Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of the
+    pattern: other starts and steps may end better (`graspforce.plan_multistart`).
 
-    For any unit direction z, epsilon is at most the support function p(z). A direction that is critical for one
-    candidate therefore bounds all others. A candidate is rejected only if it is proven worse than the best by
-    more than ties, brackets and rounding leave open. Pruning changes nothing where brackets converge.
+    For any unit direction z, epsilon is at most the support function p(z). A direction that is critical for
+    one candidate therefore bounds all others. A candidate is rejected only if it is proven worse than the
+    best by more than ties, brackets and rounding leave open. Pruning changes nothing where brackets converge.
 
     Examples
     --------

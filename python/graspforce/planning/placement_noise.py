@@ -68,7 +68,7 @@ class PlacementQuality(Record):
 
 @dataclass(frozen=True, slots=True)
 class PlacementNoise(Record):
-    """Random errors of contact positions and normals, and the statistic of quality that the planner maximises.
+    """Random errors of contact positions and normals, and the statistic that the planner maximises.
 
     Threads may share it; it can be copied and pickled.
 
@@ -121,7 +121,7 @@ class PlacementNoise(Record):
     def _noisy(self, where: Array, inward: Array) -> tuple[Array, Array]:
         if where.size * self.samples > _MAX_NUMBERS:
             raise InvalidInputError(
-                f"positions: {len(where)} grasps are too many for {self.samples} samples each; take fewer samples"
+                f"positions: {len(where)} grasps are too many for {self.samples} samples each; take fewer"
             )
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))

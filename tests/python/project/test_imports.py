@@ -65,14 +65,14 @@ def test_no_rust_modules_need_each_other_but_the_named_ones(base):
 
 
 def test_no_python_modules_need_each_other_not_even_for_annotations():
-    grimp = pytest.importorskip("grimp", reason="grimp is not installed: pip install --group lint")
+    grimp = pytest.importorskip("grimp", reason="grimp is not installed: pip install --group test")
     imports = grimp.build_graph("graspforce")
     assert len(imports.modules) > 100
     assert not circles({name: imports.find_modules_directly_imported_by(name) for name in imports.modules})
 
 
 def test_the_core_of_the_package_imports_no_room_above_it():
-    grimp = pytest.importorskip("grimp", reason="grimp is not installed: pip install --group lint")
+    grimp = pytest.importorskip("grimp", reason="grimp is not installed: pip install --group test")
     imports = grimp.build_graph("graspforce")
     floors = [
         {"graspforce.cli"},
