@@ -95,6 +95,6 @@ def true_cones(run: Run) -> Iterator[Answers]:
             calls = [*ours.force_calls(grasp, tol), *peers]
             problem = f"least maximum, true cones to {power(tol)}, {name}"
             answers = run.ask(problem, calls, wrenches, headline=tol == 1e-6, block=BLOCK)
-            exact = gf.ForceDistributor(grasp, "max", tol=1e-10).solve_many(np.array(wrenches))
+            exact = gf.ForceDistributor(grasp, "max", rtol=1e-10).solve_many(np.array(wrenches))
             answers.reference = exact.sigma_max
             yield answers

@@ -91,11 +91,11 @@ impl<const D: usize> ForceDistributor<D> {
         check_options(&options, objective)?;
         let program_objective = Objective::new(objective, options.weight);
         let program = if let Some(bounds) = checked_bounds(grasp, &options)? {
-            Program::Preload(PreloadProgram::new(grasp, program_objective, &bounds, options.tolerance))
+            Program::Preload(PreloadProgram::new(grasp, program_objective, &bounds, options.rtol))
         } else if grasp.is_finite() {
             Program::Linear(Box::new(LinearProgram::new(grasp, program_objective, &options)?))
         } else if options.method == Method::Implicit {
-            Program::Cone(ConeProgram::new(grasp, program_objective, options.tolerance))
+            Program::Cone(ConeProgram::new(grasp, program_objective, options.rtol))
         } else {
             grasp.require_finite("points of the wrench set to list")?;
             return Err(Error::grasp("edges", "true cones have no points to list"));
@@ -171,7 +171,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
     pub fn solve(&self, external_wrench: &Wrench<D>) -> Result<Distribution<D>> {
         if !self.preloaded() && external_wrench.iter().all(|x| *x == 0.0) {
-            return Ok(nothing_to_balance(self.grasp.num_contacts(), self.options.tolerance));
+            return Ok(nothing_to_balance(self.grasp.num_contacts(), self.options.rtol));
         }
         let mut workspace = self.workspace()?;
         let b = -external_wrench;
@@ -193,7 +193,7 @@ impl<const D: usize> ForceDistributor<D> {
                     unique: found.unique,
                     fell_back: answer.fell_back,
                     residual: self.residual(&b, &found.forces),
-                    tolerance: self.options.tolerance,
+                    tolerance: self.options.rtol,
                 }
             }),
         }
@@ -238,7 +238,7 @@ impl<const D: usize> ForceDistributor<D> {
             pivots,
             unique: region.unique,
             fell_back: region.fell_back,
-            tolerance: self.options.tolerance,
+            tolerance: self.options.rtol,
         })
     }
 

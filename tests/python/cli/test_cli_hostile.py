@@ -100,12 +100,14 @@ def test_output_goes_into_folders_that_exist(tmp_path, capsys):
         ("grade", str(tmp_path / "none.parquet"), "--out", str(deep / "graded")),
     ):
         assert main(command) == MISUSED, command
-        assert "there is no folder" in " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())
+        assert "does not exist; make it first" in " ".join(
+            re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split()
+        )
         assert not (tmp_path / "not").exists()
     with pytest.raises(SystemExit) as ended:
         _bare(["reproduce", "racket", "--out", str(deep)])
     assert ended.value.code == MISUSED
-    assert "there is no folder" in capsys.readouterr().err
+    assert "does not exist; make it first" in capsys.readouterr().err
     assert not (tmp_path / "not").exists()
 
 

@@ -2,7 +2,7 @@
 
 use graspforce::{
     Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel,
-    Grasp, RowStatus, Wrench,
+    Grasp, Status, Wrench,
 };
 use nalgebra::Vector3;
 use support::friction_cone::slip;
@@ -52,7 +52,7 @@ fn true_cones_balance_wrenches_on_their_boundary_or_say_that_they_cannot() {
             .collect();
         let grasp = Grasp::<6>::new(&contacts).unwrap();
         let mut options = DistributionOptions::default();
-        options.tolerance = 1e-6;
+        options.rtol = 1e-6;
         for criterion in BOTH {
             let distributor = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
             for k in 0..4 {
@@ -77,7 +77,7 @@ fn true_cones_balance_wrenches_on_their_boundary_or_say_that_they_cannot() {
                     Err(other) => panic!("{other}"),
                 }
                 let batch = distributor.solve_many(&[external], false).unwrap();
-                if batch.status[0] == RowStatus::Solved {
+                if batch.status[0] == Status::Solved {
                     let forces = batch.forces.chunks(3).zip(grasp.maps());
                     let wrench: Wrench<6> =
                         forces.map(|(f, map)| map * ContactForce::new(f[0], f[1], f[2], 0.0)).sum();
@@ -133,7 +133,7 @@ fn ill_conditioned_grasps_answer_right_or_not_at_all() {
                     Err(Error::NotConverged { .. } | Error::InfeasibleWrench { .. }) => refused += 1,
                     Err(other) => panic!("{other}"),
                 }
-                assert!(many.status[0] == RowStatus::Solved || many.forces[0].is_nan());
+                assert!(many.status[0] == Status::Solved || many.forces[0].is_nan());
             }
         }
     }
@@ -216,7 +216,7 @@ fn true_cones_beside_general_extreme_forces_sum_up_their_coefficients() {
         ForceModel::Extreme(forces.map(|(n, o, t)| ContactForce::new(n, o, t, 0.0)).to_vec());
     let grasp = Grasp::<6>::new(&contacts).unwrap();
     let mut options = DistributionOptions::default();
-    options.tolerance = 1e-7;
+    options.rtol = 1e-7;
     for criterion in BOTH {
         let distributor = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
         for k in 0..40 {

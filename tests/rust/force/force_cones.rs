@@ -15,7 +15,7 @@ fn cones(contacts: &[Contact]) -> Grasp<6> {
 
 fn with_tolerance(grasp: &Grasp<6>, criterion: Criterion, tolerance: f64) -> ForceDistributor<6> {
     let mut options = DistributionOptions::default();
-    options.tolerance = tolerance;
+    options.rtol = tolerance;
     ForceDistributor::with_options(grasp, criterion, options).unwrap()
 }
 

@@ -113,8 +113,8 @@ impl<const D: usize> LinearProgram<D> {
             equilibration,
             enumeration,
             reduced,
-            reader: RegionReader::new(grasp, options.tolerance),
-            precise: Precise::new(grasp, objective, &[], options.tolerance),
+            reader: RegionReader::new(grasp, options.rtol),
+            precise: Precise::new(grasp, objective, &[], options.rtol),
         })
     }
 
