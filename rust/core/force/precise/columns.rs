@@ -205,9 +205,10 @@ impl PreciseColumns {
         let length =
             |row: &[f64; 6]| row.iter().zip(units).fold(0.0_f64, |length, (x, unit)| length.hypot(x / unit));
         let size = z.iter().zip(units).fold(0.0_f64, |size, (z, unit)| size.hypot(z.value() * unit));
-        (0..self.reaches.len()).find(|&contact| {
-            let best = self.best(contact, z);
-            best.value.value() > PUSHES * length(&best.wrench) * size
+        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHES * length(w) * size;
+        (0..self.reaches.len()).find(|&contact| match &self.reaches[contact] {
+            Reach::Finite { wrenches, .. } => wrenches.iter().any(pushes),
+            Reach::Cone { .. } => pushes(&self.best(contact, z).wrench),
         })
     }
 
