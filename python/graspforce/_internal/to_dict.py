@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._internal.vectors import read_only
 from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
@@ -48,10 +49,7 @@ class Record:
         for field in dataclasses.fields(self):  # type: ignore[arg-type] # of dataclasses alone
             value = getattr(self, field.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
-                # A view: whoever made the array may go on writing it.
-                owned = value.view()
-                owned.flags.writeable = False
-                object.__setattr__(self, field.name, owned)
+                object.__setattr__(self, field.name, read_only(value))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone

@@ -24,7 +24,7 @@ from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
 from .pattern_search import deadline_after
-from .problem import SearchProblem, read_only
+from .problem import SearchProblem, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
@@ -227,8 +227,8 @@ def plan_global(
         proven = bends is not None
         ended: Ended = "estimate" if stopped in ("tolerance", "open") and not proven else stopped
         return GlobalOptimum(
-            read_only(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes, proven,
-            ended, time.monotonic() - began,
+            read_only_copy(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes,
+            proven, ended, time.monotonic() - began,
         )  # fmt: skip
 
     try:

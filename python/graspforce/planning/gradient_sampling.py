@@ -20,7 +20,7 @@ from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
 
-from .problem import SearchProblem, read_only
+from .problem import SearchProblem, read_only_copy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -177,7 +177,7 @@ class _Ascent:
         def result() -> Refinement:
             gain = quality.epsilon - first.epsilon
             return Refinement(
-                read_only(params), quality, quality.grasp, gain, stationary, slope, iterations,
+                read_only_copy(params), quality, quality.grasp, gain, stationary, slope, iterations,
                 self.evaluations, quality.gradient.unique,
             )  # fmt: skip
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._internal.checks import chosen, known_options
+from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 from graspforce.typing import GraspOptions
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from graspforce._core import Grasp, Quality
     from graspforce.typing import Feasible, Surface
 
-__all__ = ["SearchProblem", "read_only"]
+__all__ = ["SearchProblem", "read_only_copy"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +66,6 @@ class SearchProblem:
         return grasp, grasp.quality(**self.question)
 
 
-def read_only(values: ArrayLike) -> NDArray[np.float64]:
-    """Copy what a result keeps, so that nothing else keeps it alive or changes it."""
-    own = np.array(values, dtype=np.float64)
-    own.flags.writeable = False
-    return own
+def read_only_copy(values: ArrayLike) -> NDArray[np.float64]:
+    """Copy an array that a result keeps, so that nothing else changes it or keeps it alive."""
+    return read_only(np.array(values, dtype=np.float64))
