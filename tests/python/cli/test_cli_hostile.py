@@ -12,8 +12,8 @@ import pytest
 
 import graspforce as gf
 from graspforce._internal.printable import printable
-from graspforce.cli import _bare, main
 from graspforce.cli.exit_codes import BAD_FILE, DONE, FAILED, MISUSED
+from graspforce.cli.main import _bare, main
 
 NASTY = "cup\x1b]0;owned\x07\x1b[2J\x9b31m\u202egpj\r\x7f\nOK: fine"
 GREEK = "Φλιτζάνι"
