@@ -21,6 +21,9 @@ pub(crate) type Vector = [DoubleDouble; ROWS];
 /// rounding in 32 digits.
 const TIE_BREAK: f64 = 1e-12;
 
+/// A wrench this far along a direction, relative to both their lengths, pushes along it.
+const PUSHES: f64 = 1e-9;
+
 /// How far a value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
 const ROUGH: f64 = 1e-14;
 
@@ -192,6 +195,21 @@ impl PreciseColumns {
             }
         }
         [pressing, holding]
+    }
+
+    /// The contact, if there is one, whose own wrench reaches along `z` by more than rounding of that wrench: strong
+    /// contacts beside it hide it, and `z` separates nothing.
+    pub(crate) fn pushing(&self, z: &Vector) -> Option<usize> {
+        // Lengths in N and N m, the way a caller checks the direction.
+        let units = &self.units[..self.dim];
+        let length =
+            |row: &[f64; 6]| row.iter().zip(units).fold(0.0_f64, |length, (x, unit)| length.hypot(x / unit));
+        let size = z.iter().zip(units).fold(0.0_f64, |size, (z, unit)| size.hypot(z.value() * unit));
+        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHES * length(w) * size;
+        (0..self.reaches.len()).find(|&contact| match &self.reaches[contact] {
+            Reach::Finite { wrenches, .. } => wrenches.iter().any(pushes),
+            Reach::Cone { .. } => pushes(&self.best(contact, z).wrench),
+        })
     }
 
     /// The column whose gain `p . z - cost` is the largest, with that gain. Points are free where `costs` is false.

@@ -79,11 +79,13 @@ impl<const D: usize> ConeProgram<D> {
         let spent = workspace.simplex.pivots;
         match self.precise.solve(b, found) {
             Ok(answer) => Ok(Certificate { pivots: answer.pivots + spent, ..answer }),
-            Err(Error::NotConverged { .. }) => {
+            Err(error @ Error::NotConverged { .. }) => {
                 let Reachable { target, scale } = self.equilibration.reachable(b)?;
                 let simplex = &mut workspace.simplex;
-                let Some(z) = self.fall_back(simplex, &target, scale, found) else { return answer };
-                let better = self.certify(&z, b, found, simplex.pivots).or(answer)?;
+                let Some(z) = self.fall_back(simplex, &target, scale, found) else {
+                    return Err(error);
+                };
+                let better = self.certify(&z, b, found, simplex.pivots).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),
