@@ -251,9 +251,9 @@ class _Tree:
     ) -> None:
         self._source, self._score = problem.source, problem.score
         self._bends, self._safety, self._rates = bends, safety, rates
-        self._sum = problem.question["criterion"] == "sum"
-        self._bound = BoxBound(first.positions.shape[1], **problem.question)
-        self._open = _OPEN * _scale(first, problem.question["metric"])
+        self._sum = problem.quality_options["criterion"] == "sum"
+        self._bound = BoxBound(first.positions.shape[1], **problem.quality_options)
+        self._open = _OPEN * _scale(first, problem.quality_options["metric"])
         self.best: Array | None = None
         self._rho: float | None = None
         # Bounds are negated: heapq pops the least.
