@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._internal.checks import chosen, known_options
-from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 from graspforce.typing import GraspOptions
 
@@ -68,4 +67,6 @@ class SearchProblem:
 
 def read_only_copy(values: ArrayLike) -> NDArray[np.float64]:
     """Copy an array that a result keeps, so that nothing else changes it or keeps it alive."""
-    return read_only(np.array(values, dtype=np.float64))
+    own = np.array(values, dtype=np.float64)
+    own.flags.writeable = False
+    return own
