@@ -43,8 +43,8 @@ pub enum Error {
     },
     /// An explicit enumeration would not fit the limit the caller allows.
     #[error(
-        "the Minkowski sum has {points} points and would take {bytes} bytes, past the limit of {limit} points; \
-         raise the limit, or use a method that does not enumerate"
+        "the Minkowski sum has {points} points ({bytes} bytes), more than max_points = {limit}; \
+         raise max_points, or use a method that does not enumerate"
     )]
     TooLarge {
         /// How many points the enumeration would hold.
@@ -91,8 +91,8 @@ pub enum Unmet {
     Pivots,
     /// The objective is not proven to be the least.
     #[error(
-        "the objective is {found:.3e} above its lower bound, relative, and {allowed:.1e} is allowed; raise the tolerance, \
-         or move the wrench away from the edge of what the contacts can balance"
+        "the relative gap between the objective and its lower bound is {found:.3e}, more than {allowed:.1e}; raise rtol, \
+         or move the wrench away from the boundary of what the contacts can balance"
     )]
     Gap {
         /// The relative gap.
@@ -102,8 +102,8 @@ pub enum Unmet {
     },
     /// The forces do not balance the wrench.
     #[error(
-        "the forces leave {found:.3e} of the terms of their balance, and {allowed:.1e} is allowed; bring limits and \
-         lever arms closer together, or move the wrench's origin towards the contacts"
+        "the relative residual of the balance is {found:.3e}, more than {allowed:.1e}; bring limits and \
+         lever arms closer together, or move the origin towards the contacts"
     )]
     Balance {
         /// What is left over, relative.
@@ -122,7 +122,7 @@ pub enum Unmet {
     },
     /// A contact presses less than its lower bound.
     #[error(
-        "a contact presses {found:.3e} of the largest share less than its lower bound, and {allowed:.1e} is allowed; \
+        "a normal force lies below min_normal by {found:.3e} of the largest share, more than {allowed:.1e}; \
          bring the lower bounds closer together"
     )]
     LeastNormal {

@@ -37,6 +37,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<planning::triangle_tree::PyTriangleTree>()?;
     // Not among the module's public names.
     module.setattr("unwarned_grasp", wrap_pyfunction!(grasp::unwarned_grasp, module)?)?;
+    module.setattr("unwarned_grasp_of", wrap_pyfunction!(grasp::unwarned_grasp_of, module)?)?;
     module.add_function(wrap_pyfunction!(grasp::torque_limits::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality::batch::quality_many, module)?)
 }

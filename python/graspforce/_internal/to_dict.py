@@ -10,9 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._core import unwarned_grasp
+from graspforce._internal.vectors import read_only
+from graspforce.errors import InvalidGraspError
 from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from graspforce._core import (
@@ -33,6 +38,7 @@ __all__ = [
     "forces_dict",
     "gradient_dict",
     "grasp_dict",
+    "grasp_of",
     "minkowski_dict",
     "quality_dict",
     "solution_dict",
@@ -48,10 +54,7 @@ class Record:
         for field in dataclasses.fields(self):  # type: ignore[arg-type] # of dataclasses alone
             value = getattr(self, field.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
-                # A view: whoever made the array may go on writing it.
-                owned = value.view()
-                owned.flags.writeable = False
-                object.__setattr__(self, field.name, owned)
+                object.__setattr__(self, field.name, read_only(value))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
@@ -79,15 +82,31 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
+_DIMENSIONS = ("wrench_dim", "num_contacts", "force_dim", "num_edges")
+
+
 def grasp_dict(grasp: Grasp) -> dict[str, Any]:
     """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
     return {
-        "wrench_dim": grasp.wrench_dim,
-        "num_contacts": grasp.num_contacts,
-        "force_dim": grasp.force_dim,
-        "num_edges": grasp.num_edges.tolist(),
-        **{name: _plain(value) for name, value in zip(GRASP_ARGUMENTS, grasp.__reduce__()[1], strict=True)},
+        **{name: _plain(getattr(grasp, name)) for name in _DIMENSIONS},
+        **{name: _plain(value) for name, value in grasp._arguments().items()},  # noqa: SLF001
     }
+
+
+def grasp_of(given: Mapping[str, Any]) -> Grasp:
+    """Build the grasp whose dictionary this is; `Grasp.from_dict` calls this."""
+    for name in given:
+        if name not in GRASP_ARGUMENTS and name not in _DIMENSIONS:
+            raise InvalidGraspError(f"{name}: no argument of a grasp; known are {', '.join(GRASP_ARGUMENTS)}")
+    for name in GRASP_ARGUMENTS[:2]:
+        if name not in given:
+            raise InvalidGraspError(f"{name}: missing")
+    grasp = unwarned_grasp(**{name: given[name] for name in GRASP_ARGUMENTS if name in given})
+    known = grasp_dict(grasp)
+    for name in _DIMENSIONS:
+        if name in given and not np.array_equal(given[name], known[name]):
+            raise InvalidGraspError(f"{name}: {given[name]}, but the contacts make it {known[name]}")
+    return grasp
 
 
 def quality_dict(quality: Quality) -> dict[str, Any]:

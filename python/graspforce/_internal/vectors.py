@@ -1,15 +1,22 @@
-"""Directions of vectors whose lengths may be anything a double holds."""
+"""Directions of vectors of any length, and arrays that cannot be written."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["unit"]
+__all__ = ["read_only", "unit"]
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a view that cannot be written; the array itself stays as it is."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def unit(vectors: ArrayLike) -> NDArray[np.float64]:

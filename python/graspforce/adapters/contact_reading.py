@@ -1,4 +1,4 @@
-"""What a simulator says about the contacts on one body, and what it does not know."""
+"""The contacts on one body and their forces, as read from a simulator."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 
 from graspforce._internal.to_dict import Record
+from graspforce._internal.vectors import read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -18,7 +19,7 @@ __all__ = ["ContactReading", "ReadingOptions"]
 
 
 class ReadingOptions(TypedDict, total=False):
-    """What no simulator knows about a grasp; see `graspforce.Grasp`."""
+    """The options of a grasp that no simulator gives; see `graspforce.Grasp`."""
 
     max_normal_force: ArrayLike
     edges: int | None
@@ -36,12 +37,12 @@ class ContactReading(Record):
     Attributes
     ----------
     grasp : Grasp
-        Positions in the world, inward normals and friction of the contacts; torques are about the body's
-        centre of mass unless another origin was asked for.
+        Positions in the world, inward normals and friction of the contacts. Torques are about the body's
+        centre of mass unless `origin` was given.
     forces : numpy.ndarray
         (m, k) the simulator's contact forces on the body, in the grasp's contact frames, in N.
     contacts : tuple of int
-        The simulator's own numbers of the contacts.
+        The simulator's indices of the contacts.
     """
 
     grasp: Grasp
@@ -53,10 +54,8 @@ class ContactReading(Record):
 
     @property
     def external_wrench(self) -> NDArray[np.float64]:
-        """(d,) wrench that the simulator's forces balance: the opposite of what they exert together."""
-        wrench = -(self.grasp.grasp_matrix @ self.forces.ravel())
-        wrench.flags.writeable = False
-        return wrench
+        """(d,) wrench that the simulator's forces balance: the opposite of their sum."""
+        return read_only(-(self.grasp.grasp_matrix @ self.forces.ravel()))
 
     @property
     def sigma_max(self) -> float:
@@ -79,5 +78,4 @@ class ContactReading(Record):
             used = np.hypot(*np.where(loads == 0, 0.0, loads / coefficients)) / pressing
         margin = np.where(pressing > 0, 1.0 - used, 1.0)
         margin[~coefficients.any(axis=0)] = 0.0
-        margin.flags.writeable = False
-        return margin
+        return read_only(margin)

@@ -37,7 +37,7 @@ def from_pinocchio(
     quality and forces respect the torques: a maximum of 1 means that some joint is at its limit. Contacts
     should be on different fingers; a joint that moves several is limited for each of them alone.
 
-    Threads may call this at once: the model is only read, and the data is its own.
+    Safe to call from several threads: the model is only read.
 
     Parameters
     ----------

@@ -84,8 +84,8 @@ class MeshPlanFile:
         -------
         PlanSet
             The best distinct grasps, best first. The last iterate of a refined grasp is its refinement.
-            Grasps left when time is over, or when Ctrl-C ends the refinement, stay as they were found. A grasp
-            whose refinement fails keeps what it reached, and is among the failures.
+            Grasps left when time is over, or when Ctrl-C ends the refinement, stay as they were found. A
+            grasp whose refinement fails keeps what it reached, and is among the failures.
         """
         began, deadline = time.monotonic(), deadline_after(self.search["time_limit"])
         surface = contacts_on(*[self.surface] * self.num_contacts)

@@ -17,7 +17,7 @@ from graspforce.errors import GraspForceError, InvalidInputError
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import deadline_after, pattern_search
-from .problem import SearchProblem, read_only
+from .problem import SearchProblem, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ def plan_multistart(
     same = near if distinct is None else distinct
     kept = distinct_plans(plans, best, same, interchangeable=interchangeable_contacts(problem.source))
     seconds = time.monotonic() - began
-    return PlanSet(tuple(kept), read_only(points), read_only(epsilon), failures, stopped, seconds)
+    return PlanSet(tuple(kept), read_only_copy(points), read_only_copy(epsilon), failures, stopped, seconds)
 
 
 def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts, seed: int) -> Array:
@@ -275,7 +275,7 @@ def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], fl
     epsilon = np.full(len(points), -np.inf)
     if not contacts:
         return np.arange(len(points)), 0.0
-    coarse = {**problem.question, "rtol": max(problem.question["rtol"] or 0.0, 1e-2)}
+    coarse = {**problem.quality_options, "rtol": max(problem.quality_options["rtol"] or 0.0, 1e-2)}
     given: dict[str, Any] = {**problem.source.options, **contacts}
     answered = np.delete(np.arange(len(points)), list(failed))
     epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)

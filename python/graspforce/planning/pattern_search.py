@@ -18,7 +18,7 @@ from graspforce._internal.html import table, vector
 from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
-from .problem import SearchProblem, read_only
+from .problem import SearchProblem, read_only_copy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -285,8 +285,8 @@ def pattern_search(
 
     def result(stopped: Stopped) -> Plan:
         grasp, quality = problem.answer(state.center)
-        history, criterion = tuple(state.history), problem.question["criterion"]
-        params, counts = read_only(state.center), source.counts - start
+        history, criterion = tuple(state.history), problem.quality_options["criterion"]
+        params, counts = read_only_copy(state.center), source.counts - start
         return Plan(params, quality, grasp, history, criterion, counts, blocks, stopped)
 
     try:
@@ -329,13 +329,13 @@ def _sweep(
         choice = problem.source.best(candidates, at, rho, problem.score)
         if not state.history:
             first = np.inf if choice is None else choice.center_rho
-            state.history.append(Iterate(read_only(center), first, read_only(state.steps)))
+            state.history.append(Iterate(read_only_copy(center), first, read_only_copy(state.steps)))
         if choice is not None:
             center, rho = candidates[choice.index].copy(), choice.rho
     state.steps = np.where(center == before, state.steps / 2, state.steps)
     state.center, state.rho = center, rho
     last = np.inf if rho is None else rho
-    state.history.append(Iterate(read_only(center), last, read_only(state.steps)))
+    state.history.append(Iterate(read_only_copy(center), last, read_only_copy(state.steps)))
 
 
 def _choose_blocks(num_params: int, num_contacts: int, max_candidates: int) -> Blocks:

@@ -44,17 +44,17 @@ class Place(Protocol):
 
 
 class Arrangement:
-    """A surface as `graspforce.plan` takes it, which knows its contacts' friction and limits.
+    """A surface of whole grasps, for `graspforce.plan`, with the friction and limits of its contacts.
 
     Threads may share it if they may share its places; it can be pickled if they can.
 
     Attributes
     ----------
     num_params : int
-        Parameters of a grasp.
+        Number of parameters of a grasp.
     grasp_options : dict
-        ``friction`` and ``max_normal_force`` (m,), where the places know them. `graspforce.plan` uses them
-        unless told otherwise.
+        ``friction`` and ``max_normal_force`` (m,), if the places have them. `graspforce.plan` uses them
+        unless its caller gives others.
     """
 
     def __init__(

@@ -35,13 +35,13 @@ class PlanarCurve:
     point : callable
         Parameters (B,) to points (B, 2) in m.
     tangent : callable, optional
-        Parameters (B,) to tangents (B, 2) of any length. Where the derivative vanishes at a bound, give the
-        direction's limit: a quality needs a normal there, and cannot guess it. By default computed from
-        `point` by differences, which reports such parameters as singular.
+        Parameters (B,) to tangents (B, 2) of any length. Where the derivative vanishes, give the limit of
+        its direction. By default tangents are computed from `point` by differences. Parameters where the
+        tangent has no direction raise an error.
     object_side : {"left", "right"}
-        On which side of the tangent the object lies; normals point there.
+        Side of the tangent on which the object lies; normals point there.
     friction, max_normal_force : float, optional
-        Of a contact on this curve; see `contacts_on`.
+        Friction coefficient, and limit in N, of a contact on this curve.
 
     Examples
     --------

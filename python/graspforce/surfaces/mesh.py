@@ -12,6 +12,7 @@ import numpy as np
 from graspforce._core import TriangleTree, unwarned_grasp
 from graspforce._internal.checks import chosen, finite_array, real_number
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 
 from .mesh_checks import checked_mesh, metres
@@ -47,8 +48,8 @@ class MeshSurface:
         Normals of the corners, interpolated over each face (smooth objects), or those of the faces.
     max_curvature : float, optional
         In rad/m. Contacts keep a distance of at least ``1 / max_curvature`` from sharper edges and corners.
-        An edge is sharp if it turns by more than 34 degrees, or by more than `max_curvature` times the smaller
-        width of the plane faces beside it. Corners are treated alike.
+        An edge is sharp if it turns by more than 34 degrees, or by more than `max_curvature` times the
+        smaller width of the plane faces beside it. Corners are treated alike.
     allowed : array_like, optional
         (F,) bool: True for faces of `mesh` that contacts may touch.
     friction, max_normal_force : float, optional
@@ -74,8 +75,8 @@ class MeshSurface:
     Raises
     ------
     InvalidInputError
-        The mesh is empty, has holes, is inside out or has an inconsistent orientation. Its extent does not fit
-        the unit. No face is left. The message names the part of several.
+        The mesh is empty, has holes, is inside out or has an inconsistent orientation. Its extent does not
+        fit the unit. No face is left. The message names the part of several.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 
@@ -120,11 +121,12 @@ class MeshSurface:
         self.friction, self.max_normal_force = friction, max_normal_force
         checked = checked_mesh(mesh, metres(unit), check_watertight, check_size)
         surface = checked.boundary
-        self.vertices, self.faces = checked.vertices, checked.faces
-        self.boundary, self._source = (surface.vertices, surface.faces), surface.source
+        self.vertices, self.faces = read_only(checked.vertices), read_only(checked.faces)
+        self.boundary = read_only(surface.vertices), read_only(surface.faces)
+        self._source = surface.source
         triangles = surface.vertices[surface.faces]
-        self.bounds = np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))], axis=1)
-        self.center = center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1)
+        self.bounds = read_only(np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))], axis=1))
+        self.center = read_only(center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1))
         self._outward = unit_normals(self.vertices[self.faces])
         # Faces without area have no normal: they stay in the list, unused.
         usable = np.linalg.norm(self._outward, axis=1) > 0.5
@@ -145,7 +147,7 @@ class MeshSurface:
         if self._sharp is not None:
             self._cut, left = self._sharp.away(triangles[self._pieces])
             self._owner = self._owner[left]
-        self.allowed = np.bincount(self._owner, minlength=len(self.faces)) > 0
+        self.allowed = read_only(np.bincount(self._owner, minlength=len(self.faces)) > 0)
         if not self.allowed.any():
             raise InvalidInputError(
                 f"max_curvature: {max_curvature} and `allowed` leave none of {len(self.faces)} faces"
@@ -160,6 +162,9 @@ class MeshSurface:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
+        for name in ("vertices", "faces", "bounds", "center", "allowed"):
+            setattr(self, name, read_only(state[name]))
+        self.boundary = read_only(state["boundary"][0]), read_only(state["boundary"][1])
         self._tree = self._new_tree()
 
     def _new_tree(self) -> TriangleTree:

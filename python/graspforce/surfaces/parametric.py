@@ -36,11 +36,11 @@ class ParametricSurface:
         Parameters (B, 2) to points (B, 3) in m.
     normal : callable, optional
         Parameters (B, 2) to normals (B, 3) of any length, on either side. By default ``r_u x r_v`` is
-        computed from `point` by differences; parameters where it has no direction are reported as singular.
+        computed from `point` by differences. Parameters where it has no direction raise an error.
     object_side : {"along", "against"}
-        Whether the object lies where those normals point, or on the other side.
+        Side of the object: where those normals point, or the opposite side.
     friction, max_normal_force : float, optional
-        Of a contact on this surface; see `graspforce.surfaces.contacts_on`.
+        Friction coefficient, and limit in N, of a contact on this surface.
 
     Examples
     --------

@@ -82,7 +82,8 @@ impl<const D: usize> Equilibration<D> {
             return Err(Error::input("external_wrench", format!("{:?} has no direction", b.as_slice())));
         }
         if !REPRESENTABLE.contains(&largest) {
-            let reason = format!("its largest component, {largest:e}, is beyond what can be computed with");
+            let reason =
+                format!("its largest component, {largest:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
         // Scaled first, so that one tolerance has one meaning.

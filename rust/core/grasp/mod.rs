@@ -73,7 +73,7 @@ impl GraspOptions {
         if !REPRESENTABLE.contains(&scale) {
             return Err(Error::grasp(
                 "length_scale",
-                format!("{scale:e} is beyond what can be computed with"),
+                format!("{scale:e} lies outside 1e-140 to 1e140; check the units"),
             ));
         }
         if !(margin >= 1.0 && margin.is_finite()) {
@@ -174,7 +174,7 @@ impl<const D: usize> Grasp<D> {
         }
         if !finite || ![arm, largest].iter().all(|size| REPRESENTABLE.contains(size)) {
             let reason = format!(
-                "its wrenches reach {largest:e} with arms of {arm:e}, beyond what can be computed with"
+                "its wrenches reach {largest:e} with arms of {arm:e}: both must lie within 1e-140 to 1e140; check the units"
             );
             return Err(Error::contact("positions", index, reason));
         }

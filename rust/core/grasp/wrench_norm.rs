@@ -57,7 +57,7 @@ impl<const D: usize> Metric<D> {
         }
         let sizes = [factor.amax(), inverse.amax()];
         if !sizes.iter().all(|size| REPRESENTABLE.contains(size)) {
-            let reason = format!("its entries of {scale:e} are beyond what can be computed with");
+            let reason = format!("its entries of {scale:e} lie outside 1e-140 to 1e140; check the units");
             return Err(Error::input("metric", reason));
         }
         Ok(Self { factor, inverse })

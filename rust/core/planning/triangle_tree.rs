@@ -159,7 +159,7 @@ fn beyond(point: &Vector3<f64>) -> Option<String> {
     if point.iter().any(|x| !x.is_finite()) {
         return Some(format!("{list:?} is not finite"));
     }
-    (point.amax() >= REPRESENTABLE.end).then(|| format!("{list:?} is beyond what can be computed with"))
+    (point.amax() >= REPRESENTABLE.end).then(|| format!("{list:?} must lie below 1e140; check the units"))
 }
 
 impl Node {

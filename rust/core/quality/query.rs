@@ -78,7 +78,8 @@ impl<'a, const D: usize> Question<'a, D> {
         let max_facets = options.max_facets.unwrap_or(DEFAULT_MAX_FACETS);
         let limits = Limits { max_facets, polish, ..Limits::new(rtol) };
         let longest = set.longest();
-        let reason = |norm: f64| format!("wrenches of norm {norm:e} are beyond what can be computed with");
+        let reason =
+            |norm: f64| format!("wrenches of norm {norm:e} lie outside 1e-140 to 1e140; check the units");
         if !REPRESENTABLE.contains(&longest) {
             return Err(match options.metric {
                 Some(_) => Error::input("metric", reason(longest)),

@@ -4,50 +4,14 @@ use graspforce::{Contact, ContactForce, ForceModel, GraspOptions};
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use numpy::PyUntypedArrayMethods;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
-use std::convert::Infallible;
+use pyo3::types::{PyDict, PyList};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::convert::arrays::{contents, copied, float_array, matrix, shaped};
+use crate::convert::raw_arguments::{NAMES, Raw};
 use crate::runtime::interrupt::reason;
-
-/// An argument for which `None` does not mean "not given".
-pub enum Argument<'py> {
-    Default,
-    Given(Bound<'py, PyAny>),
-}
-
-impl<'py> Argument<'py> {
-    fn given(&self) -> Option<&Bound<'py, PyAny>> {
-        match self {
-            Self::Default => None,
-            Self::Given(value) => Some(value),
-        }
-    }
-}
-
-impl<'py> FromPyObject<'_, 'py> for Argument<'py> {
-    type Error = Infallible;
-
-    fn extract(value: Borrowed<'_, 'py, PyAny>) -> Result<Self, Infallible> {
-        Ok(Self::Given(value.to_owned()))
-    }
-}
-
-/// What the caller passed, not yet looked at.
-pub struct Raw<'a, 'py> {
-    pub positions: &'a Bound<'py, PyAny>,
-    pub normals: &'a Bound<'py, PyAny>,
-    pub friction: &'a Argument<'py>,
-    pub max_normal_force: &'a Argument<'py>,
-    pub edges: &'a Argument<'py>,
-    pub torsion: Option<&'a Bound<'py, PyAny>>,
-    pub tangents: Option<&'a Bound<'py, PyAny>>,
-    pub origin: Option<&'a Bound<'py, PyAny>>,
-    pub length_scale: &'a Argument<'py>,
-    pub friction_margin: f64,
-    pub extreme_forces: Option<&'a Bound<'py, PyAny>>,
-}
 
 /// One or many grasps of the same number of contacts, in plain memory.
 pub struct Arguments {
@@ -85,15 +49,15 @@ enum Edges {
 
 impl Arguments {
     /// Checks shapes and types; `batched` tells whether there is a leading batch axis.
-    pub fn parse(raw: &Raw<'_, '_>, batched: bool) -> Result<Self, String> {
-        let positions = float_array("positions", raw.positions)?;
+    pub fn parse(raw: &Raw<'_>, batched: bool) -> Result<Self, String> {
+        let positions = float_array("positions", &raw.positions)?;
         let shape = positions.shape().to_vec();
         let expected = if batched { "(B, m, 2) or (B, m, 3)" } else { "(m, 2) or (m, 3)" };
         let axes = if batched { 3 } else { 2 };
         if shape.len() != axes || !matches!(shape[axes - 1], 2 | 3) {
             return Err(format!("positions: shape {}, expected {expected}", shaped(&shape)));
         }
-        let normals = float_array("normals", raw.normals)?;
+        let normals = float_array("normals", &raw.normals)?;
         if normals.shape() != shape {
             let (normals, positions) = (shaped(normals.shape()), shaped(&shape));
             return Err(format!("normals: shape {normals}, expected {positions}, that of positions"));
@@ -107,7 +71,7 @@ impl Arguments {
             None => Ok(Broadcast::constant(default)),
             Some(value) => Broadcast::parse(name, value, &[batch, contacts], batched),
         };
-        let tangents = match raw.tangents {
+        let tangents = match raw.optional("tangents") {
             None => None,
             Some(_) if dim == 2 => return Err("tangents: a planar contact has only one tangent".into()),
             Some(value) => Some(Broadcast::parse_vectors("tangents", value, batch, contacts, batched)?),
@@ -123,11 +87,14 @@ impl Arguments {
             positions: copied("positions", &positions)?,
             normals: copied("normals", &normals)?,
             tangents,
-            friction: scalar("friction", raw.friction.given(), 0.5)?,
-            max_normal_force: scalar("max_normal_force", raw.max_normal_force.given(), 1.0)?,
-            torsion: scalar("torsion", raw.torsion, 0.0)?,
-            edges: parse_edges(raw.edges, contacts)?,
-            extreme_forces: raw.extreme_forces.map(|value| parse_forces(value, contacts, dim)).transpose()?,
+            friction: scalar("friction", raw.given("friction"), 0.5)?,
+            max_normal_force: scalar("max_normal_force", raw.given("max_normal_force"), 1.0)?,
+            torsion: scalar("torsion", raw.optional("torsion"), 0.0)?,
+            edges: parse_edges(raw.given("edges"), contacts)?,
+            extreme_forces: raw
+                .optional("extreme_forces")
+                .map(|value| parse_forces(value, contacts, dim))
+                .transpose()?,
         })
     }
 
@@ -163,16 +130,24 @@ impl Arguments {
         PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.max_normal_force.at(0, contact)))
     }
 
-    /// The arguments that make the same grasp again, for pickling.
-    pub fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+    /// The arguments that make the same grasp again, by name.
+    ///
+    /// `shared`: a number that all contacts have in common stands once, and so fits another number of contacts.
+    pub fn to_python<'py>(&self, py: Python<'py>, shared: bool) -> PyResult<Bound<'py, PyDict>> {
         let vectors = |values: &[f64], columns| matrix(py, self.contacts, columns, values.iter().copied());
-        let numbers = |given: &Broadcast| {
-            PyArray1::from_iter(py, (0..self.contacts).map(|contact| given.at(0, contact))).into_any()
+        let numbers = |given: &Broadcast| -> PyResult<Bound<'py, PyAny>> {
+            let each: Vec<f64> = (0..self.contacts).map(|contact| given.at(0, contact)).collect();
+            match each[..] {
+                [first, ..] if shared && each.iter().all(|x| *x == first) => first.into_bound_py_any(py),
+                _ => Ok(PyArray1::from_vec(py, each).into_any()),
+            }
         };
-        let tangents = self.tangents.as_ref().map(|tangents| vectors(&tangents.values, 3)).transpose()?;
         let edges = match &self.edges {
             Edges::Cone => None,
-            Edges::Each(edges) => Some(PyList::new(py, edges)?),
+            Edges::Each(edges) if shared && edges.iter().all(|count| *count == edges[0]) => {
+                Some(edges[0].into_bound_py_any(py)?)
+            }
+            Edges::Each(edges) => Some(PyList::new(py, edges)?.into_any()),
         };
         let columns: &[usize] = if self.dim == 2 { &[0, 2] } else { &[0, 1, 2, 3] };
         let forces = self.extreme_forces.as_ref().map(|forces| {
@@ -183,20 +158,42 @@ impl Arguments {
             PyList::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
         });
         let GraspOptions { origin, length_scale, friction_margin } = self.options;
-        (
-            vectors(&self.positions, self.dim)?,
-            vectors(&self.normals, self.dim)?,
-            numbers(&self.friction),
-            numbers(&self.max_normal_force),
+        let values = [
+            Some(vectors(&self.positions, self.dim)?.into_any()),
+            Some(vectors(&self.normals, self.dim)?.into_any()),
+            Some(numbers(&self.friction)?),
+            Some(numbers(&self.max_normal_force)?),
             edges,
-            numbers(&self.torsion),
-            tangents,
-            PyArray1::from_slice(py, &origin.as_slice()[..self.dim]),
-            length_scale,
-            friction_margin,
-            forces.transpose()?,
-        )
-            .into_pyobject(py)
+            Some(numbers(&self.torsion)?),
+            self.tangents.as_ref().map(|given| vectors(&given.values, 3)).transpose()?.map(Bound::into_any),
+            Some(PyArray1::from_slice(py, &origin.as_slice()[..self.dim]).into_any()),
+            Some(length_scale.into_bound_py_any(py)?),
+            Some(friction_margin.into_bound_py_any(py)?),
+            forces.transpose()?.map(Bound::into_any),
+        ];
+        let arguments = PyDict::new(py);
+        for (name, value) in NAMES.iter().zip(values) {
+            arguments.set_item(name, value)?;
+        }
+        Ok(arguments)
+    }
+
+    /// Whether both make the same grasp: equal contacts and options.
+    pub fn same_grasp(&self, other: &Self) -> bool {
+        self.dim == other.dim
+            && self.options == other.options
+            && self.contacts == other.contacts
+            && (0..self.contacts).all(|contact| self.contact(0, contact) == other.contact(0, contact))
+    }
+
+    /// A hash that is the same for equal grasps.
+    pub fn hash_of_places(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        for x in self.positions.iter().chain(&self.normals) {
+            // Minus zero equals zero.
+            (x + 0.0).to_bits().hash(&mut hasher);
+        }
+        hasher.finish()
     }
 
     fn contact(&self, grasp: usize, contact: usize) -> Contact {
@@ -278,10 +275,14 @@ impl Broadcast {
 /// Options that all grasps share; origins and length scales apart where each of a batch has its own.
 type Options = (GraspOptions, Option<Vec<f64>>, Option<Vec<f64>>);
 
-fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<Options, String> {
-    let mut options = GraspOptions { friction_margin: raw.friction_margin, ..GraspOptions::default() };
+fn parse_options(raw: &Raw<'_>, dim: usize, batch: Option<usize>) -> Result<Options, String> {
+    let mut options = GraspOptions::default();
+    if let Some(value) = raw.given("friction_margin") {
+        options.friction_margin =
+            value.extract().map_err(|error| format!("friction_margin: {}", reason(value.py(), error)))?;
+    }
     let (mut origins, mut length_scales) = (None, None);
-    if let Some(value) = raw.origin {
+    if let Some(value) = raw.optional("origin") {
         let array = float_array("origin", value)?;
         match *array.shape() {
             [d] if d == dim => options.origin = embedded(contents(&array)),
@@ -292,7 +293,7 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
             }
         }
     }
-    if let Some(value) = raw.length_scale.given() {
+    if let Some(value) = raw.given("length_scale") {
         let array = float_array("length_scale", value)?;
         match (array.shape(), contents(&array)) {
             ([], &[length_scale]) => options.length_scale = length_scale,
@@ -306,8 +307,8 @@ fn parse_options(raw: &Raw<'_, '_>, dim: usize, batch: Option<usize>) -> Result<
     Ok((options, origins, length_scales))
 }
 
-fn parse_edges(argument: &Argument<'_>, contacts: usize) -> Result<Edges, String> {
-    let value = match argument.given() {
+fn parse_edges(given: Option<&Bound<'_, PyAny>>, contacts: usize) -> Result<Edges, String> {
+    let value = match given {
         None => return Ok(Edges::Each(vec![8; contacts])),
         Some(value) if value.is_none() => return Ok(Edges::Cone),
         Some(value) => value,

@@ -1,6 +1,7 @@
 //! Between Python's objects and the core's.
 //!
-//! - [`grasp_arguments`]: the arguments that describe a grasp; [`quality_options`]: those of a question about quality.
+//! - [`raw_arguments`]: the arguments that describe a grasp, by name; [`grasp_arguments`]: their shapes and values;
+//!   [`quality_options`]: the arguments of a quality query.
 //! - [`arrays`]: views of NumPy arrays; [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors
 //!   as Python's exceptions.
 
@@ -9,4 +10,5 @@ pub(crate) mod dimension;
 pub(crate) mod errors;
 pub(crate) mod grasp_arguments;
 pub(crate) mod quality_options;
+pub(crate) mod raw_arguments;
 pub(crate) mod restored;

@@ -6,12 +6,10 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, float_vector, shaped};
+use crate::convert::dimension::{Dimensional, by_dimension};
 
-/// What a quality was asked with, to ask for its gradient later.
-pub enum AnyAsked {
-    Planar(Asked<3>),
-    Spatial(Asked<6>),
-}
+/// The options of a quality query in either dimension, kept for its gradient.
+pub type AnyAsked = Dimensional<Asked<3>, Asked<6>>;
 
 /// Tolerance, external wrench, metric and largest number of facets, to pickle.
 pub type Numbers = (Option<f64>, Option<Vec<f64>>, Option<Vec<Vec<f64>>>, Option<usize>);
@@ -56,25 +54,16 @@ impl<const D: usize> Asked<D> {
 impl AnyAsked {
     /// Tolerance, external wrench, metric and largest number of facets in numbers, to pickle.
     pub fn numbers(&self) -> Numbers {
-        match self {
-            Self::Planar(asked) => asked.numbers(),
-            Self::Spatial(asked) => asked.numbers(),
-        }
+        by_dimension!(self, asked => asked.numbers())
     }
 
     /// Whether the norm is that of the grasp's length scale.
     pub fn by_length_scale(&self) -> bool {
-        match self {
-            Self::Planar(asked) => asked.metric.is_none(),
-            Self::Spatial(asked) => asked.metric.is_none(),
-        }
+        by_dimension!(self, asked => asked.metric.is_none())
     }
 
     pub fn criterion(&self) -> Criterion {
-        match self {
-            Self::Planar(asked) => asked.options.criterion,
-            Self::Spatial(asked) => asked.options.criterion,
-        }
+        by_dimension!(self, asked => asked.options.criterion)
     }
 }
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::convert::arrays::{as_array, matrix, read_only};
-use crate::convert::dimension::{AnyGrasp, with_grasp};
+use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
 use crate::grasp::PyGrasp;
@@ -55,28 +55,14 @@ pub struct PyForceSolution {
     found: AnyDistribution,
 }
 
-enum AnyDistribution {
-    Planar(Distribution<3>),
-    Spatial(Distribution<6>),
-}
-
-/// Runs the same expression on a distribution of either dimension.
-macro_rules! with_found {
-    ($solution:expr, $found:ident => $body:expr) => {
-        match &$solution.found {
-            AnyDistribution::Planar($found) => $body,
-            AnyDistribution::Spatial($found) => $body,
-        }
-    };
-}
+type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
 
 /// Runs the same expression on a distribution and its grasp, where they are of one dimension.
 macro_rules! with_both {
     ($py:expr, $solution:expr, |$found:ident, $grasp:ident| $body:expr) => {
-        match (&$solution.found, &$solution.grasp.get().inner) {
-            (AnyDistribution::Planar($found), AnyGrasp::Planar($grasp)) => $body,
-            (AnyDistribution::Spatial($found), AnyGrasp::Spatial($grasp)) => $body,
-            _ => return Err(invalid_input($py, "the forces belong to another kind of grasp")),
+        match $solution.found.as_ref().with($solution.grasp.get().inner.as_ref()) {
+            Some(both) => by_dimension!(both, ($found, $grasp) => $body),
+            None => return Err(invalid_input($py, "the forces belong to a grasp of another dimension")),
         }
     };
 }
@@ -92,7 +78,7 @@ impl PyForceSolution {
     /// (m, k) contact forces in the contact frames, in N (torsion in N m).
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let components = with_grasp!(&self.grasp.get().inner, grasp => grasp.force_components());
+        let components = by_dimension!(&self.grasp.get().inner, grasp => grasp.force_components());
         let forces = self.contact_forces();
         let values = forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
         matrix(py, forces.len(), components.len(), values).map(read_only)
@@ -102,8 +88,8 @@ impl PyForceSolution {
     #[getter]
     fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let dim = match self.found {
-            AnyDistribution::Planar(_) => 2,
-            AnyDistribution::Spatial(_) => 3,
+            Dimensional::Planar(_) => 2,
+            Dimensional::Spatial(_) => 3,
         };
         let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
         let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
@@ -122,19 +108,19 @@ impl PyForceSolution {
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, with_found!(self, found => found.dual.as_slice())))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.dual.as_slice())))
     }
 
     /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, with_found!(self, found => found.residual.as_slice()))
+        PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice()))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, with_found!(self, found => &found.shares)))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => &found.shares)))
     }
 
     /// (m,) unused share of each contact's friction.
@@ -147,43 +133,43 @@ impl PyForceSolution {
     /// Largest normalised normal force (Eq. 7).
     #[getter]
     fn sigma_max(&self) -> f64 {
-        with_found!(self, found => found.sigma_max)
+        by_dimension!(&self.found, found => found.sigma_max)
     }
 
     /// Sum of normalised normal forces (Eq. 6).
     #[getter]
     fn sigma_sum(&self) -> f64 {
-        with_found!(self, found => found.sigma_sum)
+        by_dimension!(&self.found, found => found.sigma_sum)
     }
 
     /// Relative distance between the objective and its proven lower bound.
     #[getter]
     fn gap(&self) -> f64 {
-        with_found!(self, found => found.gap)
+        by_dimension!(&self.found, found => found.gap)
     }
 
     /// Simplex pivots this solve took.
     #[getter]
     fn pivots(&self) -> usize {
-        with_found!(self, found => found.pivots)
+        by_dimension!(&self.found, found => found.pivots)
     }
 
     /// Another solver than the method's own had to give this answer.
     #[getter]
     fn fell_back(&self) -> bool {
-        with_found!(self, found => found.fell_back)
+        by_dimension!(&self.found, found => found.fell_back)
     }
 
     /// The objective and its tie-break alone determine the forces.
     #[getter]
     fn unique(&self) -> bool {
-        with_found!(self, found => found.unique)
+        by_dimension!(&self.found, found => found.unique)
     }
 
     /// ``sigma_max <= 1 + rtol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
     #[getter]
     fn within_limits(&self) -> bool {
-        with_found!(self, found => found.within_limits())
+        by_dimension!(&self.found, found => found.within_limits())
     }
 
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
@@ -220,18 +206,15 @@ impl PyForceSolution {
         numbers: (f64, f64, f64, f64, f64, usize),
         answers: (bool, bool),
     ) -> PyResult<Self> {
-        let (contacts, d) = match &grasp.get().inner {
-            AnyGrasp::Planar(grasp) => (grasp.num_contacts(), 3),
-            AnyGrasp::Spatial(grasp) => (grasp.num_contacts(), 6),
-        };
+        let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
         let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
         if lengths != [contacts, contacts, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
         let state = State { forces, shares, wrenches, numbers, answers };
         let found = match d {
-            3 => AnyDistribution::Planar(state.distribution()),
-            _ => AnyDistribution::Spatial(state.distribution()),
+            3 => Dimensional::Planar(state.distribution()),
+            _ => Dimensional::Spatial(state.distribution()),
         };
         let restored = Self { grasp, found };
         with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
@@ -242,7 +225,7 @@ impl PyForceSolution {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         let State { forces, shares, wrenches, numbers, answers } =
-            with_found!(this, found => State::of(found));
+            by_dimension!(&this.found, found => State::of(found));
         let state = (&this.grasp, forces, shares, wrenches, numbers, answers).into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
@@ -259,15 +242,15 @@ impl PyForceSolution {
 
 impl PyForceSolution {
     pub fn planar(grasp: Py<PyGrasp>, found: Distribution<3>) -> Self {
-        Self { grasp, found: AnyDistribution::Planar(found) }
+        Self { grasp, found: Dimensional::Planar(found) }
     }
 
     pub fn spatial(grasp: Py<PyGrasp>, found: Distribution<6>) -> Self {
-        Self { grasp, found: AnyDistribution::Spatial(found) }
+        Self { grasp, found: Dimensional::Spatial(found) }
     }
 
     fn contact_forces(&self) -> &[ContactForce] {
-        with_found!(self, found => &found.forces)
+        by_dimension!(&self.found, found => &found.forces)
     }
 }
 

@@ -11,81 +11,17 @@ use pyo3::types::{PyDict, PyTuple};
 use std::cell::Cell;
 
 use crate::convert::arrays::{float_array, float_vector, matrix, read_only, shaped, vectors};
-use crate::convert::dimension::{AnyGrasp, with_grasp};
+use crate::convert::dimension::{AnyGrasp, by_dimension, map_dimension};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python, warn};
-use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
-use crate::convert::quality_options::{AnyAsked, Asked, parse_criterion, quality_options};
+use crate::convert::grasp_arguments::Arguments;
+use crate::convert::quality_options::{Asked, parse_criterion, quality_options};
+use crate::convert::raw_arguments::Raw;
 use crate::grasp::minkowski_sum::PyMinkowskiSum;
 use crate::quality::PyQuality;
 use crate::quality::gradient::PyGradient;
 use crate::runtime::interrupt::detached;
-use crate::runtime::workspace::quality_of;
 
-/// Contacts of a multifingered hand on an object, checked, with everything derived from them.
-///
-/// A grasp is immutable and may be shared between threads, copied and pickled.
-///
-/// Parameters
-/// ----------
-/// positions : array_like
-///     (m, 2) or (m, 3) contact positions in m; two columns make a planar grasp with wrenches
-///     ``[fx, fy, tau]``, three a spatial one with ``[f, tau]``.
-/// normals : array_like
-///     Same shape: normals **into** the object, of any length. A grasp does not know the object: it warns where
-///     they look wrong, and `graspforce.surfaces.MeshSurface.grasp` checks them.
-/// friction : array_like, optional
-///     Scalar or (m,) Coulomb friction coefficients mu >= 0.
-/// max_normal_force : array_like, optional
-///     Scalar or (m,) upper bounds of the normal forces in N, positive.
-/// edges : int, sequence of int or None, optional
-///     Edges of the linearised friction cones (Eq. 3), at least 3; None keeps the true second-order cones.
-///     Planar grasps ignore it: their two edges are exact.
-/// torsion : array_like, optional
-///     Scalar or (m,) torsional friction coefficients in m; soft fingers where positive. Forces then have four
-///     components, the last a torque about the normal.
-/// tangents : array_like, optional
-///     (m, 3) directions whose projections on the tangent planes become the axes ``o``; by default e_x is
-///     projected, or e_y where ``|n_x| > 0.7``.
-/// origin : array_like, optional
-///     (2,) or (3,) point about which torques are taken, in m; zero by default.
-/// length_scale : float, optional
-///     Length L in m that makes torques comparable with forces in the norm of quality:
-///     ``|w|^2 = |f|^2 + |tau|^2 / L^2``. Nothing else depends on it.
-/// friction_margin : float, optional
-///     Factor >= 1 that divides all friction coefficients. Least forces lie on their friction cones; a margin
-///     keeps them away from slip.
-/// extreme_forces : sequence of array_like, optional
-///     For each contact an (l_i, k) array of extreme forces in its frame, ``[n, t]``, ``[n, o, t]`` or
-///     ``[n, o, t, torsion]``, whose convex hull with zero replaces the friction cone. What is limited is then
-///     the multiple of that hull a force needs. Rows of zero are dropped: later rows count from the ones left in
-///     ``primitive_wrenches`` and in the indices of ``MinkowskiSum.edges``.
-///
-/// Raises
-/// ------
-/// InvalidGraspError
-///     An argument has the wrong shape or type, a number is not finite, a normal is zero, a friction coefficient
-///     negative, a limit not positive, or there is no contact. The message names argument, contact and value.
-///
-/// Warns
-/// -----
-/// GraspWarning
-///     All normals point away from the contacts' centre, or a contact lies more than 100 times farther from the
-///     others than they lie from each other. Batches (`quality_many`, `grade`), searches, copies and contacts read
-///     from simulators do not warn.
-///
-/// Notes
-/// -----
-/// The contact frame is ``(n, t)`` with ``t = (-n_y, n_x)`` in the plane and ``(n, o, t)`` with ``t = n x o`` in
-/// space.
-///
-/// Examples
-/// --------
-/// >>> import graspforce as gf
-/// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=20)
-/// >>> grasp
-/// Grasp(planar, 2 contacts, 4 extreme forces)
-/// >>> grasp.wrench_dim
-/// 3
+#[doc = include_str!("grasp.rst")]
 #[pyclass(name = "Grasp", module = "graspforce", frozen)]
 pub struct PyGrasp {
     pub inner: AnyGrasp,
@@ -110,48 +46,34 @@ pub fn unwarned_grasp<'py>(
     grasp
 }
 
+/// The same from the arguments' names and values alone: what pickles hold.
+#[pyfunction]
+pub fn unwarned_grasp_of<'py>(
+    py: Python<'py>,
+    arguments: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    unwarned_grasp(py, &PyTuple::empty(py), Some(arguments))
+}
+
 #[pymethods]
 impl PyGrasp {
     #[new]
     #[pyo3(
-        signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-            torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None),
+        signature = (*arguments, **options),
         text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
             tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None)"
     )]
-    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
-    fn new<'py>(
-        py: Python<'py>,
-        positions: &Bound<'py, PyAny>,
-        normals: &Bound<'py, PyAny>,
-        friction: Argument<'py>,
-        max_normal_force: Argument<'py>,
-        edges: Argument<'py>,
-        torsion: Option<&Bound<'py, PyAny>>,
-        tangents: Option<&Bound<'py, PyAny>>,
-        origin: Option<&Bound<'py, PyAny>>,
-        length_scale: Argument<'py>,
-        friction_margin: f64,
-        extreme_forces: Option<&Bound<'py, PyAny>>,
+    fn new(
+        py: Python<'_>,
+        arguments: &Bound<'_, PyTuple>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let raw = Raw {
-            positions,
-            normals,
-            friction: &friction,
-            max_normal_force: &max_normal_force,
-            edges: &edges,
-            torsion,
-            tangents,
-            origin,
-            length_scale: &length_scale,
-            friction_margin,
-            extreme_forces,
-        };
+        let raw = Raw::new("Grasp", arguments, options)?;
         let arguments = Arguments::parse(&raw, false).map_err(|message| invalid_grasp(py, message))?;
         let inner = AnyGrasp::new(arguments.dim, &arguments.contacts_of(0), arguments.options);
         let inner = inner.map_err(|error| to_python(py, &error))?;
         if !UNWARNED.get()
-            && let Some(message) = with_grasp!(&inner, grasp => implausibility(grasp.contacts()))
+            && let Some(message) = by_dimension!(&inner, grasp => implausibility(grasp.contacts()))
         {
             warn(py, &message)?;
         }
@@ -161,10 +83,7 @@ impl PyGrasp {
     /// Dimension d of wrenches, 3 for planar grasps and 6 for spatial ones.
     #[getter]
     fn wrench_dim(&self) -> usize {
-        match self.inner {
-            AnyGrasp::Planar(_) => 3,
-            AnyGrasp::Spatial(_) => 6,
-        }
+        self.inner.wrench_dim()
     }
 
     /// Number of contacts m.
@@ -176,14 +95,14 @@ impl PyGrasp {
     /// Number k of a contact force's components, 2 (planar), 3 (hard fingers) or 4 (soft fingers).
     #[getter]
     fn force_dim(&self) -> usize {
-        with_grasp!(&self.inner, grasp => grasp.force_dim())
+        by_dimension!(&self.inner, grasp => grasp.force_dim())
     }
 
     /// (m, dim) contact positions in m.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let dim = self.arguments.dim;
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let rows = grasp.contacts().iter().flat_map(|contact| contact.position.iter().copied().take(dim));
             matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
         })
@@ -193,7 +112,7 @@ impl PyGrasp {
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let dim = self.arguments.dim;
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let rows = grasp.contacts().iter().flat_map(|contact| contact.normal.iter().copied().take(dim));
             matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
         })
@@ -204,7 +123,7 @@ impl PyGrasp {
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let dim = self.arguments.dim;
         let axes: &[usize] = if dim == 2 { &[0, 2] } else { &[0, 1, 2] };
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let rows = grasp.frames().iter().flat_map(|frame| {
                 axes.iter().flat_map(move |&axis| (0..dim).map(move |row| frame[(row, axis)]))
             });
@@ -215,7 +134,7 @@ impl PyGrasp {
     /// (d, m k) grasp matrix G, which maps the stacked contact forces, in their frames, to the wrench they exert.
     #[getter]
     fn grasp_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let (d, columns) = (self.wrench_dim(), grasp.force_components());
             let rows = (0..d).flat_map(|row| {
                 grasp.maps().iter().flat_map(move |map| columns.iter().map(move |&column| map[(row, column)]))
@@ -229,7 +148,7 @@ impl PyGrasp {
     /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
     #[getter]
     fn primitive_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let wrenches = grasp.primitive_wrenches().map_err(|error| to_python(py, &error))?;
             let rows = wrenches.iter().flat_map(|w| w.iter().copied());
             matrix(py, wrenches.len(), self.wrench_dim(), rows).map(read_only)
@@ -241,7 +160,7 @@ impl PyGrasp {
     /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
     #[getter]
     fn extreme_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let forces = grasp.extreme_forces().map_err(|error| to_python(py, &error))?;
             let columns = grasp.force_components();
             let rows = forces.iter().flat_map(|force| columns.iter().map(|&row| force[row]));
@@ -285,7 +204,7 @@ impl PyGrasp {
     /// (m,) number of extreme forces of each contact; 0 for a true cone.
     #[getter]
     fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let counts = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.len() as i64));
             read_only(PyArray1::from_iter(py, counts))
         })
@@ -306,7 +225,7 @@ impl PyGrasp {
     /// Whether contact forces can balance every external wrench (``rho < 0``).
     #[getter]
     fn is_force_closure(&self, py: Python<'_>) -> PyResult<bool> {
-        let closure = with_grasp!(&self.inner, grasp => detached(py, || grasp.closure())?);
+        let closure = by_dimension!(&self.inner, grasp => detached(py, || grasp.closure())?);
         closure.map(|closure| closure == Closure::Force).map_err(|error| to_python(py, &error))
     }
 
@@ -359,21 +278,11 @@ impl PyGrasp {
     ) -> PyResult<PyQuality> {
         let py = slf.py();
         let wrong = |message: String| invalid_input(py, message);
-        let owner = slf.clone().unbind();
-        match &slf.get().inner {
-            AnyGrasp::Planar(grasp) => {
-                let asked =
-                    Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?;
-                let quality = quality_of(py, grasp, &asked.options)?;
-                Ok(PyQuality::new(owner, AnyAsked::Planar(asked), &quality))
-            }
-            AnyGrasp::Spatial(grasp) => {
-                let asked =
-                    Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?;
-                let quality = quality_of(py, grasp, &asked.options)?;
-                Ok(PyQuality::new(owner, AnyAsked::Spatial(asked), &quality))
-            }
-        }
+        let this = slf.get();
+        let asked = map_dimension!(&this.inner, _ => {
+            Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?
+        });
+        PyQuality::of(py, slf.clone().unbind(), asked)
     }
 
     /// The largest multiple of each direction that the limited forces can resist as an external wrench.
@@ -439,7 +348,7 @@ impl PyGrasp {
         };
         let constant = external_wrench.map(|wrench| float_vector("external_wrench", wrench, d)).transpose();
         let constant = constant.map_err(wrong)?;
-        let multiples = with_grasp!(&self.inner, grasp => {
+        let multiples = by_dimension!(&self.inner, grasp => {
             let rows = vectors("directions", &array)?;
             let constant = constant.as_deref().map(SVector::from_column_slice);
             detached(py, || grasp.resistance(&rows, criterion, constant.as_ref()))?
@@ -475,23 +384,15 @@ impl PyGrasp {
         py: Python<'_>,
     ) -> PyResult<Py<PyGradient>> {
         let wrong = |message: String| invalid_input(py, message);
-        match &self.inner {
-            AnyGrasp::Planar(grasp) => {
-                let options =
-                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
-                PyGradient::of(py, grasp, &options)
-            }
-            AnyGrasp::Spatial(grasp) => {
-                let options =
-                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
-                PyGradient::of(py, grasp, &options)
-            }
-        }
+        by_dimension!(&self.inner, grasp => {
+            let options = quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
+            PyGradient::of(py, grasp, &options)
+        })
     }
 
     /// Singular values of the grasp matrix in the norm of the length scale, largest first.
     fn _singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, with_grasp!(&self.inner, grasp => grasp.singular_values()))
+        PyArray1::from_vec(py, by_dimension!(&self.inner, grasp => grasp.singular_values()))
     }
 
     /// All points of the Minkowski sum of the contacts' wrenches, by Algorithm 1 in its order.
@@ -524,7 +425,7 @@ impl PyGrasp {
     /// (8, (8, 3))
     #[pyo3(signature = (max_points=DEFAULT_MAX_POINTS), text_signature = "($self, max_points=2000000)")]
     fn minkowski_sum(&self, py: Python<'_>, max_points: u128) -> PyResult<PyMinkowskiSum> {
-        with_grasp!(&self.inner, grasp => {
+        by_dimension!(&self.inner, grasp => {
             let sum = detached(py, || MinkowskiSum::with_limit(grasp, max_points))?;
             PyMinkowskiSum::new(py, grasp, &sum.map_err(|error| to_python(py, &error))?)
         })
@@ -541,18 +442,100 @@ impl PyGrasp {
         slf.py().import("graspforce._internal.to_dict")?.call_method1("grasp_dict", (slf,))
     }
 
+    /// Makes the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
+    ///
+    /// Parameters
+    /// ----------
+    /// given : dict
+    ///     Arguments of `Grasp` by name. ``wrench_dim``, ``num_contacts``, ``force_dim`` and ``num_edges`` follow from
+    ///     them and may be there, too; they must then agree.
+    ///
+    /// Returns
+    /// -------
+    /// Grasp
+    ///     It equals the grasp that wrote the dictionary. It does not warn.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidGraspError
+    ///     A field is unknown, contradicts the others, or is no argument of a grasp.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import json
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> gf.Grasp.from_dict(json.loads(json.dumps(grasp.to_dict()))) == grasp
+    /// True
+    #[staticmethod]
+    fn from_dict<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        given.py().import("graspforce._internal.to_dict")?.call_method1("grasp_of", (given,))
+    }
+
+    /// The same grasp with other arguments.
+    ///
+    /// Parameters
+    /// ----------
+    /// **changes
+    ///     Arguments of `Grasp` by name. A number that all contacts share (friction, limit, torsion, edges) stays
+    ///     when ``positions`` and ``normals`` bring another number of contacts.
+    ///
+    /// Returns
+    /// -------
+    /// Grasp
+    ///     A new grasp. It warns only where ``positions`` or ``normals`` are new.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidGraspError, TypeError
+    ///     As for `Grasp`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
+    /// >>> grasp.replace(friction=0.25).friction.tolist()
+    /// [0.25, 0.25]
+    #[pyo3(signature = (**changes))]
+    fn replace<'py>(
+        &self,
+        py: Python<'py>,
+        changes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = self.arguments.to_python(py, true)?;
+        let changes = changes.cloned().unwrap_or_else(|| PyDict::new(py));
+        arguments.update(changes.as_mapping())?;
+        let moved = changes.contains("positions")? || changes.contains("normals")?;
+        let class = py.get_type::<Self>();
+        if moved { class.call((), Some(&arguments)) } else { unwarned_grasp_of(py, &arguments) }
+    }
+
+    /// All arguments by name, one number for each contact.
+    fn _arguments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.arguments.to_python(py, false)
+    }
+
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("graspforce._internal.html")?.call_method1("grasp_html", (slf,))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        Ok((py.import("graspforce._core")?.getattr("unwarned_grasp")?, self.arguments.to_python(py)?))
+        let restore = py.import("graspforce._core")?.getattr("unwarned_grasp_of")?;
+        Ok((restore, (self._arguments(py)?,).into_pyobject(py)?))
+    }
+
+    fn __eq__(&self, other: &Bound<'_, Self>) -> bool {
+        self.arguments.same_grasp(&other.get().arguments)
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.arguments.hash_of_places()
     }
 
     fn __repr__(&self) -> String {
         let kind = if self.arguments.dim == 2 { "planar" } else { "spatial" };
         let (contacts, s) = (self.arguments.contacts, if self.arguments.contacts == 1 { "" } else { "s" });
-        let forces = with_grasp!(&self.inner, grasp => match grasp.extreme_forces() {
+        let forces = by_dimension!(&self.inner, grasp => match grasp.extreme_forces() {
             Ok(forces) => format!("{} extreme forces", forces.len()),
             Err(_) => "true cones".to_string(),
         });

@@ -5,18 +5,18 @@ use std::sync::Mutex;
 use graspforce::{BoxBound, Error, Grasp, Stencil};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arrays::{contents, float_array};
+use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
-use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
+use crate::convert::raw_arguments::Raw;
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::thread_pool::lock;
 
-enum AnyBound {
-    Planar(BoxBound<3>),
-    Spatial(BoxBound<6>),
-}
+type AnyBound = Dimensional<BoxBound<3>, BoxBound<6>>;
 
 /// Upper bounds of epsilon over boxes of parameters, and a memory of where grasps are weak.
 ///
@@ -52,20 +52,10 @@ impl PyBoxBound {
         metric: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
-        let failed = |error: Error| to_python(py, &error);
-        let inner = match dim {
-            2 => {
-                let options =
-                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
-                AnyBound::Planar(BoxBound::new(options).map_err(failed)?)
-            }
-            3 => {
-                let options =
-                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
-                AnyBound::Spatial(BoxBound::new(options).map_err(failed)?)
-            }
-            _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),
-        };
+        let inner = map_dimension!(Dimension::of(dim).map_err(wrong)?, () => {
+            let options = quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
+            BoxBound::new(options).map_err(|error| to_python(py, &error))?
+        });
         Ok(Self { inner: Mutex::new(inner) })
     }
 
@@ -85,47 +75,19 @@ impl PyBoxBound {
     ///     Number p of parameters: after its 2^p vertices each box then has its centre and, axis by axis, the places
     ///     at -1, -1/2, 1/2 and 1 half-widths from it. Second differences along these axes, times ``safety``,
     ///     estimate the slack, which is used where it is below the one given.
-    #[pyo3(
-        signature = (slacks, positions, normals, friction=Argument::Default, max_normal_force=Argument::Default,
-            edges=Argument::Default, torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0,
-            extreme_forces=None, *, enough=0.0, axes=None, safety=1.5),
-        text_signature = "($self, slacks, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, \
-            torsion=None, tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, \
-            extreme_forces=None, *, enough=0.0, axes=None, safety=1.5)"
-    )]
-    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+    #[pyo3(signature = (slacks, *arguments, enough=0.0, axes=None, safety=1.5, **options))]
+    #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn over<'py>(
         &self,
         py: Python<'py>,
         slacks: &Bound<'py, PyAny>,
-        positions: &Bound<'py, PyAny>,
-        normals: &Bound<'py, PyAny>,
-        friction: Argument<'py>,
-        max_normal_force: Argument<'py>,
-        edges: Argument<'py>,
-        torsion: Option<&Bound<'py, PyAny>>,
-        tangents: Option<&Bound<'py, PyAny>>,
-        origin: Option<&Bound<'py, PyAny>>,
-        length_scale: Argument<'py>,
-        friction_margin: f64,
-        extreme_forces: Option<&Bound<'py, PyAny>>,
+        arguments: &Bound<'py, PyTuple>,
         enough: f64,
         axes: Option<usize>,
         safety: f64,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let raw = Raw {
-            positions,
-            normals,
-            friction: &friction,
-            max_normal_force: &max_normal_force,
-            edges: &edges,
-            torsion,
-            tangents,
-            origin,
-            length_scale: &length_scale,
-            friction_margin,
-            extreme_forces,
-        };
+        let raw = Raw::new("over", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         let slacks = float_array("slacks", slacks).map_err(|message| invalid_input(py, message))?;
         // A copy: they are read without the interpreter lock.

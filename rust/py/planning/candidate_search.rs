@@ -2,20 +2,19 @@
 
 use std::sync::Mutex;
 
-use graspforce::{CandidateSearch, Error, Grasp, QualityOptions, Winner};
+use graspforce::{CandidateSearch, Error, Grasp, Winner};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
+use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
-use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
+use crate::convert::raw_arguments::Raw;
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::thread_pool::lock;
 
-enum Search {
-    Planar(CandidateSearch<3>),
-    Spatial(CandidateSearch<6>),
-}
+type Search = Dimensional<CandidateSearch<3>, CandidateSearch<6>>;
 
 /// Chooses the best of many candidate grasps, again and again, and remembers where grasps were weak.
 ///
@@ -57,19 +56,10 @@ impl PyCandidateSearch {
         prune: bool,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
-        let inner = match dim {
-            2 => {
-                let options =
-                    quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
-                Search::Planar(new_search(py, options, prune)?)
-            }
-            3 => {
-                let options =
-                    quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
-                Search::Spatial(new_search(py, options, prune)?)
-            }
-            _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),
-        };
+        let inner = map_dimension!(Dimension::of(dim).map_err(wrong)?, ()  => {
+            let options = quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
+            CandidateSearch::new(options, prune).map_err(|error| to_python(py, &error))?
+        });
         Ok(Self { inner: Mutex::new(inner) })
     }
 
@@ -96,45 +86,16 @@ impl PyCandidateSearch {
     /// ------
     /// InvalidGraspError
     ///     A candidate is no grasp; the attribute ``row`` says which.
-    #[pyo3(
-        signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-            torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
-            center_index=0, center_rho=None),
-        text_signature = "($self, positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
-            tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
-            center_index=0, center_rho=None)"
-    )]
-    #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+    #[pyo3(signature = (*arguments, center_index=0, center_rho=None, **options))]
     fn best<'py>(
         &self,
         py: Python<'py>,
-        positions: &Bound<'py, PyAny>,
-        normals: &Bound<'py, PyAny>,
-        friction: Argument<'py>,
-        max_normal_force: Argument<'py>,
-        edges: Argument<'py>,
-        torsion: Option<&Bound<'py, PyAny>>,
-        tangents: Option<&Bound<'py, PyAny>>,
-        origin: Option<&Bound<'py, PyAny>>,
-        length_scale: Argument<'py>,
-        friction_margin: f64,
-        extreme_forces: Option<&Bound<'py, PyAny>>,
+        arguments: &Bound<'py, PyTuple>,
         center_index: usize,
         center_rho: Option<f64>,
+        options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let raw = Raw {
-            positions,
-            normals,
-            friction: &friction,
-            max_normal_force: &max_normal_force,
-            edges: &edges,
-            torsion,
-            tangents,
-            origin,
-            length_scale: &length_scale,
-            friction_margin,
-            extreme_forces,
-        };
+        let raw = Raw::new("best", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let mut search = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
@@ -154,14 +115,6 @@ impl PyCandidateSearch {
             }
         }
     }
-}
-
-fn new_search<const D: usize>(
-    py: Python<'_>,
-    options: QualityOptions<D>,
-    prune: bool,
-) -> PyResult<CandidateSearch<D>> {
-    CandidateSearch::new(options, prune).map_err(|error| to_python(py, &error))
 }
 
 fn best_of<const D: usize>(

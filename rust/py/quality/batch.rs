@@ -12,8 +12,9 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::convert::arrays::{as_array, vector};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
-use crate::convert::grasp_arguments::{Argument, Arguments, Raw};
+use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
+use crate::convert::raw_arguments::Raw;
 use crate::convert::restored::{self, Checked, expect, within};
 use crate::runtime::interrupt::on_all_cores;
 
@@ -268,63 +269,34 @@ impl PyQualityBatch {
 /// [-1, 1, 1]
 #[pyfunction]
 #[pyo3(
-    signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
-        torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
-        criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None),
+    signature = (*arguments, criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None,
+        progress=None, **options),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
         criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None)"
 )]
-#[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
+#[allow(clippy::too_many_arguments, reason = "the arguments of a query are the contract")]
 pub fn quality_many<'py>(
     py: Python<'py>,
-    positions: &Bound<'py, PyAny>,
-    normals: &Bound<'py, PyAny>,
-    friction: Argument<'py>,
-    max_normal_force: Argument<'py>,
-    edges: Argument<'py>,
-    torsion: Option<&Bound<'py, PyAny>>,
-    tangents: Option<&Bound<'py, PyAny>>,
-    origin: Option<&Bound<'py, PyAny>>,
-    length_scale: Argument<'py>,
-    friction_margin: f64,
-    extreme_forces: Option<&Bound<'py, PyAny>>,
+    arguments: &Bound<'py, PyTuple>,
     criterion: &str,
     rtol: Option<f64>,
     external_wrench: Option<&Bound<'py, PyAny>>,
     metric: Option<&Bound<'py, PyAny>>,
     max_facets: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<PyQualityBatch> {
-    let raw = Raw {
-        positions,
-        normals,
-        friction: &friction,
-        max_normal_force: &max_normal_force,
-        edges: &edges,
-        torsion,
-        tangents,
-        origin,
-        length_scale: &length_scale,
-        friction_margin,
-        extreme_forces,
-    };
+    let raw = Raw::new("quality_many", arguments, options)?;
     let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
     let wrong = |message: String| invalid_input(py, message);
-    match arguments.dim {
-        2 => run(
-            py,
-            &arguments,
-            &quality_options::<3>(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?,
-            progress,
-        ),
-        _ => run(
-            py,
-            &arguments,
-            &quality_options::<6>(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?,
-            progress,
-        ),
+    macro_rules! run {
+        ($d:literal) => {{
+            let options = quality_options::<$d>(criterion, rtol, external_wrench, metric, max_facets);
+            run(py, &arguments, &options.map_err(wrong)?, progress)
+        }};
     }
+    if arguments.dim == 2 { run!(3) } else { run!(6) }
 }
 
 fn run<const D: usize>(

@@ -3,19 +3,20 @@
 pub(crate) mod batch;
 pub(crate) mod gradient;
 
-use graspforce::{Closure, Quality};
+use graspforce::Closure;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 use crate::convert::arrays::read_only;
-use crate::convert::dimension::AnyGrasp;
+use crate::convert::dimension::{by_dimension, map_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::quality_options::{AnyAsked, Asked, criterion_name};
 use crate::convert::restored;
 use crate::grasp::PyGrasp;
 use crate::quality::gradient::PyGradient;
+use crate::runtime::workspace::quality_of;
 
 /// The quality of a grasp, with its certificate.
 ///
@@ -125,10 +126,7 @@ impl PyQuality {
         if !self.asked.by_length_scale() {
             return None;
         }
-        match &self.grasp.get().inner {
-            AnyGrasp::Planar(grasp) => grasp.length_scale_hint(),
-            AnyGrasp::Spatial(grasp) => grasp.length_scale_hint(),
-        }
+        by_dimension!(&self.grasp.get().inner, grasp => grasp.length_scale_hint())
     }
 
     /// (d,) physical wrench of unit norm along which the grasp is weakest.
@@ -161,13 +159,10 @@ impl PyQuality {
             return Ok(known.clone_ref(py));
         }
         // Not inside the cell: a signal handler that runs meanwhile may ask for the same gradient.
-        let computed = match (&self.grasp.get().inner, &self.asked) {
-            (AnyGrasp::Planar(grasp), AnyAsked::Planar(asked)) => PyGradient::of(py, grasp, &asked.options)?,
-            (AnyGrasp::Spatial(grasp), AnyAsked::Spatial(asked)) => {
-                PyGradient::of(py, grasp, &asked.options)?
-            }
-            _ => return Err(invalid_input(py, "the quality belongs to another kind of grasp")),
-        };
+        let asked = self.grasp.get().inner.as_ref().with(self.asked.as_ref());
+        let asked =
+            asked.ok_or_else(|| invalid_input(py, "the quality belongs to a grasp of another dimension"))?;
+        let computed = by_dimension!(asked, (grasp, asked) => PyGradient::of(py, grasp, &asked.options)?);
         Ok(self.gradient.get_or_init(py, || computed).clone_ref(py))
     }
 
@@ -204,20 +199,11 @@ impl PyQuality {
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
         let (external_wrench, metric) = (external_wrench.as_ref(), metric.as_ref());
-        let asked = match grasp.get().inner {
-            AnyGrasp::Planar(_) => {
-                Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map(AnyAsked::Planar)
-            }
-            AnyGrasp::Spatial(_) => {
-                Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map(AnyAsked::Spatial)
-            }
-        }
-        .map_err(wrong)?;
+        let asked = map_dimension!(&grasp.get().inner, _ => {
+            Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?
+        });
         let (rho, lower, upper) = bracket;
-        let d = match grasp.get().inner {
-            AnyGrasp::Planar(_) => 3,
-            AnyGrasp::Spatial(_) => 6,
-        };
+        let d = grasp.get().inner.wrench_dim();
         restored::bracket(rho, lower, upper)
             .and_then(|()| restored::worst(rho, &direction, &wrench, d))
             // The class is the grasp's own, whatever the external wrench.
@@ -284,21 +270,26 @@ pub fn closure_name(closure: Closure) -> &'static str {
 }
 
 impl PyQuality {
-    /// Hands a quality over, with what its gradient will need.
-    pub fn new<const D: usize>(grasp: Py<PyGrasp>, asked: AnyAsked, quality: &Quality<D>) -> Self {
-        Self {
-            grasp,
-            criterion: criterion_name(asked.criterion()),
-            asked,
-            gradient: PyOnceLock::new(),
-            rho: quality.rho,
-            lower: quality.lower,
-            upper: quality.upper,
-            converged: quality.converged,
-            closure: closure_name(quality.closure),
-            supports: quality.supports,
-            direction: quality.direction.as_slice().to_vec(),
-            wrench: quality.wrench.as_slice().to_vec(),
-        }
+    /// The answer to a query about a grasp of its dimension.
+    pub fn of(py: Python<'_>, grasp: Py<PyGrasp>, asked: AnyAsked) -> PyResult<Self> {
+        let query = grasp.get().inner.as_ref().with(asked.as_ref());
+        let query = query.ok_or_else(|| invalid_input(py, "the query belongs to another dimension"))?;
+        by_dimension!(query, (of, options) => {
+            let quality = quality_of(py, of, &options.options)?;
+            Ok(Self {
+                criterion: criterion_name(asked.criterion()),
+                gradient: PyOnceLock::new(),
+                rho: quality.rho,
+                lower: quality.lower,
+                upper: quality.upper,
+                converged: quality.converged,
+                closure: closure_name(quality.closure),
+                supports: quality.supports,
+                direction: quality.direction.as_slice().to_vec(),
+                wrench: quality.wrench.as_slice().to_vec(),
+                grasp: grasp.clone_ref(py),
+                asked,
+            })
+        })
     }
 }

@@ -124,8 +124,9 @@ impl<const D: usize> RegionReader<D> {
             return Ok(());
         }
         if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
-            let reason =
-                format!("forces of {objective:e} times their limits are beyond what can be computed with");
+            let reason = format!(
+                "forces of {objective:e} times their limits lie outside 1e-140 to 1e140; check the units"
+            );
             return Err(Error::input("external_wrench", reason));
         }
         let unmet = if balanced {

@@ -319,8 +319,9 @@ fn sample_targets<const D: usize>(
         equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target).map_err(
             |error| match error {
                 Error::InvalidInput { .. } => {
-                    let reason =
-                        format!("{sample:?} has no direction, or is beyond what can be computed with");
+                    let reason = format!(
+                        "{sample:?} has no direction, or lies outside 1e-140 to 1e140; check the units"
+                    );
                     Error::InvalidInput { argument: "samples", row: Some(row), reason }
                 }
                 error => error,
