@@ -53,7 +53,6 @@ NOT_RUN = {
     "cargo bench --bench force_latency": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
-    "python -m benches.trust --share 0.1 symmetric_cones global_bounds mesh_unions": LONG,
 }
 """Commands that a test cannot run, and why."""
 
