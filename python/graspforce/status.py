@@ -10,8 +10,8 @@ __all__ = ["Status"]
 class Status(IntEnum):
     """How one row of a batch ended, in ``ForceBatch.status`` and ``QualityBatch.status``.
 
-    The arrays hold these numbers as int8, so that ``batch.status == Status.SOLVED`` compares row by row. Threads may
-    share its members; they can be copied and pickled.
+    The arrays hold these numbers as int8, so that ``batch.status == Status.SOLVED`` compares row by row.
+    Threads may share its members; they can be copied and pickled.
 
     Examples
     --------

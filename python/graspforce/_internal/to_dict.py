@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._core import unwarned_grasp
 from graspforce._internal.vectors import read_only
+from graspforce.errors import InvalidGraspError
 from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from graspforce._core import (
@@ -34,6 +38,7 @@ __all__ = [
     "forces_dict",
     "gradient_dict",
     "grasp_dict",
+    "grasp_of",
     "minkowski_dict",
     "quality_dict",
     "solution_dict",
@@ -84,8 +89,24 @@ def grasp_dict(grasp: Grasp) -> dict[str, Any]:
         "num_contacts": grasp.num_contacts,
         "force_dim": grasp.force_dim,
         "num_edges": grasp.num_edges.tolist(),
-        **{name: _plain(value) for name, value in zip(GRASP_ARGUMENTS, grasp.__reduce__()[1], strict=True)},
+        **{name: _plain(value) for name, value in grasp._arguments().items()},  # noqa: SLF001
     }
+
+
+def grasp_of(given: Mapping[str, Any]) -> Grasp:
+    """Make the grasp whose dictionary `grasp_dict` returned; `Grasp.from_dict` calls this."""
+    arguments = {name: given[name] for name in GRASP_ARGUMENTS if name in given}
+    for name in ("positions", "normals"):
+        if name not in arguments:
+            raise InvalidGraspError(f"{name}: missing")
+    grasp = unwarned_grasp(**arguments)
+    derived = grasp_dict(grasp)
+    for name in given:
+        if name not in derived:
+            raise InvalidGraspError(f"{name}: unknown field; known are {', '.join(derived)}")
+        if name not in arguments and given[name] != derived[name]:
+            raise InvalidGraspError(f"{name}: {given[name]}, but the contacts make it {derived[name]}")
+    return grasp
 
 
 def quality_dict(quality: Quality) -> dict[str, Any]:
