@@ -45,8 +45,8 @@ pub struct ForceDistributor<const D: usize> {
 #[derive(Debug)]
 enum Program<const D: usize> {
     Linear(Box<LinearProgram<D>>),
-    Cone(ConeProgram<D>),
-    Preload(PreloadProgram<D>),
+    Cone(Box<ConeProgram<D>>),
+    Preload(Box<PreloadProgram<D>>),
 }
 
 #[derive(Debug)]
@@ -91,11 +91,11 @@ impl<const D: usize> ForceDistributor<D> {
         check_options(&options, objective)?;
         let program_objective = Objective::new(objective, options.weight);
         let program = if let Some(bounds) = checked_bounds(grasp, &options)? {
-            Program::Preload(PreloadProgram::new(grasp, program_objective, &bounds, options.rtol))
+            Program::Preload(Box::new(PreloadProgram::new(grasp, program_objective, &bounds, options.rtol)))
         } else if grasp.is_finite() {
             Program::Linear(Box::new(LinearProgram::new(grasp, program_objective, &options)?))
         } else if options.method == Method::Implicit {
-            Program::Cone(ConeProgram::new(grasp, program_objective, options.rtol))
+            Program::Cone(Box::new(ConeProgram::new(grasp, program_objective, options.rtol)))
         } else {
             grasp.require_finite("points of the wrench set to list")?;
             return Err(Error::grasp("edges", "true cones have no points to list"));

@@ -183,8 +183,12 @@ impl<const R: usize> Region<R> {
         let largest = b.amax();
         let scaled = b / largest;
         let along = scaled / (largest * scaled.norm_squared());
-        forces.for_each(|force| self.forces.push(&(along * force)));
-        normals.iter().for_each(|normal| self.normals.push(&(along * *normal)));
+        for force in forces {
+            self.forces.push(&(along * force));
+        }
+        for normal in normals {
+            self.normals.push(&(along * *normal));
+        }
         for k in 0..R {
             let mut row = along * -b[k];
             row[k] += 1.0;

@@ -90,7 +90,7 @@ impl<const D: usize> Precise<D> {
             }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        self.add_up(&simplex, size, found);
+        Self::add_up(&simplex, size, found);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
@@ -148,7 +148,7 @@ impl<const D: usize> Precise<D> {
         still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(&self, simplex: &PreciseSimplex<'_>, size: f64, found: &mut Found) {
+    fn add_up(simplex: &PreciseSimplex<'_>, size: f64, found: &mut Found) {
         found.clear();
         found.unique = false;
         for (level, share) in simplex.shares() {

@@ -80,7 +80,9 @@ impl<const D: usize> ConeProgram<D> {
         match self.precise.solve(b, found) {
             Ok(answer) => Ok(Certificate { pivots: answer.pivots + spent, ..answer }),
             Err(error @ Error::NotConverged { .. }) => {
-                let Reachable { target, scale } = self.equilibration.reachable(b)?;
+                let Ok(Reachable { target, scale }) = self.equilibration.reachable(b) else {
+                    return Err(error);
+                };
                 let simplex = &mut workspace.simplex;
                 let Some(z) = self.fall_back(simplex, &target, scale, found) else {
                     return Err(error);
