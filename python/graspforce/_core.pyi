@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypedDict, final, type_check_only
 
 import numpy as np
@@ -106,8 +106,15 @@ class Grasp:
     def _singular_values(self) -> _Floats: ...
     def minkowski_sum(self, max_points: int = 2_000_000) -> MinkowskiSum: ...
     def to_dict(self) -> dict[str, Any]: ...
+    @staticmethod
+    def from_dict(given: Mapping[str, Any]) -> Grasp: ...
+    def replace(self, **changes: Any) -> Grasp: ...
+    def _arguments(self) -> dict[str, Any]: ...
     def _repr_html_(self) -> str: ...
-    def __reduce__(self) -> tuple[type[Grasp], tuple[Any, ...]]: ...
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
 @final
 class Quality:
@@ -228,6 +235,7 @@ def quality_many(
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...
+def unwarned_grasp_of(arguments: dict[str, Any]) -> Grasp: ...
 def torque_limited_forces(
     jacobian: ArrayLike,
     torque_limits: ArrayLike,
@@ -394,21 +402,7 @@ class CandidateSearch:
         prune: bool = True,
     ) -> CandidateSearch: ...
     def best(
-        self,
-        positions: ArrayLike,
-        normals: ArrayLike,
-        friction: ArrayLike = 0.5,
-        max_normal_force: ArrayLike = 1.0,
-        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
-        torsion: ArrayLike | None = None,
-        tangents: ArrayLike | None = None,
-        origin: ArrayLike | None = None,
-        length_scale: float = 1.0,
-        friction_margin: float = 1.0,
-        extreme_forces: Sequence[ArrayLike] | None = None,
-        *,
-        center_index: int = 0,
-        center_rho: float | None = None,
+        self, *arguments: Any, center_index: int = 0, center_rho: float | None = None, **options: Any
     ) -> _Winner: ...
 
 @final
@@ -428,19 +422,9 @@ class BoxBound:
     def over(
         self,
         slacks: ArrayLike,
-        positions: ArrayLike,
-        normals: ArrayLike,
-        friction: ArrayLike = 0.5,
-        max_normal_force: ArrayLike = 1.0,
-        edges: int | Sequence[int] | NDArray[np.integer[Any]] | None = 8,
-        torsion: ArrayLike | None = None,
-        tangents: ArrayLike | None = None,
-        origin: ArrayLike | None = None,
-        length_scale: float = 1.0,
-        friction_margin: float = 1.0,
-        extreme_forces: Sequence[ArrayLike] | None = None,
-        *,
+        *arguments: Any,
         enough: float = 0.0,
         axes: int | None = None,
         safety: float = 1.5,
+        **options: Any,
     ) -> _Floats: ...

@@ -2,9 +2,8 @@
 
 use graspforce::room;
 use nalgebra::SVector;
-use numpy::ndarray::Dimension;
 use numpy::{
-    Element, PyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
+    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -13,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::convert::errors::to_python;
+pub use crate::convert::read_only::read_only;
 use crate::runtime::interrupt::{keep, reason};
 
 /// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
@@ -134,15 +134,6 @@ pub fn matrix(
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let flat = vector(py, "result", rows.saturating_mul(columns), values)?;
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
-}
-
-/// An array that a result owns: a caller who wants to change it makes a copy.
-pub fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {
-    // Nobody else has borrowed an array that was made just now.
-    if let Ok(view) = array.try_readwrite() {
-        let _ = view.make_nonwriteable();
-    }
-    array
 }
 
 /// What `__array__` answers for an array that is there already.

@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::intern;
 use pyo3::prelude::*;
 
-use crate::convert::arrays::read_only;
+use crate::convert::read_only::read_only;
 use crate::runtime::interrupt;
 
 /// The Python exception for a core error.

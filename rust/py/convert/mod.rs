@@ -2,7 +2,7 @@
 //!
 //! - [`raw_arguments`]: the arguments that describe a grasp, by name; [`grasp_arguments`]: their shapes and values;
 //!   [`quality_options`]: the arguments of a quality query.
-//! - [`arrays`]: views of NumPy arrays; [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors
+//! - [`arrays`]: views of NumPy arrays; [`read_only`]: arrays that results own; [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors
 //!   as Python's exceptions.
 
 pub(crate) mod arrays;
@@ -11,4 +11,5 @@ pub(crate) mod errors;
 pub(crate) mod grasp_arguments;
 pub(crate) mod quality_options;
 pub(crate) mod raw_arguments;
+pub(crate) mod read_only;
 pub(crate) mod restored;

@@ -342,7 +342,7 @@ impl PyForceDistributor {
     /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).solve_iter(weights)]
     /// [0.25, 0.5]
     fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
-        Ok(PyForceSteps { distributor: slf, wrenches: external_wrenches.try_iter()?.unbind() })
+        Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
     }
 
     /// Goes on with another grasp, in which contacts have rolled or slid a little.

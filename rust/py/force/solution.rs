@@ -114,7 +114,7 @@ impl PyForceSolution {
     /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice()))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.

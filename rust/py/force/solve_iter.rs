@@ -3,16 +3,14 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
 
-use crate::force::distributor::PyForceDistributor;
-use crate::force::solution::PyForceSolution;
-
 /// What `ForceDistributor.solve_iter` returns: an iterator of solutions.
 ///
 /// One thread at a time takes from it. It can be copied and pickled where the wrenches' own iterator can: one of a
 /// list, not a generator.
 #[pyclass(name = "ForceSteps", module = "graspforce", frozen)]
 pub struct PyForceSteps {
-    pub distributor: Py<PyForceDistributor>,
+    /// A `ForceDistributor`.
+    pub distributor: Py<PyAny>,
     pub wrenches: Py<PyIterator>,
 }
 
@@ -28,11 +26,9 @@ impl PyForceSteps {
         Ok((solve_iter, (&this.wrenches,).into_pyobject(py)?))
     }
 
-    fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyForceSolution>> {
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let mut wrenches = self.wrenches.bind(py).clone();
-        match wrenches.next() {
-            None => Ok(None),
-            Some(wrench) => self.distributor.get().solve(py, &wrench?).map(Some),
-        }
+        let wrench = wrenches.next().transpose()?;
+        wrench.map(|wrench| self.distributor.bind(py).call_method1("solve", (wrench,))).transpose()
     }
 }

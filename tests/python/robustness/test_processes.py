@@ -51,7 +51,7 @@ def test_children_answer_as_their_parent_does_although_its_threads_have_run(meth
 
 FORKED_TWICE = """
 import os, sys
-sys.path.insert(0, {tests!r})
+sys.path[:0] = [{tests!r}, {tests!r} + "/.."]
 from test_processes import everything
 
 expected = everything()
@@ -74,7 +74,7 @@ def test_a_child_of_a_child_has_threads_too(request):
 
 FORKED_IN_USE = """
 import copy, os, sys, threading, time
-sys.path.insert(0, {tests!r})
+sys.path[:0] = [{tests!r}, {tests!r} + "/.."]
 from test_processes import GRASP, WRENCHES
 import numpy as np
 import graspforce as gf
