@@ -13,7 +13,7 @@ __all__ = ["read_only", "unit"]
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """Return a view that cannot be written; whoever made the array may go on writing it."""
+    """Return a view that cannot be written; the array itself stays as it is."""
     view = array.view()
     view.flags.writeable = False
     return view

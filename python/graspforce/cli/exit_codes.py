@@ -11,6 +11,6 @@ MEANINGS = {
     FAILED: "failed: a value is wrong, a file could not be written, a package is missing, "
     "or a computation is too large",
     MISUSED: "unknown command or option",
-    BAD_FILE: "wrong input file; the message names file, line and field",
+    BAD_FILE: "an input file is unusable; the message names file, line and field",
     INFEASIBLE: "no contact forces balance some wrench (command forces)",
 }

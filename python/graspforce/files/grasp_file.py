@@ -137,18 +137,11 @@ def _from_text(document: Document) -> GraspFile:
 
 def _from_arguments(document: Document, model: GraspArgumentsModel) -> GraspFile:
     """Build the grasp whose dictionary the document is."""
-    given = model.model_dump(exclude_unset=True)
-    name = given.pop("name", None) or document.path.name
-    arguments = {argument: given.pop(argument) for argument in GRASP_ARGUMENTS if argument in given}
     try:
-        grasp = Grasp(**arguments)
+        grasp = Grasp.from_dict(model.model_dump(exclude_unset=True, exclude={"name"}))
     except InvalidGraspError as error:
         raise _located(document, error) from None
-    known = grasp.to_dict()
-    for field, value in given.items():
-        if value != known[field]:
-            raise document.error((field,), f"{value}, but the contacts make it {known[field]}")
-    return GraspFile(document.path, name, grasp)
+    return GraspFile(document.path, model.name or document.path.name, grasp)
 
 
 def grasp_of(document: Document, model: GraspModel) -> GraspFile:
@@ -206,8 +199,10 @@ def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
     """Find the line of the argument and contact that an error of `Grasp` names."""
     message = str(error)
     found = re.match(r"(\w+)(?:, contact (\d+))?", message)
-    if found is None or found[2] is None:
-        return document.error((found[1],) if found else (), message)
+    if found is None:
+        return document.error((), message)
+    if found[2] is None:
+        return document.error((found[1],), message.removeprefix(f"{found[1]}: "))
     contact = int(found[2])
     by_arguments = found[1] in document.data
     field = (found[1], contact) if by_arguments else ("contacts", contact, _FIELDS.get(found[1], found[1]))

@@ -55,7 +55,7 @@ class MeshModel(_Strict):
         "interpolated", description="normals of the corners, or those of the faces"
     )
     max_curvature: _Positive | None = Field(
-        None, description="keep contacts away from what is sharper than this, in rad/m, by its inverse"
+        None, description="in rad/m; contacts keep a distance of its inverse from sharper edges and corners"
     )
     check_watertight: bool = Field(True, description="refuse a mesh with holes")
     check_normals: bool = Field(True, description="refuse given normals that point out of the mesh")
@@ -70,13 +70,13 @@ _Mesh = Annotated[MeshModel, BeforeValidator(_by_name), WithJsonSchema(_MESH_SCH
 
 
 class ContactModel(_Strict):
-    """One contact of a grasp file; what it leaves out is taken from the file's own fields.
+    """One contact of a grasp file. The file's own fields hold for contacts that leave theirs out.
 
-    Its place is a position and a normal; or, on a mesh, a position whose normal the mesh gives, a point that
-    is projected on the mesh, or a face with barycentric coordinates.
+    Its place is a position and a normal. On a mesh it may also be a position without a normal, a point
+    that is projected on the mesh, or a face with barycentric coordinates.
     """
 
-    position: _Vector | None = Field(None, description="where the contact is, in m")
+    position: _Vector | None = Field(None, description="position of the contact in m")
     normal: _Vector | None = Field(None, description="into the object, of any length; by default the mesh's")
     point: _Spatial | None = Field(None, description="in m; the contact is the nearest point of the mesh")
     face: Annotated[int, Field(ge=0)] | None = Field(
@@ -123,7 +123,7 @@ class _Shared(_Strict):
 class _Scaled(_Shared):
     """What measures torques, where the file gives the contacts' places."""
 
-    length_scale: _Positive = Field(1.0, description="length that makes torques comparable with forces, in m")
+    length_scale: _Positive = Field(1.0, description="length in m that divides torques in the norm")
     origin: _Vector | None = Field(None, description="point about which torques are taken, in m")
 
 
@@ -256,16 +256,16 @@ class MeshPlanModel(_Shared):
     """A planning problem on a mesh: any number of contacts anywhere on its surface, from many starts."""
 
     mesh: _Mesh = Field(description="the object")
-    contacts: int = Field(3, ge=2, le=12, description="how many")
+    contacts: int = Field(3, ge=2, le=12, description="number of contacts")
     torsion: _NotNegative = Field(0.0, description="torsional coefficient in m; soft fingers where positive")
     length_scale: _Positive | None = Field(
-        None, description="length that makes torques comparable with forces, in m; half the mesh's extent"
+        None, description="length in m that divides torques in the norm; half the mesh's extent"
     )
     origin: _Spatial | None = Field(
         None, description="point about which torques are taken, in m; the mesh's centre of mass"
     )
-    starts: int = Field(100, ge=1, le=100_000, description="searches, from places all over the mesh")
-    best: int = Field(3, ge=1, le=1000, description="how many distinct grasps are kept")
+    starts: int = Field(100, ge=1, le=100_000, description="number of searches")
+    best: int = Field(3, ge=1, le=1000, description="number of distinct grasps kept")
     step: _Positive | None = Field(None, description="first step in m; a fifth of the mesh's extent")
     tolerance: _Positive | None = Field(None, description="last step in m; a tenth of the first")
     min_distance: _NotNegative | None = Field(

@@ -33,7 +33,7 @@ _CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TilePlanRun:
-    """One plan of the tile, and what the printed end is worth under the same assumptions.
+    """One plan of the tile, and the quality of the printed end under the same assumptions.
 
     Attributes
     ----------

@@ -1,6 +1,7 @@
 """Contact planning: pattern search, multistart, gradient refinement, branch and bound, placement noise."""
 
-from .branch_and_bound import GlobalOptimum, plan_global
+from .branch_and_bound import plan_global
+from .global_optimum import GlobalOptimum
 from .gradient_sampling import Refinement, refine
 from .multistart import PlanSet, plan_multistart
 from .pattern_search import Iterate, Plan, plan

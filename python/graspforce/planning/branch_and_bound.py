@@ -12,17 +12,16 @@ from __future__ import annotations
 import heapq
 import itertools
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from graspforce._core import BoxBound
 from graspforce._internal.checks import finite_array, finite_vector, real_number, search_bounds, whole_number
-from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
+from .global_optimum import GlobalOptimum
 from .pattern_search import deadline_after
 from .problem import SearchProblem, read_only_copy
 from .progress import Report, reporting
@@ -30,75 +29,19 @@ from .progress import Report, reporting
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Grasp, Quality
+    from graspforce._core import Grasp
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .candidates import CandidateSource
+    from .global_optimum import Ended
 
     Array = NDArray[np.float64]
 
-__all__ = ["GlobalOptimum", "plan_global"]
+__all__ = ["plan_global"]
 
 _MAX_PARAMS = 4
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
-
-Ended: TypeAlias = Literal["tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"]
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class GlobalOptimum(Record):
-    """The best grasp found, and an upper bound of every other one.
-
-    Threads may share it; it can be copied and pickled.
-
-    Attributes
-    ----------
-    params : numpy.ndarray
-        (p,) parameters of the best grasp found.
-    quality, grasp : Quality, Grasp
-        Its quality and the grasp itself.
-    epsilon_upper : float
-        Upper bound of epsilon over all parameters within the bounds. It is proven if `proven` is True.
-        Otherwise it is an estimate, and a better grasp may exist.
-    gap : float
-        ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative. It is infinite if epsilon is
-        zero and its bound is not.
-    boxes : int
-        Number of boxes bounded.
-    proven : bool
-        True if the caller gave the curvature; False if it was estimated.
-    stopped : {"tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"}
-        Why the search ended:
-
-        - "tolerance": the gap is proven to be within the argument `gap`.
-        - "open": it is proven that no grasp within the bounds is force closure by more than a millionth of
-          the contacts' strength.
-        - "estimate": one of the two above holds by an estimated curvature, without a proof.
-        - "boxes": `max_boxes` was reached, or every box left is too small to be cut.
-        - "time": `time_limit` was reached.
-        - "interrupted": Ctrl-C was pressed.
-        - "error": an error ended the search and carries this result as its ``partial``.
-    seconds : float
-        Duration of the search in s.
-    """
-
-    params: NDArray[np.float64]
-    quality: Quality
-    grasp: Grasp
-    epsilon_upper: float
-    gap: float
-    boxes: int
-    proven: bool
-    stopped: Ended
-    seconds: float
-
-    def __repr__(self) -> str:
-        upper = f"{self.epsilon_upper:.6g} ({'proven' if self.proven else 'estimate'})"
-        return (
-            f"GlobalOptimum(epsilon={self.quality.epsilon:.6g}, epsilon_upper={upper}, "
-            f"stopped={self.stopped!r}, boxes={self.boxes}, {self.seconds:.1f} s)"
-        )
 
 
 def plan_global(
@@ -251,9 +194,9 @@ class _Tree:
     ) -> None:
         self._source, self._score = problem.source, problem.score
         self._bends, self._safety, self._rates = bends, safety, rates
-        self._sum = problem.question["criterion"] == "sum"
-        self._bound = BoxBound(first.positions.shape[1], **problem.question)
-        self._open = _OPEN * _scale(first, problem.question["metric"])
+        self._sum = problem.quality_options["criterion"] == "sum"
+        self._bound = BoxBound(first.positions.shape[1], **problem.quality_options)
+        self._open = _OPEN * _scale(first, problem.quality_options["metric"])
         self.best: Array | None = None
         self._rho: float | None = None
         # Bounds are negated: heapq pops the least.

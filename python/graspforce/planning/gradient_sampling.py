@@ -159,7 +159,7 @@ class _Ascent:
         self, problem: SearchProblem, start: Array, lower: Array, upper: Array, tolerance: float, seed: int
     ) -> None:
         self._source, self._tolerance = problem.source, tolerance
-        self._question = problem.question
+        self._quality_options = problem.quality_options
         self._lower, self._upper, self._range = lower, upper, upper - lower
         self._random = np.random.default_rng(seed)
         # A parameter whose bounds are so close that rounding swallows the difference has nowhere to go.
@@ -208,7 +208,7 @@ class _Ascent:
 
     def _quality(self, params: Array) -> Quality:
         self.evaluations += 1
-        return self._source.grasp(params).quality(**self._question)
+        return self._source.grasp(params).quality(**self._quality_options)
 
     def _gradients_near(self, params: Array, radius: float) -> Array:
         """Gradients (n, p) by unit parameters, here and at random places within the radius."""
@@ -221,8 +221,8 @@ class _Ascent:
     def _gradient(self, params: Array) -> Array:
         """Chain rule: how contacts move with each parameter, and epsilon with the contacts."""
         self.evaluations += 1
-        question = {name: value for name, value in self._question.items() if name != "rtol"}
-        gradient = self._source.grasp(params)._gradient(**question)  # noqa: SLF001 - the quality is not wanted
+        quality_options = {name: value for name, value in self._quality_options.items() if name != "rtol"}
+        gradient = self._source.grasp(params)._gradient(**quality_options)  # noqa: SLF001 - the quality is not wanted
         step = _DIFFERENCE * self._range[self._free]
         moves = np.zeros((len(self._free), len(params)))
         moves[np.arange(len(self._free)), self._free] = step

@@ -275,7 +275,7 @@ def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], fl
     epsilon = np.full(len(points), -np.inf)
     if not contacts:
         return np.arange(len(points)), 0.0
-    coarse = {**problem.question, "rtol": max(problem.question["rtol"] or 0.0, 1e-2)}
+    coarse = {**problem.quality_options, "rtol": max(problem.quality_options["rtol"] or 0.0, 1e-2)}
     given: dict[str, Any] = {**problem.source.options, **contacts}
     answered = np.delete(np.arange(len(points)), list(failed))
     epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)

@@ -285,7 +285,7 @@ def pattern_search(
 
     def result(stopped: Stopped) -> Plan:
         grasp, quality = problem.answer(state.center)
-        history, criterion = tuple(state.history), problem.question["criterion"]
+        history, criterion = tuple(state.history), problem.quality_options["criterion"]
         params, counts = read_only_copy(state.center), source.counts - start
         return Plan(params, quality, grasp, history, criterion, counts, blocks, stopped)
 

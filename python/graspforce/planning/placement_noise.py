@@ -175,23 +175,23 @@ class PlacementNoise(Record):
         low = np.percentile(epsilon, 5, axis=1)
         return PlacementQuality(epsilon, converged, epsilon.mean(axis=1), low, closed.mean(axis=1))
 
-    def score(self, question: Mapping[str, Any]) -> PlacementScore:
-        """Return the measure the planner uses, of quality asked for by `question`."""
-        return PlacementScore(self, question)
+    def score(self, quality_options: Mapping[str, Any]) -> PlacementScore:
+        """Return the score of the planner, with these options of `graspforce.Grasp.quality`."""
+        return PlacementScore(self, quality_options)
 
 
 class PlacementScore:
     """The chosen statistic of the noisy quality."""
 
-    def __init__(self, placement: PlacementNoise, question: Mapping[str, Any]) -> None:
-        self._placement, self._question = placement, question
+    def __init__(self, placement: PlacementNoise, quality_options: Mapping[str, Any]) -> None:
+        self._placement, self._quality_options = placement, quality_options
 
     def best(
         self, options: Mapping[str, Any], contacts: Contacts, center: int, known: float | None
     ) -> Choice:
         """Pick the best row; every noisy copy is measured to the end, whatever is `known`."""
         del known
-        found = self._placement.quality(**{**options, **contacts}, **self._question)
+        found = self._placement.quality(**{**options, **contacts}, **self._quality_options)
         values = getattr(found, self._placement.statistic)
         best = values.max()
         good = values >= best - TIE * abs(best)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._internal.checks import chosen, known_options
-from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 from graspforce.typing import GraspOptions
 
@@ -32,7 +31,7 @@ class SearchProblem:
     """Candidates, the options of their quality, and the score that compares them."""
 
     source: CandidateSource
-    question: dict[str, Any]
+    quality_options: dict[str, Any]
     """Arguments of `Grasp.quality`."""
     score: Score
 
@@ -46,26 +45,28 @@ class SearchProblem:
         *,
         placement: PlacementNoise | None = None,
         prune: bool = True,
-        **question: Any,
+        **quality_options: Any,
     ) -> SearchProblem:
         """Check the arguments of a search before the surface is called."""
-        chosen("criterion", question["criterion"], ("max", "sum"))
+        chosen("criterion", quality_options["criterion"], ("max", "sum"))
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}
         known_options(options, GraspOptions.__annotations__)
         source = CandidateSource(surface, options, feasible, min_distance)
         if placement is None:
-            return cls(source, question, EpsilonScore(prune=prune, **question))
+            return cls(source, quality_options, EpsilonScore(prune=prune, **quality_options))
         if not isinstance(placement, PlacementNoise):
             raise InvalidInputError(f"placement: {placement!r} is not a graspforce.PlacementNoise")
-        return cls(source, question, placement.score(question))
+        return cls(source, quality_options, placement.score(quality_options))
 
     def answer(self, params: NDArray[np.float64]) -> tuple[Grasp, Quality]:
         """Return the grasp at (p,) parameters and its quality."""
         grasp = self.source.grasp(params)
-        return grasp, grasp.quality(**self.question)
+        return grasp, grasp.quality(**self.quality_options)
 
 
 def read_only_copy(values: ArrayLike) -> NDArray[np.float64]:
     """Copy an array that a result keeps, so that nothing else changes it or keeps it alive."""
-    return read_only(np.array(values, dtype=np.float64))
+    own = np.array(values, dtype=np.float64)
+    own.flags.writeable = False
+    return own

@@ -85,8 +85,8 @@ class Score(Protocol):
 class EpsilonScore:
     """The certified quality itself, by the core's pruned search."""
 
-    def __init__(self, *, prune: bool, **question: Any) -> None:
-        self._prune, self._question = prune, question
+    def __init__(self, *, prune: bool, **quality_options: Any) -> None:
+        self._prune, self._quality_options = prune, quality_options
         self._search: CandidateSearch | None = None
 
     def best(
@@ -99,7 +99,7 @@ class EpsilonScore:
         """Pick the best row by rho; the pool of critical directions lasts from call to call."""
         if self._search is None:
             dim = contacts["positions"].shape[-1]
-            self._search = CandidateSearch(dim, **self._question, prune=self._prune)
+            self._search = CandidateSearch(dim, **self._quality_options, prune=self._prune)
         given: dict[str, Any] = {**options, **contacts}
         found = self._search.best(**given, center_index=center, center_rho=known)
         cost = {name: found[name] for name in ("rejected", "polytopes", "converged")}

@@ -87,8 +87,8 @@ def view(
 def exposure(host: str) -> str:
     """Return the warning for an address that other machines can reach."""
     return (
-        f"the viewer listens at {host}, where other machines can reach it: whoever has its address with the "
-        "token can see and move the grasp, and nothing is encrypted"
+        f"the viewer listens at {host}, where other machines can reach it: anyone with its address and "
+        "token can see and move the grasp; nothing is encrypted"
     )
 
 

@@ -68,7 +68,7 @@ class ViewState:
         self.wrenches = np.zeros((0, 6)) if wrenches is None else np.asarray(wrenches, dtype=np.float64)
         if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
             raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
-        self._given = grasp._arguments()  # noqa: SLF001
+        self._given: dict[str, Any] = grasp._arguments()  # noqa: SLF001
         self._friction, self._limits = 1.0, 1.0
         self.grasp = grasp
 

@@ -215,9 +215,9 @@ def test_a_plan_file_puts_contacts_on_spatial_surfaces(write):
     ("old", "new", "message"),
     [
         ("v: [0, 1, 0]", "v: [2, 0, 0]", r":4: contacts\[0\].surface: .*span no plane"),
-        ("initial: [0, 0.01]", "initial: 0", r":5: contacts\[0\].initial: 1 of them, expected 2"),
+        ("initial: [0, 0.01]", "initial: 0", r":5: contacts\[0\].initial: 1 given, expected 2: one for each"),
         ("initial: [0, 0.01]", "initial: [0, 1]", r":5: contacts\[0\].initial: 1.0 is outside"),
-        ("[[1, 5], [-0.05, 0.05]]", "[1, 5]", r":18: contacts\[2\].bounds: 1 of them"),
+        ("[[1, 5], [-0.05, 0.05]]", "[1, 5]", r":18: contacts\[2\].bounds: 1 given, expected 2"),
         ("[[1, 5], [-0.05, 0.05]]", "[[1, 5], 3]", r":18: contacts\[2\].bounds"),
         ("kind: cylinder, radius: 0.05", "kind: torus", r":14: contacts\[2\].surface: "),
         ("surface: {kind: cylinder, radius: 0.05}", "friction: 1", r":14: contacts\[2\]: give either"),

@@ -53,6 +53,7 @@ NOT_RUN = {
     "cargo bench --bench force_latency": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
+    "python -m benches.trust --share 0.1 symmetric_cones global_bounds mesh_unions": LONG,
 }
 """Commands that a test cannot run, and why."""
 
@@ -77,8 +78,18 @@ def commands():
     return list(dict.fromkeys(found))
 
 
+def attacks():
+    """Return the command of each row of a table below ``pytest FILE -k WORDS``."""
+    found = []
+    for section in re.split(r"^#+ ", (ROOT / "docs" / "trust.md").read_text(), flags=re.MULTILINE):
+        if file := re.search(r"`pytest (\S+) -k WORDS`", section):
+            words = re.findall(r"\| `([^`]+)` \|$", section, re.MULTILINE)
+            found += [("trust", f"pytest {file[1]} -k {word}") for word in words]
+    return found
+
+
 COMMANDS = commands()
-TESTS = [pair for pair in COMMANDS if pair[1].startswith("pytest ")]
+TESTS = [*(pair for pair in COMMANDS if pair[1].startswith("pytest ")), *attacks()]
 RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN and pair not in TESTS]
 
 
