@@ -4,6 +4,7 @@
 #![allow(
     clippy::doc_markdown,
     clippy::doc_link_with_quotes,
+    clippy::doc_lazy_continuation,
     reason = "docstrings are Python's, in reStructuredText"
 )]
 #![allow(clippy::needless_pass_by_value, reason = "extracted arguments arrive by value")]

@@ -85,27 +85,24 @@ def _plain(value: Any) -> Any:
 def grasp_dict(grasp: Grasp) -> dict[str, Any]:
     """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
     return {
-        "wrench_dim": grasp.wrench_dim,
-        "num_contacts": grasp.num_contacts,
-        "force_dim": grasp.force_dim,
-        "num_edges": grasp.num_edges.tolist(),
+        **{name: _plain(getattr(grasp, name)) for name in _DIMENSIONS},
         **{name: _plain(value) for name, value in grasp._arguments().items()},  # noqa: SLF001
     }
 
 
 def grasp_of(given: Mapping[str, Any]) -> Grasp:
-    """Make the grasp whose dictionary `grasp_dict` returned; `Grasp.from_dict` calls this."""
-    arguments = {name: given[name] for name in GRASP_ARGUMENTS if name in given}
-    for name in ("positions", "normals"):
-        if name not in arguments:
-            raise InvalidGraspError(f"{name}: missing")
-    grasp = unwarned_grasp(**arguments)
-    derived = grasp_dict(grasp)
+    """Build the grasp whose dictionary this is; `Grasp.from_dict` calls this."""
     for name in given:
-        if name not in derived:
-            raise InvalidGraspError(f"{name}: unknown field; known are {', '.join(derived)}")
-        if name not in arguments and given[name] != derived[name]:
-            raise InvalidGraspError(f"{name}: {given[name]}, but the contacts make it {derived[name]}")
+        if name not in GRASP_ARGUMENTS and name not in _DIMENSIONS:
+            raise InvalidGraspError(f"{name}: no argument of a grasp; known are {', '.join(GRASP_ARGUMENTS)}")
+    for name in GRASP_ARGUMENTS[:2]:
+        if name not in given:
+            raise InvalidGraspError(f"{name}: missing")
+    grasp = unwarned_grasp(**{name: given[name] for name in GRASP_ARGUMENTS if name in given})
+    known = grasp_dict(grasp)
+    for name in _DIMENSIONS:
+        if name in given and not np.array_equal(given[name], known[name]):
+            raise InvalidGraspError(f"{name}: {given[name]}, but the contacts make it {known[name]}")
     return grasp
 
 

@@ -521,7 +521,7 @@ impl PyGrasp {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let restore = py.import("graspforce._core")?.getattr("unwarned_grasp_of")?;
-        Ok((restore, (self._arguments(py)?,).into_pyobject(py)?))
+        Ok((restore, (self.arguments.to_python(py, false)?,).into_pyobject(py)?))
     }
 
     fn __eq__(&self, other: &Bound<'_, Self>) -> bool {

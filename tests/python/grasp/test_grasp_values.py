@@ -96,7 +96,7 @@ def test_zero_and_minus_zero_are_one_grasp():
         ({"normals": None}, "normals"),
         ({"wrench_dim": 3}, "wrench_dim: 3, but the contacts make it 6"),
         ({"num_contacts": 3}, "num_contacts: 3, but the contacts make it 4"),
-        ({"fiction": 0.5}, "fiction: unknown field"),
+        ({"fiction": 0.5}, "fiction: no argument of a grasp"),
         ({"friction": [0.5]}, "friction: shape"),
     ],
 )

@@ -160,11 +160,11 @@ def state_of(result):
 
 def test_records_that_contradict_themselves_are_refused():
     make, state = state_of(SPATIAL.quality("max"))
-    rho, lower, upper = state[5]
+    rho, lower, upper = state[6]
     for field, value in [
-        (5, (rho, upper + 1, upper)), (5, (math.nan, lower, upper)), (5, (-rho, lower, upper)),
-        (5, (rho, rho, -math.inf)), (6, (True, "none", 3)), (6, (True, "closed", 3)),
-        (7, [1.0]), (7, [math.nan] * 6), (7, [0.0] * 6), (8, [0.0] * 5), (8, [1e3] * 6),
+        (6, (rho, upper + 1, upper)), (6, (math.nan, lower, upper)), (6, (-rho, lower, upper)),
+        (6, (rho, rho, -math.inf)), (7, (True, "none", 3)), (7, (True, "closed", 3)),
+        (8, [1.0]), (8, [math.nan] * 6), (8, [0.0] * 6), (9, [0.0] * 5), (9, [1e3] * 6),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
             make(*state[:field], value, *state[field + 1 :])
@@ -182,10 +182,11 @@ def test_records_that_contradict_themselves_are_refused():
         with pytest.raises(gf.InvalidInputError):
             make(state[0], state[1], offsets, rows)
     make, state = state_of(gf.ForceDistributor(PLANAR).solve_many([[0, -1, 0], [math.nan] * 3]))
-    forces, largest, sums, status = state
+    forces, largest, sums, rest, status = state
     for changed in [
-        (forces[:1], *state[1:]), (forces, largest[:1], sums, status), (forces, largest, sums, 1 - status),
-        (forces, largest, sums, status + 4), (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
+        (forces[:1], *state[1:]), (forces, largest[:1], sums, rest, status), (*state[:4], 1 - status),
+        (*state[:4], status + 4), (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
+        (forces, largest, sums, rest[:, :2], status),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
             make(*changed)
@@ -193,7 +194,7 @@ def test_records_that_contradict_themselves_are_refused():
         [PLANAR.positions] * 2, [PLANAR.normals, [(0, 0)] * 2]
     ).__reduce__()
     for rows in [
-        [(good[0], good[2] + 1, good[2], *good[3:])], [(*good[:3], -2, *good[4:])], [(*good[:4], 3, None)],
+        [(good[0], good[2] + 1, good[2], *good[3:])], [(*good[:3], -2, *good[4:])], [(*good[:4], 1, None)],
         [(*good[:5], "why")], [(*bad[:5], None)], [(0.0, *bad[1:])],
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
