@@ -9,27 +9,10 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
-
-/// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
-pub(crate) const UNBALANCED: f64 = 1e-10;
-
-/// Multipliers may be too large for double precision to keep the tolerance; past this gap that is no answer.
-pub(crate) const LOOSEST: f64 = 1e-6;
+use crate::tolerances::{LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, STEEP, UNBALANCED_WRENCH};
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
-const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
-
-/// Roundings of the largest term that a sum is off by, with a margin.
-pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
-
-/// Wrenches farther from a ray than rounding are not on it: what [`UNBALANCED`] allows, over this.
-const RAY: f64 = 2e4;
-
-/// What rounding leaves between the two ways of computing a ray's objective.
-const RAY_GAP: f64 = 1e-13;
-
-/// Laws whose forces change by more than this, relative to the wrench's and their own size, are steep.
-const STEEP: f64 = 1e6;
+const MOST_CANCELLED: f64 = LOOSEST_GAP / ROUNDED_GAP;
 
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
@@ -108,7 +91,7 @@ impl<const R: usize> Rows<R> {
 
 /// A region of wrenches with one linear law of forces.
 #[derive(Debug, Clone)]
-pub(crate) struct Region<const R: usize> {
+pub(crate) struct CriticalRegion<const R: usize> {
     /// `K`: normalised forces, slacks and multipliers, none of which may be negative.
     pub(crate) conditions: Rows<R>,
     /// Forces, not divided by any limit, that may not be negative either: rows only where limits are far apart.
@@ -120,7 +103,7 @@ pub(crate) struct Region<const R: usize> {
     /// `F`: the components of each contact force that exist, contact by contact.
     pub(crate) forces: Rows<R>,
     /// The normalised normal force of each contact.
-    pub(crate) normals: Rows<R>,
+    pub(crate) shares: Rows<R>,
     /// What the forces minimise.
     pub(crate) objective: Objective,
     /// `z_b`: the objective is `z_b . b`.
@@ -141,7 +124,7 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) proven: Option<(SVector<f64, R>, f64)>,
 }
 
-impl<const R: usize> Region<R> {
+impl<const R: usize> CriticalRegion<R> {
     pub(crate) fn with_capacity(
         objective: Objective,
         contacts: usize,
@@ -156,7 +139,7 @@ impl<const R: usize> Region<R> {
             strengths: strengths.to_vec(),
             equations: Rows::with_capacity(R),
             forces: Rows::with_capacity(force_dim * contacts),
-            normals: Rows::with_capacity(contacts),
+            shares: Rows::with_capacity(contacts),
             objective,
             dual: SVector::zeros(),
             reach: 1.0,
@@ -175,7 +158,7 @@ impl<const R: usize> Region<R> {
         &mut self,
         b: &SVector<f64, R>,
         forces: impl Iterator<Item = f64>,
-        normals: &[f64],
+        shares: &[f64],
         proven: (SVector<f64, R>, f64),
         units: &SVector<f64, R>,
     ) {
@@ -184,13 +167,13 @@ impl<const R: usize> Region<R> {
         let scaled = b / largest;
         let along = scaled / (largest * scaled.norm_squared());
         forces.for_each(|force| self.forces.push(&(along * force)));
-        normals.iter().for_each(|normal| self.normals.push(&(along * *normal)));
+        shares.iter().for_each(|share| self.shares.push(&(along * *share)));
         for k in 0..R {
             let mut row = along * -b[k];
             row[k] += 1.0;
-            self.equations.push(&(row * (units[k] * RAY)));
+            self.equations.push(&(row * (units[k] * UNBALANCED_WRENCH / RAY_WIDTH)));
         }
-        let (most, sum) = normals.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
+        let (most, sum) = shares.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
         self.dual = along * self.objective.value(most, sum);
         self.units = *units;
         (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
@@ -222,7 +205,7 @@ impl<const R: usize> Region<R> {
         self.pushes.clear();
         self.equations.clear();
         self.forces.clear();
-        self.normals.clear();
+        self.shares.clear();
         self.proven = None;
         self.basic = false;
     }
@@ -253,7 +236,7 @@ impl<const R: usize> Region<R> {
     /// that is nothing beside the share of a weak one may be more than all its force.
     fn pushes(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let mut largest: f64 = 0.0;
-        for (block, strengths) in self.normals.blocks.iter().zip(self.strengths.chunks(LANES)) {
+        for (block, strengths) in self.shares.blocks.iter().zip(self.strengths.chunks(LANES)) {
             let forces = block.times(b).into_iter().zip(strengths).map(|(share, strength)| share * strength);
             largest = forces.fold(largest, f64::max);
         }
@@ -264,7 +247,7 @@ impl<const R: usize> Region<R> {
     #[inline]
     pub(crate) fn totals(&self, b: &SVector<f64, R>) -> (f64, f64) {
         let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0; LANES]);
-        for block in &self.normals.blocks {
+        for block in &self.shares.blocks {
             let product = block.times(b);
             for lane in 0..LANES {
                 largest[lane] = if product[lane] > largest[lane] { product[lane] } else { largest[lane] };
@@ -289,7 +272,7 @@ impl<const R: usize> Region<R> {
 
     /// Whether the part of `b` outside the span of the forces is rounding.
     fn balances(&self, b: &SVector<f64, R>) -> bool {
-        let largest = UNBALANCED * b.component_mul(&self.units).norm();
+        let largest = UNBALANCED_WRENCH * b.component_mul(&self.units).norm();
         // A wrench whose length overflows would pass with anything.
         largest.is_finite() && self.equations.all(b, |x| x.abs() <= largest)
     }

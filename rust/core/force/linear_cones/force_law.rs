@@ -8,17 +8,14 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
-use crate::force::least_norm::solver::UNMOVED;
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::linear_cones::critical_region::Region;
-use crate::force::linear_cones::optimal_face::{ContactStatus, Face};
+use crate::force::linear_cones::critical_region::CriticalRegion;
+use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::force::simplex::basis::invert;
 use crate::force::simplex::pricing::ImplicitColumns;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
-
-/// Unknowns whose columns are dependent up to this are not determined by the equations.
-const DEPENDENT: f64 = 1e-11;
+use crate::tolerances::{DEPENDENT, UNMOVED};
 
 /// What turns coefficients into forces.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +34,8 @@ pub(crate) struct Extremes<'a> {
 /// the face's order, and of the common level.
 ///
 /// `rank` rows of the equilibrated wrenches are not zero.
-pub(crate) fn unique_law<const R: usize>(
-    face: &Face,
+pub(crate) fn unique_forces<const R: usize>(
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     rank: usize,
     coefficients: &mut Vec<SVector<f64, R>>,
@@ -96,8 +93,8 @@ pub(crate) struct LeastSquaresLaw<const R: usize> {
 
 /// The forces of least norm on a face as a law of the wrench. `limits` are the `f_i^U`. `None` if nothing is left to
 /// choose, or if rounding gets the better of it.
-pub(crate) fn least_squares_law<const R: usize>(
-    face: &Face,
+pub(crate) fn least_norm_forces<const R: usize>(
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     simplex: &Simplex<R>,
     extremes: Extremes<'_>,
@@ -127,8 +124,8 @@ pub(crate) fn least_squares_law<const R: usize>(
 }
 
 /// The law of one basis, whatever else is optimal: `alpha = B^-1 b`, added up over the columns (Eq. 31).
-pub(crate) fn basic_law<const R: usize>(
-    face: &Face,
+pub(crate) fn basis_forces<const R: usize>(
+    face: &OptimalFace,
     simplex: &Simplex<R>,
     coefficients: &mut Vec<SVector<f64, R>>,
 ) -> SVector<f64, R> {
@@ -146,7 +143,7 @@ pub(crate) fn basic_law<const R: usize>(
 
 /// How far a law is from balancing the wrench that the simplex balanced.
 pub(crate) fn unbalanced<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     coefficients: &[SVector<f64, R>],
     target: &SVector<f64, R>,
@@ -158,7 +155,7 @@ pub(crate) fn unbalanced<const R: usize>(
 
 /// How far a law's objective at the simplex's target is from the multipliers' (Eq. 26), relative.
 pub(crate) fn duality_gap<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     coefficients: &[SVector<f64, R>],
     simplex: &Simplex<R>,
@@ -178,7 +175,7 @@ pub(crate) fn duality_gap<const R: usize>(
 /// The columns of the unknowns, completed by unit vectors in the rows that are zero; `None` unless there are
 /// as many unknowns as equations.
 fn unknowns<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     rank: usize,
 ) -> Option<SMatrix<f64, R, R>> {
@@ -216,8 +213,8 @@ fn unknowns<const R: usize>(
 /// Writes the law into a region, in the coordinates of the caller's wrench: `map` takes `-w_ext` there to the
 /// coordinates of the coefficients.
 pub(crate) fn write_region<const R: usize>(
-    region: &mut Region<R>,
-    face: &Face,
+    region: &mut CriticalRegion<R>,
+    face: &OptimalFace,
     coefficients: &[SVector<f64, R>],
     level: &SVector<f64, R>,
     map: &SMatrix<f64, R, R>,
@@ -267,6 +264,6 @@ pub(crate) fn write_region<const R: usize>(
         for &component in extremes.components {
             region.forces.push(&force[component]);
         }
-        region.normals.push(&normal);
+        region.shares.push(&normal);
     }
 }

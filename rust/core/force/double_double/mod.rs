@@ -8,34 +8,24 @@ pub(crate) mod columns;
 pub(crate) mod simplex;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, Found};
-use crate::force::linear_cones::critical_region::LOOSEST;
-use crate::force::precise::choice::{Optimum, least_squares_levels};
-use crate::force::precise::columns::{PreciseColumns, ROWS, Vector};
-use crate::force::precise::simplex::{Outcome, PreciseSimplex};
+use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::double_double::choice::{Optimum, least_squares_levels};
+use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
+use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::FEASIBILITY_TOLERANCE;
-
-/// How far the objective of chosen forces may be above the least.
-const CHOSEN_GAP: f64 = 5e-10;
-
-/// How much farther from balance chosen forces may be.
-const CHOSEN_REST: f64 = 1e-11;
-
-/// Witnesses of doubles whose margin is larger than this, and along which nothing reaches farther than rounding, need
-/// no proof in 32 digits.
-const CLEAR_MARGIN: f64 = 1e-6;
-const CLEAR_REACH: f64 = 4e-15;
+use crate::tolerances::{
+    CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, FEASIBILITY_TOLERANCE, LOOSEST_GAP,
+};
 
 const SOLVER: &str = "simplex in 32 digits";
 
 /// The program of one grasp and objective.
 #[derive(Debug, Clone)]
-pub(crate) struct Precise<const D: usize> {
-    columns: PreciseColumns,
+pub(crate) struct DoubleDoubleProgram<const D: usize> {
+    columns: DoubleDoubleColumns,
     components: &'static [usize],
     limits: Vec<f64>,
     /// The largest lower bound of normalised normal forces; zero without.
@@ -45,13 +35,13 @@ pub(crate) struct Precise<const D: usize> {
     tolerance: f64,
 }
 
-impl<const D: usize> Precise<D> {
+impl<const D: usize> DoubleDoubleProgram<D> {
     /// `bounds` are the lower bounds of normalised normal forces; none where empty.
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         let least: Vec<f64> = bounds.iter().map(|bound| bound / largest).collect();
         Self {
-            columns: PreciseColumns::new(grasp, objective, least.clone(), tolerance),
+            columns: DoubleDoubleColumns::new(grasp, objective, least.clone(), tolerance),
             components: grasp.force_components(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             largest,
@@ -61,7 +51,7 @@ impl<const D: usize> Precise<D> {
     }
 
     /// Least forces for `b = -w_ext`, written in `found`.
-    pub(crate) fn solve(&self, b: &Wrench<D>, found: &mut Found) -> Result<Certificate<D>> {
+    pub(crate) fn solve(&self, b: &Wrench<D>, found: &mut ContactForces) -> Result<Certificate<D>> {
         let units = &self.columns.units;
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
         let stalled =
@@ -74,7 +64,7 @@ impl<const D: usize> Precise<D> {
         if self.largest > 0.0 {
             target[D] = self.largest / size;
         }
-        let mut simplex = PreciseSimplex::new(&self.columns, &target);
+        let mut simplex = DoubleDoubleSimplex::new(&self.columns, &target);
         match simplex.solve() {
             Outcome::Balanced => {}
             Outcome::Infeasible(witness) => {
@@ -95,7 +85,7 @@ impl<const D: usize> Precise<D> {
         if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), found, simplex.pivots) {
             certificate = better;
         }
-        let allowed = self.tolerance.max(LOOSEST);
+        let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
@@ -120,13 +110,13 @@ impl<const D: usize> Precise<D> {
         reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(&self, simplex: &PreciseSimplex<'_>, size: f64, found: &mut Found) {
+    fn add_up(&self, simplex: &DoubleDoubleSimplex<'_>, size: f64, found: &mut ContactForces) {
         found.clear();
         found.unique = false;
         for (level, share) in simplex.shares() {
             let level = level * share.normal * size;
             found.forces[share.contact] += share.force * level;
-            found.normals[share.contact] += level;
+            found.shares[share.contact] += level;
         }
     }
 
@@ -136,7 +126,7 @@ impl<const D: usize> Precise<D> {
         z: &[f64; ROWS],
         balanced: &Vector,
         size: f64,
-        found: &Found,
+        found: &ContactForces,
         pivots: usize,
     ) -> Certificate<D> {
         let objective = self.columns.objective();
@@ -171,7 +161,7 @@ impl<const D: usize> Precise<D> {
         balanced: &Vector,
         size: f64,
         left_over: f64,
-        found: &mut Found,
+        found: &mut ContactForces,
         pivots: usize,
     ) -> Option<Certificate<D>> {
         if !self.least.is_empty() {
@@ -182,7 +172,7 @@ impl<const D: usize> Precise<D> {
         let optimum =
             Optimum { target: &wanted, multiplier: z, sigma_max: largest / size, sigma_sum: sum / size };
         let levels = least_squares_levels(&self.columns, self.components, &self.limits, &optimum)?;
-        let mut chosen = Found::new(found.forces.len());
+        let mut chosen = ContactForces::new(found.forces.len());
         let mut rest = *balanced;
         for (contact, edge, level) in levels {
             let (wrenches, forces) = self.columns.listed(contact)?;
@@ -191,7 +181,7 @@ impl<const D: usize> Precise<D> {
             }
             let force: ContactForce = forces[edge];
             chosen.forces[contact] += force * (level * size);
-            chosen.normals[contact] += level * size;
+            chosen.shares[contact] += level * size;
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
