@@ -1,5 +1,5 @@
-//! Forces added up from columns, and whether they are an answer: they balance the wrench, press no less than they
-//! must, and their objective is the proven one.
+//! Contact forces and their certificate: they balance the wrench (Eq. 11), keep their lower bounds, and attain the
+//! objective that a multiplier proves least (Eq. 26).
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::simplex::pricing::Objective;

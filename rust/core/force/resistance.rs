@@ -1,4 +1,4 @@
-//! How large a wrench along given directions the limited forces can resist.
+//! The largest wrench along given directions that limited forces can resist (Eq. 7 with `sigma <= 1`).
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::distributor::ForceDistributor;

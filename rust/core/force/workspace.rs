@@ -1,4 +1,4 @@
-//! What one distributor writes while it solves, and what it remembers of earlier wrenches.
+//! The buffers in which a distributor solves, with the bases and critical regions of earlier wrenches.
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Force distribution, as Python sees it.
 //!
-//! - [`distributor`]: `ForceDistributor`; [`shared`]: its workspace, for one thread at a time; [`solve`]: its calls; [`solution`]: `ForceSolution`; [`batch`]: `ForceBatch`;
-//!   [`solve_iter`]: the iterator over wrenches.
+//! - [`distributor`]: `ForceDistributor`; [`shared`]: its workspace, for one thread at a time; [`solve`]: its calls.
+//! - [`solution`]: `ForceSolution`; [`batch`]: `ForceBatch`; [`solve_iter`]: the iterator over wrenches.
 
 pub(crate) mod batch;
 pub(crate) mod distributor;

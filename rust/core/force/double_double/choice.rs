@@ -1,4 +1,4 @@
-//! The third level where doubles cannot tell the face of optimal solutions: least squares with rows that weigh.
+//! The third level where doubles cannot tell the optimal face: least squares with weighted rows.
 //!
 //! With the optimal objective known, the least `sum_i |f_i|^2 / f_i^U^2` is a nonnegative least-squares problem: balance
 //! and objective are rows of a large weight (Lawson and Hanson, "Solving Least Squares Problems", chapters 22 and 23).

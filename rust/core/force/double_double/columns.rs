@@ -1,8 +1,8 @@
 //! Columns of the force distribution program for the simplex method in 32 digits.
 //!
-//! Coordinates are physical ones over the largest force and the largest torque of one contact, so that what is left
-//! unbalanced means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
-//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in `preload_columns`.
+//! Coordinates are physical ones over the largest force and the largest torque of one contact, so that an
+//! imbalance means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
+//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in [`preload`](crate::force::preload).
 
 use crate::force::equilibration::units;
 use crate::force::simplex::pricing::Objective;

@@ -1,7 +1,10 @@
-//! Least forces where doubles cannot decide: solved in 32 digits, within the feasibility tolerance.
+//! The program of Eqs. 24 and 26 in 32 digits (pairs of doubles), where doubles cannot decide.
 //!
-//! What comes back is exactly optimal for the wrench that its forces balance, and that wrench differs from the given one
-//! by no more than the tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
+//! The forces are exactly optimal for the wrench that they balance. That wrench differs from the given one by no more
+//! than the feasibility tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
+//!
+//! - [`simplex`]: the simplex method with a price on imbalance; [`columns`]: its columns.
+//! - [`choice`]: the third level as a nonnegative least-squares problem.
 
 pub(crate) mod choice;
 pub(crate) mod columns;

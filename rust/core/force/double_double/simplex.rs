@@ -1,11 +1,10 @@
-//! The simplex method in 32 digits: what decides where doubles cannot.
+//! The simplex method in 32 digits, with a price on what stays unbalanced.
 //!
 //! Nearly degenerate grasps (feet whose heights differ by rounding, loads through the edge of their support) make
-//! bases of columns that differ by a billionth. Here what may stay unbalanced is a variable of its own, one for each
-//! component of the wrench, at a price: `min c . alpha + price |s|_1` subject to `P alpha + s = b`. Multipliers are then
-//! no larger than the price. The price starts low and rises until what is left over is rounding; at the last price the
-//! feasibility tolerance may be used. Where even that does not do, the least that must be left over is computed, and
-//! the multiplier that proves it is the witness: it is at most one in every component.
+//! bases of columns that differ by a billionth. Therefore the imbalance `s` is a variable of each row, at a price:
+//! `min c . alpha + price |s|_1` subject to `P alpha + s = b`. Multipliers are then no larger than the price. The price
+//! starts low and rises until `s` is rounding. At the last price `s` may reach the feasibility tolerance. If that does
+//! not suffice, the least possible `|s|_1` is computed. The multiplier that proves it is the witness of infeasibility.
 
 use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
 use crate::interrupt;

@@ -53,7 +53,7 @@ pub(crate) enum Chosen {
 
 impl FaceProgram<'_> {
     /// The forces of least norm that balance the wrench. `column` gives an extreme force and its wrench. `None` where
-    /// rounding gets the better of it, or where there are too many unknowns.
+    /// rounding prevents it, or where there are too many unknowns.
     pub(crate) fn solve<const R: usize>(
         &self,
         balance: &Balance,
@@ -74,11 +74,11 @@ impl FaceProgram<'_> {
     /// How far the forces themselves may move in the directions that the equations leave free.
     pub(crate) fn freedom<const R: usize>(
         &self,
-        law: &LeastNormSolution,
+        chosen: &LeastNormSolution,
         column: impl Fn(usize, u32) -> (SVector<f64, R>, ContactForce),
     ) -> f64 {
         let rows = self.components.len() * self.limits.len();
-        (self.objective(column).rows(0, rows) * &law.null).amax()
+        (self.objective(column).rows(0, rows) * &chosen.null).amax()
     }
 
     fn unknowns(&self) -> usize {

@@ -88,8 +88,8 @@ impl Solutions {
         self.null.ncols() == 0
     }
 
-    /// The solution of least `|A x|` that keeps the constraints, at the parameters `at`. `None` where rounding gets the
-    /// better of it, where it was interrupted, or where there is no choice.
+    /// The solution of least `|A x|` that keeps the constraints, at the parameters `at`. `None` where rounding
+    /// prevents it, where it was interrupted, or where there is no choice.
     pub(crate) fn least_norm(
         self,
         objective: &DMatrix<f64>,

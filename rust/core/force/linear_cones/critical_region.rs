@@ -89,7 +89,7 @@ impl<const R: usize> Rows<R> {
     }
 }
 
-/// A region of wrenches with one linear law of forces.
+/// Wrenches whose least forces are one linear map `F b` of `b = -w_ext`.
 #[derive(Debug, Clone)]
 pub(crate) struct CriticalRegion<const R: usize> {
     /// `K`: normalised forces, slacks and multipliers, none of which may be negative.
@@ -110,7 +110,7 @@ pub(crate) struct CriticalRegion<const R: usize> {
     pub(crate) dual: SVector<f64, R>,
     /// `p(z_b)`, one up to rounding; the objective's lower bound is `z_b . b / p(z_b)`.
     pub(crate) reach: f64,
-    /// The relative gap up to which the law counts as an answer.
+    /// The relative gap up to which the forces count as an answer.
     pub(crate) tolerance: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
@@ -118,7 +118,7 @@ pub(crate) struct CriticalRegion<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
-    /// Whether the law is that of one basis, because rounding hides what else is optimal.
+    /// Whether the forces are those of one basis, because rounding hides other optimal ones.
     pub(crate) basic: bool,
     /// The multipliers and the gap that were proven where the region is one ray.
     pub(crate) proven: Option<(SVector<f64, R>, f64)>,
@@ -180,8 +180,8 @@ impl<const R: usize> CriticalRegion<R> {
         self.proven = Some(proven);
     }
 
-    /// Whether a change of the wrench that is nearly nothing changes the forces by as much as they are: such a law follows
-    /// rounding of the contacts' positions.
+    /// Whether tiny changes of the wrench change the forces by as much as they are: such forces follow rounding of the
+    /// contacts' positions.
     pub(crate) fn is_steep(&self, b: &SVector<f64, R>) -> bool {
         let unit = self.units.map(f64::recip);
         let size = b.component_mul(&self.units).amax();
@@ -210,7 +210,7 @@ impl<const R: usize> CriticalRegion<R> {
         self.basic = false;
     }
 
-    /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective
+    /// Whether the region holds the least forces at `b`: none negative by more than `inside`, relative to the objective
     /// and to the largest force, and the objective within the tolerance of its lower bound.
     #[inline]
     pub(crate) fn answers(&self, b: &SVector<f64, R>, inside: f64) -> bool {
@@ -225,7 +225,7 @@ impl<const R: usize> CriticalRegion<R> {
             && (self.equations.count == 0 || self.balances(b))
     }
 
-    /// Whether no share of a law whose multipliers are not yet written is negative by more than `inside`, and no force.
+    /// Whether no share and no force is negative by more than `inside`; multipliers need not be written yet.
     pub(crate) fn nonnegative(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let (largest, sum) = self.totals(b);
         let floor = -inside * self.objective.value(largest, sum);

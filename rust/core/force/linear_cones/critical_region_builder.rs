@@ -1,10 +1,9 @@
-//! From an optimal basis to the critical region around a wrench: which law the forces obey there, and whether it is an
-//! answer.
+//! Builds the critical region around a wrench from an optimal basis.
 //!
-//! The multipliers describe a face of optimal solutions. If its unknowns are independent, the forces on it are unique;
-//! else the third level chooses among them; where rounding gets the better of both, the forces of the basis itself
-//! are least as well. A law is accepted only if its forces balance the wrench, push, and attain the objective that the
-//! multipliers prove.
+//! The multipliers `z_b` of Eq. 26 describe the face of optimal solutions. If its unknowns are independent, the forces
+//! are unique. Otherwise the third level chooses among them. Where rounding prevents both, the forces of the basis
+//! itself are used (Eq. 31): they are least, too. The linear map of the forces is accepted only if its forces balance
+//! the wrench, push, and attain the objective that the multipliers prove.
 
 use nalgebra::SVector;
 
@@ -38,7 +37,7 @@ pub(crate) struct CriticalRegionBuilder<const D: usize> {
     tolerance: f64,
 }
 
-/// What is written down on the way to a region, to be reused.
+/// Buffers of the builder.
 #[derive(Debug, Clone)]
 pub(crate) struct BuilderWorkspace<const D: usize> {
     face: OptimalFace,
@@ -77,7 +76,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         self.components
     }
 
-    /// A region with room for any law of the grasp.
+    /// A region with room for any force map of the grasp.
     pub(crate) fn blank(&self, objective: Objective) -> CriticalRegion<D> {
         // A condition for each extreme force or each facet of its cone, whichever are more.
         let surplus: usize = self.interiors.iter().flatten().map(Interior::surplus).sum();
@@ -133,7 +132,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, unmet })
     }
 
-    /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
+    /// Writes the linear map of the forces on the face that the multipliers describe. Returns how far it is from
     /// balance and from the multipliers' objective at the simplex's target.
     fn write_forces(
         &self,
@@ -169,14 +168,14 @@ impl<const D: usize> CriticalRegionBuilder<D> {
                 }
             }
         }
-        if let Some(law) = force_law::least_norm_forces(face, columns, simplex, extremes, &self.limits) {
-            let (_, mismatch) = mismatch(face, &law.coefficients);
+        if let Some(chosen) = force_law::least_norm_forces(face, columns, simplex, extremes, &self.limits) {
+            let (_, mismatch) = mismatch(face, &chosen.coefficients);
             if mismatch <= trusted {
-                force_law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
-                for multiplier in &law.multipliers {
+                force_law::write_region(region, face, &chosen.coefficients, &chosen.level, map, extremes);
+                for multiplier in &chosen.multipliers {
                     region.conditions.push(&map.tr_mul(multiplier));
                 }
-                for equation in &law.equations {
+                for equation in &chosen.equations {
                     region.equations.push(&map.tr_mul(equation));
                 }
                 if region.nonnegative(b, NEGATIVE_IN_NEW_REGION) {
@@ -206,7 +205,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         )
     }
 
-    /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
+    /// How far the forces may be from balance and from the multipliers' objective, at the simplex's target.
     fn trusted(&self, simplex: &Simplex<D>) -> f64 {
         let z = simplex.multipliers[0].lp_norm(1);
         let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));

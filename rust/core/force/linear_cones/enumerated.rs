@@ -1,9 +1,9 @@
 //! The paper's own two phases (section 4): the points of the wrench set offline, then `z_b` and the points
 //! on its hyperplane online.
 //!
-//! Clarabel solves Eq. 26 to about eight digits (of more points than it can take in, the simplex method does). That is enough to tell which points lie on the supporting
-//! hyperplane; the simplex restricted to these finishes with a basic solution, and every other point is then
-//! checked against the multipliers, so that the answer is exact over the whole set.
+//! Clarabel solves Eq. 26 to about eight digits; for more than [`MAX_INTERIOR`] points the simplex method does. That is
+//! enough to tell which points lie on the supporting hyperplane. The simplex restricted to these finishes with a basic
+//! solution. Every other point is then checked against the multipliers, so the answer is exact over the whole set.
 
 use nalgebra::SVector;
 

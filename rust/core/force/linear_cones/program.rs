@@ -1,8 +1,8 @@
-//! Force distribution over finitely many extreme forces: from a wrench to the critical region it lies in.
+//! Force distribution over finitely many extreme forces (Eqs. 24 and 26): finds the critical region of a wrench.
 //!
 //! A wrench is looked up in the regions of the last answers; failing that, the dual simplex continues from the
 //! last basis for a few pivots; failing that, the primal simplex starts afresh. Whatever way leads to the
-//! multipliers, the region is then read off the face they describe, so the forces do not depend on it.
+//! multipliers, the region is then built from the optimal face they describe, so the forces do not depend on it.
 
 use nalgebra::SVector;
 
@@ -29,7 +29,7 @@ const REMEMBERED: usize = 16;
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 2;
 
-/// What does not change while solving.
+/// The program of a grasp with listed extreme forces; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearProgram<const D: usize> {
     equilibration: Equilibration<D>,
@@ -41,7 +41,7 @@ pub(crate) struct LinearProgram<const D: usize> {
     precise: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearWorkspace<const D: usize> {
     simplex: Simplex<D>,
@@ -230,7 +230,7 @@ impl<const D: usize> LinearProgram<D> {
         Ok((&workspace.remembered[slot].region, pivots))
     }
 
-    /// Whether the law of a region follows rounding, so that 32 digits and the third level choose better forces.
+    /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
     fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
         self.columns.wrenches.len() <= MAX_UNKNOWNS
             && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)

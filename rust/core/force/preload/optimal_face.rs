@@ -30,7 +30,7 @@ pub(crate) struct Bounds {
 
 impl<const D: usize> PreloadColumns<D> {
     /// Solves the third level at an optimal simplex state; `used` holds the basic solution and is replaced.
-    /// Returns whether there was nothing to choose, or `None` where rounding gets the better of it.
+    /// Returns whether there was nothing to choose, or `None` where rounding prevents it.
     pub(crate) fn choose_least_norm(
         &self,
         simplex: &Simplex<ROWS>,
@@ -56,10 +56,10 @@ impl<const D: usize> PreloadColumns<D> {
         let right = DMatrix::from_column_slice(D, 1, wrench.as_slice());
         let column = |contact, edge| self.column(contact, edge);
         let chosen = program.solve(&Balance { right, at: DVector::repeat(1, 1.0) }, column)?;
-        let Chosen::LeastNorm(law) = chosen else { return Some(true) };
-        let unique = program.freedom(&law, column) <= 1e-9;
+        let Chosen::LeastNorm(least_norm) = chosen else { return Some(true) };
+        let unique = program.freedom(&least_norm, column) <= 1e-9;
         used.clear();
-        let mut levels = law.solution.iter();
+        let mut levels = least_norm.solution.iter();
         for contact in 0..self.contacts.len() {
             for (&edge, &level) in face.edges(contact).iter().zip(&mut levels) {
                 let level = if face.inside[contact] { level } else { level.max(0.0) };

@@ -1,6 +1,6 @@
-//! Force distribution with a preload: no contact presses with less than its lower bound.
+//! Force distribution with a preload: no normal force is below its lower bound.
 //!
-//! The program is not homogeneous, so there are no regions to remember: each wrench is solved by the simplex
+//! The program is not homogeneous, so there are no critical regions to remember: each wrench is solved by the simplex
 //! over the columns of [`PreloadColumns`], from the last basis where that is a few pivots away. It takes true
 //! cones as well as listed extreme forces.
 
@@ -28,7 +28,7 @@ use crate::tolerances::{OPTIMAL_COST, UNBALANCED_WRENCH};
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 8;
 
-/// What does not change while solving.
+/// The program of a grasp with lower bounds; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct PreloadProgram<const D: usize> {
     equilibration: Equilibration<D>,
@@ -43,7 +43,7 @@ pub(crate) struct PreloadProgram<const D: usize> {
     unbounded: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct PreloadWorkspace {
     simplex: Simplex<ROWS>,

@@ -22,7 +22,7 @@ use crate::interrupt;
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 12;
 
-/// What does not change while solving.
+/// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
@@ -32,7 +32,7 @@ pub(crate) struct ConeProgram<const D: usize> {
     precise: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
