@@ -12,7 +12,7 @@ CONSTRAINTS ?= constraints.txt
 export PIP_CONSTRAINT := $(abspath $(CONSTRAINTS))
 # Modules are compiled when they are imported; most of those installed never are.
 export PIP_COMPILE := 0
-EXTRAS := cli,dask,datasets,mesh,metrics,plot,search,viewer
+EXTRAS := cli,dask,datasets,mesh,measures,plot,search,viewer
 comma := ,
 
 .PHONY: demo test fuzz bench compare lint docs dist build notices constraints oldest clean

@@ -107,7 +107,7 @@ fn methods(bench: &mut Bench) {
 fn true_cones(bench: &mut Bench) {
     let mut group = bench.benchmark_group("how long do the forces take with true cones to 1e-6");
     let mut options = DistributionOptions::default();
-    options.tolerance = 1e-6;
+    options.rtol = 1e-6;
     let hard = tile(OPTIMUM, 0);
     let soft: Vec<_> = hard.contacts().iter().map(|contact| contact.clone().torsion(0.005)).collect();
     let soft = Grasp::new(&soft).expect("valid contacts");

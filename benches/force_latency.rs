@@ -12,7 +12,7 @@ fn main() {
     let calls = std::env::var("CALLS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000_000);
     println!(
         "{:44} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7}",
-        "us a call", "mean", "p50", "p99", "p99.9", "p99.99", "pivots"
+        "time of a call (us)", "mean", "p50", "p99", "p99.9", "p99.99", "pivots"
     );
     let grasp = tile(OPTIMUM, 10);
     let mut step = 0_u32;

@@ -73,7 +73,7 @@ def wait_for(out: Path, parts: int) -> None:
 
 
 def throughput(source: Path, folder: Path, rows: int, rows_per_part: int) -> None:
-    names = ("criteria", "grasps a second", "per core second", "core hours a million", "peak memory MiB")
+    names = ("criteria", "grasps / s", "grasps / core second", "core hours / million", "peak memory (MiB)")
     print(f"| {' | '.join(names)} |\n{'|---' * len(names)}|")
     for criteria in ("max", "sum", "max,sum"):
         before = os.times()

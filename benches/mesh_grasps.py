@@ -51,7 +51,7 @@ def plan(name, contacts, starts):
     began = time.perf_counter()
     # A bracket of a ten-thousandth is narrow enough to tell grasps apart.
     limits = {"starts": starts, "best": 10, "min_distance": size / 20, "rtol": 1e-4}
-    found = gf.plan_many(surface, bounds, size / 5, size / 50, **limits, **options)
+    found = gf.plan_multistart(surface, bounds, size / 5, size / 50, **limits, **options)
     seconds = time.perf_counter() - began
     chance, closed, drawn = random_best(surface, bounds, options)
     plan_best = found.best.quality.epsilon

@@ -32,7 +32,7 @@ def plans(count, starts):
                 start = time.perf_counter()
                 try:
                     surface, bounds, size, options = problem(number, contacts)
-                    found = gf.plan_many(
+                    found = gf.plan_multistart(
                         surface, bounds, size / 5, size / 100, criterion, starts=starts, best=3, **options
                     )
                     quality = found.best.quality
@@ -54,7 +54,7 @@ def refinements(count):
     for number in range(count):
         try:
             surface, bounds, size, options = problem(number, 3)
-            found = gf.plan_many(surface, bounds, size / 5, size / 50, starts=5, best=1, **options)
+            found = gf.plan_multistart(surface, bounds, size / 5, size / 50, starts=5, best=1, **options)
             before = found.best.quality.epsilon
             after = gf.refine(surface, found.best.params, bounds, **options)
         except gf.GraspForceError as error:

@@ -26,24 +26,23 @@ BLOCK = 500
 def questions(run: Run) -> Iterator[Question]:
     yield Question(
         "Do the contacts hold a weight, and with how little force?",
-        "The same grasps under 1 N through the origin, nothing kept between them. HiGHS is asked for "
-        "the least sum of normal forces too; Klampt for some forces, in the same cones.",
+        "The same grasps under 1 N through the origin. Nothing is kept between them. HiGHS computes the "
+        "least sum of normal forces, too; Klampt computes some forces in the same cones.",
         equilibrium(run),
     )
     yield Question(
         "How hard must each finger press, along a trajectory and after a jump?",
-        'The linear program of the least maximum, one wrench at a time. "Warm" and "kept" peers keep '
-        "their basis or their data between wrenches and are asked for the objective alone. `solve_into` "
-        "writes the forces, `solve` returns them with multipliers, gap and margins, and `solve_many` "
-        "takes 500 wrenches a call. DAQP, ProxQP and OSQP solve it as a quadratic program whose "
-        "quadratic term is zero.",
+        'The linear program of the least maximum, one wrench at a time. "Warm" peers keep their basis '
+        'between wrenches, "kept" peers their data; both return the objective alone. `solve_into` writes '
+        "the forces. `solve` returns them with multipliers, gap and margins. `solve_many` takes 500 "
+        "wrenches a call. DAQP, ProxQP and OSQP solve a quadratic program whose quadratic term is zero.",
         linear_programs(run),
     )
     yield Question(
         "The same with true friction cones?",
-        "Second-order cone programs; everybody is asked for the same tolerance, which solvers apply in "
-        "their own norms: a hundred times as much is allowed. Differences are to this library's answers "
-        "at 1e-10.",
+        "Second-order cone programs. Every program gets the same tolerance and applies it in its own "
+        "norm; differences of a hundred times the tolerance are allowed. They are measured from this "
+        "library's answers at 1e-10.",
         true_cones(run),
     )
 
@@ -95,6 +94,6 @@ def true_cones(run: Run) -> Iterator[Answers]:
             calls = [*ours.force_calls(grasp, tol), *peers]
             problem = f"least maximum, true cones to {power(tol)}, {name}"
             answers = run.ask(problem, calls, wrenches, headline=tol == 1e-6, block=BLOCK)
-            exact = gf.ForceDistributor(grasp, "max", tol=1e-10).solve_many(np.array(wrenches))
+            exact = gf.ForceDistributor(grasp, "max", rtol=1e-10).solve_many(np.array(wrenches))
             answers.reference = exact.sigma_max
             yield answers

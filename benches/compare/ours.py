@@ -54,16 +54,16 @@ def force_calls(grasp: gf.Grasp, tol: float) -> list[Call]:
     """Every call keeps a distributor of its own, as every peer keeps its own state."""
 
     def into() -> Callable[[np.ndarray], float]:
-        distributor = gf.ForceDistributor(grasp, "max", tol=tol)
+        distributor = gf.ForceDistributor(grasp, "max", rtol=tol)
         forces = np.empty((grasp.num_contacts, grasp.force_dim))
         return lambda external: distributor.solve_into(external, forces)
 
     def one() -> Callable[[np.ndarray], float]:
-        distributor = gf.ForceDistributor(grasp, "max", tol=tol)
+        distributor = gf.ForceDistributor(grasp, "max", rtol=tol)
         return lambda external: distributor.solve(external).sigma_max
 
     def many() -> Callable[[Sequence[np.ndarray]], np.ndarray]:
-        distributor = gf.ForceDistributor(grasp, "max", tol=tol)
+        distributor = gf.ForceDistributor(grasp, "max", rtol=tol)
         return lambda batch: distributor.solve_many(np.array(batch)).sigma_max
 
     agreement = 10 * tol

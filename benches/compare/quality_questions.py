@@ -16,20 +16,20 @@ def questions(run: Run) -> Iterator[Question]:
     yield Question(
         "How good is the grasp when the forces share one limit? (`rho_sum`)",
         "The radius of the largest ball around the origin in the hull of the primitive wrenches. Peers "
-        "get these ready made; Drake's polyhedron calls Qhull too.",
+        "get the primitive wrenches; computing them is not timed. Drake's polyhedron calls Qhull, too.",
         union(run),
     )
     yield Question(
         "How good is the grasp when each force has its own limit? (`rho_max`)",
-        "The same in the hull of their Minkowski sum. Peers get the enumerated points ready made: only "
-        "the hull is timed.",
+        "The radius of the largest ball around the origin in the hull of the Minkowski sum. Peers get its "
+        "enumerated points; only the hull is timed.",
         minkowski_sum(run),
     )
     yield Question(
         "Is it force closure?",
         "Grasps of two to five contacts with eight edges. HiGHS and SciPy look for a positive "
-        "combination of the primitive wrenches that vanishes; Klampt gets the planes of the same cones. "
-        "What turns a grasp into a peer's input is not timed.",
+        "combination of the primitive wrenches that vanishes. Klampt gets the planes of the same cones. "
+        "Converting a grasp into a peer's input is not timed.",
         force_closure(run),
     )
 

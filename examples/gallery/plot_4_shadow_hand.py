@@ -36,7 +36,7 @@ def close_on(name):
         options = {"max_normal_force": LIMIT, "length_scale": 0.05}
         try:
             reading = gf.from_mujoco(model, data, "object", **options)
-        except gf.InvalidInputError:  # nothing touches the object yet
+        except gf.NoContactError:  # nothing touches the object yet
             continue
         least = gf.ForceDistributor(reading.grasp).solve(reading.external_wrench)
         epsilon = reading.grasp.quality("max").epsilon

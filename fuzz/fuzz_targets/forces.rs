@@ -36,7 +36,7 @@ fn examine<const D: usize>(input: &Input) {
         options.samples = input.samples.iter().take(4).map(sample).collect();
     }
     if !grasp.is_finite() {
-        options.tolerance = 1e-6;
+        options.rtol = 1e-6;
     }
     let Some(distributor) = distributor(&grasp, criterion(input.sum), options) else { return };
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];

@@ -2,7 +2,7 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use graspforce::{DistributionOptions, Error, RowStatus};
+use graspforce::{DistributionOptions, Error, Status};
 use graspforce_fuzz::forces::checked;
 use graspforce_fuzz::input::{GraspInput, Number, criterion, wrench};
 use libfuzzer_sys::fuzz_target;
@@ -24,7 +24,7 @@ fn examine<const D: usize>(input: &Input) {
     let Some(grasp) = input.grasp.grasp::<D>() else { return };
     let mut options = DistributionOptions::default();
     if !grasp.is_finite() {
-        options.tolerance = 1e-6;
+        options.rtol = 1e-6;
     }
     let Ok(mut warm) = ControlLoop::with_options(&grasp, criterion(input.sum), options.clone()) else {
         return;
@@ -51,11 +51,11 @@ fn examine<const D: usize>(input: &Input) {
         for (row, status) in batch.status.iter().enumerate() {
             let numbers = &batch.forces[row * width..(row + 1) * width];
             match status {
-                RowStatus::Solved => assert!(numbers.iter().all(|x| x.is_finite())),
+                Status::Solved => assert!(numbers.iter().all(|x| x.is_finite())),
                 _ => assert!(numbers.iter().all(|x| x.is_nan())),
             }
             let refused = matches!(warm.solve(&wrenches[row]), Err(Error::InvalidInput { .. }));
-            assert_eq!(refused, *status == RowStatus::Refused);
+            assert_eq!(refused, *status == Status::Invalid);
         }
     }
     if let Some(other) = input.other.as_ref().and_then(GraspInput::grasp::<D>)

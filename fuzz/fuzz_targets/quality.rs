@@ -1,4 +1,4 @@
-//! Quality by both criteria, with center and metric; the Minkowski sum as its definition.
+//! Quality by both criteria, with external wrench and metric; the Minkowski sum as its definition.
 #![no_main]
 
 use arbitrary::Arbitrary;
@@ -34,7 +34,7 @@ fn examine<const D: usize>(input: &Input) {
     }
     let mut asked = options(&grasp, Criterion::Max);
     if let Some(center) = &input.center {
-        asked.center = Some(wrench(center));
+        asked.external_wrench = Some(wrench(center));
         checked(&grasp, &asked, &directions);
     }
     if let Some(entries) = &input.metric {

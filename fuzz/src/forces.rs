@@ -60,7 +60,7 @@ fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Dist
 fn bounded<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, found: &Distribution<D>) {
     let options = distributor.options();
     // Multipliers beyond 1e10 cannot be written down any better; the gap says so.
-    assert!(found.gap <= options.tolerance.max(1e-3), "{found:?}");
+    assert!(found.gap <= options.rtol.max(1e-3), "{found:?}");
     if !options.min_normal.is_empty() || found.sigma == 0.0 {
         return;
     }

@@ -30,7 +30,7 @@ pub fn checked<const D: usize>(
     let metric = quality.metric;
     let unit = metric.norm(&quality.direction);
     assert!((unit - 1.0).abs() < 1e-6, "direction of norm {unit}: {quality:?}");
-    if options.center.is_none() {
+    if options.external_wrench.is_none() {
         match quality.closure {
             Closure::Force => assert!(rho <= 0.0, "{quality:?}"),
             Closure::Partial => assert!(rho == 0.0, "{quality:?}"),

@@ -5,8 +5,11 @@
 >>> round(grasp.quality("max").epsilon, 6)
 0.57735
 
-Importing the package needs NumPy alone: figures, oracles and viewers are imported where they are used.
+Importing the package needs NumPy alone. Files, figures, viewers and simulators are imported when first used.
 """
+
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from . import surfaces
 from ._core import (
@@ -42,16 +45,17 @@ from .errors import (
 from .planning import (
     GlobalOptimum,
     Iterate,
-    Placement,
+    PlacementNoise,
     PlacementQuality,
     Plan,
     PlanSet,
     Refinement,
     plan,
     plan_global,
-    plan_many,
+    plan_multistart,
     refine,
 )
+from .status import Status
 
 __all__ = [
     "BusyError",
@@ -73,7 +77,7 @@ __all__ = [
     "MissingExtraError",
     "NoContactError",
     "NotConvergedError",
-    "Placement",
+    "PlacementNoise",
     "PlacementQuality",
     "Plan",
     "PlanSet",
@@ -81,6 +85,7 @@ __all__ = [
     "QualityBatch",
     "Refinement",
     "ResumeError",
+    "Status",
     "TooLargeError",
     "__version__",
     "from_drake",
@@ -89,9 +94,23 @@ __all__ = [
     "grade",
     "plan",
     "plan_global",
-    "plan_many",
+    "plan_multistart",
     "quality_many",
     "refine",
     "surfaces",
     "torque_limited_forces",
 ]
+
+
+if _TYPE_CHECKING:
+    from .files import load_grasp as load_grasp
+    from .files import save_grasp as save_grasp
+
+
+# Files need the extra `cli`. These names are not in __all__: a star import must work without it.
+def __getattr__(name: str) -> _Any:
+    if name in ("load_grasp", "save_grasp"):
+        from . import files  # noqa: PLC0415
+
+        return getattr(files, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

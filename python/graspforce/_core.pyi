@@ -4,7 +4,7 @@ from typing import Any, Literal, TypedDict, final, type_check_only
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from .metrics import Metrics
+from .measures import Measures
 
 _Floats = NDArray[np.float64]
 _Indices = NDArray[np.int32]
@@ -86,7 +86,7 @@ class Grasp:
         self,
         criterion: _Criterion = "max",
         rtol: float | None = None,
-        center: ArrayLike | None = None,
+        external_wrench: ArrayLike | None = None,
         metric: ArrayLike | None = None,
         max_facets: int | None = None,
     ) -> Quality: ...
@@ -96,11 +96,11 @@ class Grasp:
         criterion: _Criterion = "max",
         external_wrench: ArrayLike | None = None,
     ) -> _Floats: ...
-    def metrics(self) -> Metrics: ...
+    def measures(self) -> Measures: ...
     def _gradient(
         self,
         criterion: _Criterion = "max",
-        center: ArrayLike | None = None,
+        external_wrench: ArrayLike | None = None,
         metric: ArrayLike | None = None,
     ) -> Gradient: ...
     def _singular_values(self) -> _Floats: ...
@@ -148,7 +148,7 @@ class Quality:
         grasp: Grasp,
         criterion: _Criterion,
         rtol: float | None,
-        center: ArrayLike | None,
+        external_wrench: ArrayLike | None,
         metric: ArrayLike | None,
         max_facets: int | None,
         bracket: tuple[float, float, float],
@@ -222,7 +222,7 @@ def quality_many(
     *,
     criterion: _Criterion = "max",
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
@@ -269,7 +269,7 @@ class ForceDistributor:
         weight: float = 0.0,
         min_normal: ArrayLike | None = None,
         samples: ArrayLike | None = None,
-        tol: float = 1e-9,
+        rtol: float = 1e-9,
     ) -> ForceDistributor: ...
     @property
     def grasp(self) -> Grasp: ...
@@ -284,11 +284,11 @@ class ForceDistributor:
     @property
     def min_normal(self) -> _Floats | None: ...
     @property
-    def tol(self) -> float: ...
+    def rtol(self) -> float: ...
     def solve(self, external_wrench: ArrayLike) -> ForceSolution: ...
     def solve_into(self, external_wrench: ArrayLike, forces: _Floats) -> float: ...
     def solve_many(self, external_wrenches: ArrayLike, parallel: bool = False) -> ForceBatch: ...
-    def step(self, external_wrenches: Iterable[ArrayLike]) -> ForceSteps: ...
+    def solve_iter(self, external_wrenches: Iterable[ArrayLike]) -> ForceSteps: ...
     def update(self, grasp: Grasp) -> None: ...
     def to_dict(self) -> dict[str, Any]: ...
     def __copy__(self) -> ForceDistributor: ...
@@ -388,7 +388,7 @@ class CandidateSearch:
         dim: int,
         criterion: _Criterion = "max",
         rtol: float | None = None,
-        center: ArrayLike | None = None,
+        external_wrench: ArrayLike | None = None,
         metric: ArrayLike | None = None,
         *,
         prune: bool = True,
@@ -422,7 +422,7 @@ class BoxBound:
         cls,
         dim: int,
         criterion: _Criterion = "max",
-        center: ArrayLike | None = None,
+        external_wrench: ArrayLike | None = None,
         metric: ArrayLike | None = None,
     ) -> BoxBound: ...
     def over(

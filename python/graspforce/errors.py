@@ -1,4 +1,4 @@
-"""The errors of the library: one root, one class for each thing that can go wrong.
+"""The errors of the library: one root, and one class for each kind of failure.
 
 The extension module raises these classes too, so ``except gf.GraspForceError`` catches everything.
 """
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .planning import GlobalOptimum, Plan, Refinement
+    from .typing import SearchResult
 
 __all__ = [
     "BusyError",
@@ -39,10 +39,10 @@ class GraspForceError(Exception):
     Attributes
     ----------
     partial : Plan, Refinement, GlobalOptimum or None
-        What a search had found before the error ended it; None elsewhere.
+        Best result of a search before the error ended it; None if there is none.
     """
 
-    partial: Plan | Refinement | GlobalOptimum | None = None
+    partial: SearchResult | None = None
 
     def __str__(self) -> str:
         # A message quotes names from files, and is printed.
@@ -50,7 +50,7 @@ class GraspForceError(Exception):
 
 
 class GraspWarning(UserWarning):
-    """Contacts are possible but look wrong: all normals point outward, or a contact is in another unit."""
+    """Contacts are valid but look wrong: all normals point outward, or a contact is in another unit."""
 
 
 class InvalidGraspError(GraspForceError, ValueError):
@@ -59,25 +59,25 @@ class InvalidGraspError(GraspForceError, ValueError):
     Attributes
     ----------
     row : int or None
-        Which of several grasps it is, where there were several.
+        Row of the grasp among several; None for a single grasp.
     """
 
     row: int | None = None
 
 
 class InvalidInputError(GraspForceError, ValueError):
-    """An argument of a query is unusable; the message names argument, row and value."""
+    """An argument is wrong; the message names argument, row and value."""
 
 
 class InvalidFileError(InvalidInputError):
-    """An input file is unusable; the message names file, line and field.
+    """An input file is wrong; the message names file, line and field.
 
     Attributes
     ----------
     path : pathlib.Path
         The file.
     line : int or None
-        The line to look at, counted from 1, where the file has lines.
+        Line of the mistake, counted from 1; None for a file without lines.
     """
 
     def __init__(self, path: Path, message: str, line: int | None = None) -> None:
@@ -90,14 +90,14 @@ class InvalidFileError(InvalidInputError):
 
 
 class MissingExtraError(GraspForceError, ImportError):
-    """An optional package is needed and not installed; the message says what to install.
+    """An optional package is not installed; the message says how to install it.
 
     Parameters
     ----------
     extra : str
-        The extra that brings it.
+        Extra of graspforce that installs the package.
     error : ImportError
-        Says which package it is.
+        Error of the import.
     """
 
     def __init__(self, extra: str, error: ImportError) -> None:
@@ -110,40 +110,40 @@ class MissingExtraError(GraspForceError, ImportError):
 
 
 class InfeasibleWrenchError(GraspForceError):
-    """No contact forces inside the friction cones balance the external wrench, however strong they are.
+    """No contact forces inside the friction cones balance the external wrench, whatever the force limits.
 
     Attributes
     ----------
     direction : numpy.ndarray
-        (d,) unit vector e that separates: ``w_ih . e <= 0`` for every primitive wrench, and
-        ``-w_ext . e > 0`` by more than the feasibility tolerance. With ``min_normal`` c the second reads
-        ``-w_ext . e > sum_i c_i max_h w_ih . e``.
+        (d,) unit vector e that proves it: ``w_ih . e <= 0`` for every primitive wrench, and
+        ``-w_ext . e > 0`` by more than the feasibility tolerance. With ``min_normal`` c the second inequality
+        is ``-w_ext . e > sum_i c_i max_h w_ih . e``.
     """
 
     direction: NDArray[np.float64]
 
 
 class TooLargeError(GraspForceError, MemoryError):
-    """A result would not fit into the limit of an enumeration, or into memory.
+    """A result would exceed the limit of an enumeration, or memory; also a `MemoryError`.
 
-    The message says how large it would be. It is a `MemoryError`, too.
+    The message gives the size.
     """
 
 
 class BusyError(GraspForceError):
-    """A distributor is in use by another thread, or a folder by another run; give each one of its own."""
+    """Another thread uses the distributor, or another run the folder; give each its own."""
 
 
 class NoContactError(GraspForceError):
-    """Nothing touches the body that a simulation was asked about: there is no grasp to read."""
+    """Nothing touches the body in the simulation, so that it has no grasp."""
 
 
 class NotConvergedError(GraspForceError):
-    """A bounded iteration ended without an answer that passes its checks.
+    """An iteration reached its limit without an answer that passes its checks.
 
-    The message says which check failed, by how much, and what to try.
+    The message names the check, the error and what to try.
     """
 
 
 class ResumeError(GraspForceError):
-    """A folder of results belongs to another question or another source; the message says what differs."""
+    """A folder of results belongs to other options or another source; the message says what differs."""

@@ -1,7 +1,7 @@
-"""The other numbers a grasp is judged by, in the terms of Roa and Suarez's survey.
+"""Other quality measures of grasps, named as in the survey of Roa and Suarez.
 
 M. A. Roa and R. Suarez, "Grasp quality measures: review and performance", Autonomous Robots 38 (2015) 65-88.
-They say nothing about force limits, and the first three nothing about friction; `Grasp.quality` does.
+They do not depend on force limits, and the first three not on friction; see `Grasp.quality` for both.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
     from ._core import Grasp
 
-__all__ = ["Metrics", "metrics_of"]
+__all__ = ["Measures", "measures_of"]
 
 _MAX_HULL_POINTS = 128
 """In six dimensions the facets of a hull grow with the cube of its points."""
 
 
 @dataclass(frozen=True, slots=True)
-class Metrics(Record):
+class Measures(Record):
     r"""Algebraic and geometric measures of one grasp.
 
     The singular values are those of the grasp matrix G in the norm of the grasp's ``length_scale``
@@ -39,16 +39,16 @@ class Metrics(Record):
     Attributes
     ----------
     smallest_singular_value : float
-        :math:`\sigma_{\min}(G)`, the distance from a singular configuration; zero where some wrench cannot
-        be exerted at all.
+        :math:`\sigma_{\min}(G)`, the distance from a singular configuration. It is zero if the contacts
+        cannot exert some wrench.
     ellipsoid_volume : float
         :math:`\sqrt{\det(G G^T)} = \prod_i \sigma_i`, the volume of the image of the unit ball of contact
         forces, up to the constant of the dimension.
     isotropy : float
-        :math:`\sigma_{\min} / \sigma_{\max}`, 1 where contact forces act alike in all directions.
+        :math:`\sigma_{\min} / \sigma_{\max}`; 1 if contact forces act alike in all directions.
     hull_volume : float or None
         Volume of the convex hull of the primitive wrenches and the origin, in the same norm. None without
-        SciPy, for true cones, beyond 128 primitive wrenches, and where Qhull fails.
+        SciPy, for true cones, for more than 128 primitive wrenches, and if Qhull fails.
     """
 
     smallest_singular_value: float
@@ -57,8 +57,8 @@ class Metrics(Record):
     hull_volume: float | None
 
 
-def metrics_of(grasp: Grasp) -> Metrics:
-    """Compute all measures of a grasp; `Grasp.metrics` calls this."""
+def measures_of(grasp: Grasp) -> Measures:
+    """Compute all measures of a grasp; `Grasp.measures` calls this."""
     values = grasp._singular_values()  # noqa: SLF001
     d = grasp.wrench_dim
     # Fewer force components than wrench components leave some wrenches out of reach.
@@ -67,7 +67,7 @@ def metrics_of(grasp: Grasp) -> Metrics:
     with np.errstate(over="ignore", under="ignore"):
         # The largest with the smallest first, so that no partial product overflows.
         volume = float(np.prod(np.sqrt(spectrum) * np.sqrt(spectrum[::-1]))) if spectrum[-1] > 0 else 0.0
-    return Metrics(
+    return Measures(
         smallest_singular_value=float(spectrum[-1]),
         ellipsoid_volume=volume,
         isotropy=float(spectrum[-1] / spectrum[0]),

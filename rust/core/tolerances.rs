@@ -95,13 +95,16 @@ pub(crate) const CLEAR_MARGIN: f64 = 1e-6;
 /// How far wrenches may reach along a clear witness: rounding.
 pub(crate) const CLEAR_REACH: f64 = 4e-15;
 
+/// A wrench that reaches this far along a witness, relative to both their lengths, pushes along it.
+pub(crate) const PUSHING: f64 = 1e-9;
+
 /// What is left over of a wrench that was computed in doubles.
 pub(crate) const ROUNDED_WRENCH: f64 = 5e-16;
 
 /// How far a support value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
 pub(crate) const ROUNDED_SUPPORT: f64 = 1e-14;
 
-/// Roundings of the largest torque by which a balance of torques may fail though no torque takes part in it.
+/// Roundings of the forces times the longest arm by which a balance of torques may fail though no torque takes part.
 pub(crate) const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
 
 /// Forces that need this share of their limits more than all of them are at their limits.

@@ -49,7 +49,7 @@ fn wrench(step: u16) -> Wrench<6> {
 /// Allocations of a thousand solves along a trajectory that was travelled once before.
 fn allocations(grasp: &Grasp<6>, criterion: Criterion) -> usize {
     let mut options = DistributionOptions::default();
-    options.tolerance = 1e-6;
+    options.rtol = 1e-6;
     let distributor = ControlLoop::with_options(grasp, criterion, options).unwrap();
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
     let mut travel = || {

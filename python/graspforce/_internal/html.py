@@ -1,6 +1,6 @@
-"""How results read in a notebook.
+"""HTML tables of results, for notebooks.
 
-The classes of the extension module call this; they are the public names.
+The classes of the extension module call these functions.
 """
 
 from __future__ import annotations
@@ -8,28 +8,28 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+from graspforce.status import Status
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from graspforce._core import ForceBatch, ForceSolution, Grasp, Quality, QualityBatch
-    from graspforce.planning import Plan, PlanSet
 
 __all__ = [
     "FORCE_COMPONENTS",
     "batch_html",
     "forces_html",
     "grasp_html",
-    "plan_html",
-    "plan_set_html",
     "quality_html",
     "solution_html",
+    "table",
+    "vector",
 ]
 
 FORCE_COMPONENTS = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}
 """Names of the components of a force in its contact frame, by their number."""
 
 _CLOSURES = {1: "force", 0: "partial", -1: "none"}
-_STATUSES = {0: "solved", 1: "infeasible", 2: "not finite", 3: "tolerance not met"}
 _ROWS_SHOWN = 10
 
 
@@ -38,10 +38,9 @@ def grasp_html(grasp: Grasp) -> str:
     header = ("contact", "position (m)", "normal", "friction", "limit (N)")
     columns = zip(grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, strict=True)
     rows = (
-        (str(i), _vector(r), _vector(n), f"{mu:g}", f"{limit:g}")
-        for i, (r, n, mu, limit) in enumerate(columns)
+        (str(i), vector(r), vector(n), f"{mu:g}", f"{limit:g}") for i, (r, n, mu, limit) in enumerate(columns)
     )
-    return _table(repr(grasp), header, rows)
+    return table(repr(grasp), header, rows)
 
 
 def solution_html(solution: ForceSolution) -> str:
@@ -49,17 +48,17 @@ def solution_html(solution: ForceSolution) -> str:
     names = FORCE_COMPONENTS[solution.grasp.force_dim]
     columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
     rows = (
-        (str(i), _vector(force), f"{share:.4f}", f"{margin:.4f}")
+        (str(i), vector(force), f"{share:.4f}", f"{margin:.4f}")
         for i, (force, share, margin) in enumerate(columns)
     )
     header = ("contact", f"force {names} (N)", "share of limit", "slip margin")
-    return _table(repr(solution), header, rows)
+    return table(repr(solution), header, rows)
 
 
 def forces_html(batch: ForceBatch) -> str:
     """Show the first rows of a batch."""
     rows = [
-        (str(i), f"{largest:.6g}", f"{total:.6g}", _STATUSES[status])
+        (str(i), f"{largest:.6g}", f"{total:.6g}", Status(status).name.lower().replace("_", " "))
         for i, (largest, total, status) in enumerate(
             zip(
                 batch.sigma_max[:_ROWS_SHOWN].tolist(),
@@ -71,7 +70,7 @@ def forces_html(batch: ForceBatch) -> str:
     ]
     if len(batch) > _ROWS_SHOWN:
         rows.append(("...", "", "", f"{len(batch) - _ROWS_SHOWN} more"))
-    return _table(repr(batch), ("row", "sigma_max", "sigma_sum", "status"), rows)
+    return table(repr(batch), ("row", "sigma_max", "sigma_sum", "status"), rows)
 
 
 def quality_html(quality: Quality) -> str:
@@ -80,12 +79,12 @@ def quality_html(quality: Quality) -> str:
         ("epsilon", f"{quality.epsilon:.9g}"),
         ("rho", f"{quality.rho:.9g}, proven within [{quality.lower:.9g}, {quality.upper:.9g}]"),
         ("closure", quality.closure),
-        ("weakest along", _vector(quality.direction)),
-        ("converged", "yes" if quality.converged else "no: the bound on the work was reached"),
+        ("weakest along", vector(quality.direction)),
+        ("converged", "yes" if quality.converged else "no: the work limit was reached"),
     ]
     if quality.hint is not None:
         rows.append(("hint", quality.hint))
-    return _table(f"Quality, criterion {quality.criterion}", ("", ""), rows)
+    return table(f"Quality, criterion {quality.criterion}", ("", ""), rows)
 
 
 def batch_html(batch: QualityBatch) -> str:
@@ -99,34 +98,17 @@ def batch_html(batch: QualityBatch) -> str:
     ]
     if len(batch) > _ROWS_SHOWN:
         rows.append(("...", "", f"{len(batch) - _ROWS_SHOWN} more"))
-    return _table(repr(batch), ("row", "epsilon", "closure"), rows)
+    return table(repr(batch), ("row", "epsilon", "closure"), rows)
 
 
-def plan_html(plan: Plan) -> str:
-    """One row for each iterate."""
-    header = ("iteration", "parameters", f"rho_{plan.criterion}", "steps after")
-    rows = (
-        (str(k), _vector(row.params), f"{row.rho:.6g}", _vector(row.step))
-        for k, row in enumerate(plan.history)
-    )
-    title = f"Plan: {len(plan.history) - 1} iterations, {plan.num_candidates} candidates"
-    return _table(title, header, rows)
-
-
-def plan_set_html(found: PlanSet) -> str:
-    """One row for each grasp kept."""
-    rows = (
-        (str(k), f"{plan.quality.epsilon:.6g}", plan.quality.closure, _vector(plan.params))
-        for k, plan in enumerate(found.plans, start=1)
-    )
-    return _table(repr(found), ("grasp", "epsilon", "closure", "parameters"), rows)
-
-
-def _vector(values: Iterable[float]) -> str:
+def vector(values: Iterable[float]) -> str:
+    """Write numbers as a list of five digits each."""
     return "[" + ", ".join(f"{value + 0.0:.5g}" for value in values) + "]"
 
 
-def _table(title: str, header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+def table(title: str, header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """Write an HTML table; every text is escaped."""
+
     def line(cells: tuple[str, ...], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 

@@ -1,6 +1,6 @@
 """Results as plain dictionaries, ready for JSON.
 
-The classes of the extension module call this; they are the public names.
+The classes of the extension module call these functions.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,10 +25,8 @@ if TYPE_CHECKING:
         Quality,
         QualityBatch,
     )
-    from graspforce.planning import Plan, PlanSet
 
 __all__ = [
-    "Owner",
     "Record",
     "batch_dict",
     "distributor_dict",
@@ -34,15 +34,13 @@ __all__ = [
     "gradient_dict",
     "grasp_dict",
     "minkowski_dict",
-    "plan_dict",
-    "plan_set_dict",
     "quality_dict",
     "solution_dict",
 ]
 
 
-class Owner:
-    """A frozen dataclass whose arrays are read-only, also after a copy or a pickle."""
+class Record:
+    """A frozen dataclass that can be written as JSON; its arrays are read-only, also after a copy."""
 
     __slots__ = ()
 
@@ -59,20 +57,14 @@ class Owner:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
         return _made, (type(self), {name: getattr(self, name) for name in names})
 
-
-def _made(kind: type[Owner], fields: dict[str, Any]) -> Owner:
-    return kind(**fields)
-
-
-class Record(Owner):
-    """A dataclass that can be written as JSON."""
-
-    __slots__ = ()
-
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON; None in place of NaN."""
         values = ((field.name, getattr(self, field.name)) for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
         return {name: _plain(value) for name, value in values}
+
+
+def _made(kind: type[Record], fields: dict[str, Any]) -> Record:
+    return kind(**fields)
 
 
 def _plain(value: Any) -> Any:
@@ -87,22 +79,6 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-# In the order of its constructor, which is how a grasp is pickled.
-_CONTACTS = (
-    "positions",
-    "normals",
-    "friction",
-    "max_normal_force",
-    "edges",
-    "torsion",
-    "tangents",
-    "origin",
-    "length_scale",
-    "friction_margin",
-    "extreme_forces",
-)
-
-
 def grasp_dict(grasp: Grasp) -> dict[str, Any]:
     """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
     return {
@@ -110,7 +86,7 @@ def grasp_dict(grasp: Grasp) -> dict[str, Any]:
         "num_contacts": grasp.num_contacts,
         "force_dim": grasp.force_dim,
         "num_edges": grasp.num_edges.tolist(),
-        **{name: _plain(value) for name, value in zip(_CONTACTS, grasp.__reduce__()[1], strict=True)},
+        **{name: _plain(value) for name, value in zip(GRASP_ARGUMENTS, grasp.__reduce__()[1], strict=True)},
     }
 
 
@@ -207,34 +183,7 @@ def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
         "method": distributor.method,
         "weight": distributor.weight,
         "min_normal": None if bounds is None else bounds.tolist(),
-        "tol": distributor.tol,
-    }
-
-
-def plan_dict(plan: Plan) -> dict[str, Any]:
-    """Where a plan ended, how good that is, and every iterate."""
-    return {
-        "criterion": plan.criterion,
-        "params": plan.params.tolist(),
-        "quality": quality_dict(plan.quality),
-        "grasp": grasp_dict(plan.grasp),
-        "num_candidates": plan.num_candidates,
-        "counts": plan.counts.to_dict(),
-        "blocks": _plain(plan.blocks),
-        "stopped": plan.stopped,
-        "history": [row.to_dict() for row in plan.history],
-    }
-
-
-def plan_set_dict(found: PlanSet) -> dict[str, Any]:
-    """Show the grasps kept, best first, and where every search began and ended."""
-    return {
-        "plans": [plan_dict(plan) for plan in found.plans],
-        "starts": found.starts.tolist(),
-        "epsilon": _known(found.epsilon),
-        "failures": {str(row): reason for row, reason in found.failures.items()},
-        "stopped": found.stopped,
-        "seconds": found.seconds,
+        "rtol": distributor.rtol,
     }
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict
 
+import numpy as np
+
 from graspforce._internal.to_dict import Record
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp
@@ -61,3 +62,22 @@ class ContactReading(Record):
     def sigma_max(self) -> float:
         """Largest normal force of the simulator, as a share of its limit."""
         return float((self.forces[:, 0] / self.grasp.max_normal_force).max())
+
+    @property
+    def slip_margin(self) -> NDArray[np.float64]:
+        """(m,) unused share of each contact's friction: 1 without tangential force, 0 where it slips.
+
+        It is negative where the simulator's force lies outside the friction cone. A contact without friction
+        has 0, one without normal force 1.
+        """
+        grasp, forces = self.grasp, self.forces
+        pressing, tangential = forces[:, 0], forces[:, 1 : grasp.positions.shape[1]]
+        # Of soft fingers alone a force has a fourth component.
+        loads = np.stack([np.linalg.norm(tangential, axis=1), np.abs(forces[:, 3:]).sum(axis=1)])
+        coefficients = np.stack([grasp.friction, grasp.torsion])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            used = np.hypot(*np.where(loads == 0, 0.0, loads / coefficients)) / pressing
+        margin = np.where(pressing > 0, 1.0 - used, 1.0)
+        margin[~coefficients.any(axis=0)] = 0.0
+        margin.flags.writeable = False
+        return margin

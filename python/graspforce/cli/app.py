@@ -20,7 +20,7 @@ _EXIT_CODES = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning i
 
 app = typer.Typer(
     name="graspforce",
-    help="Multifingered grasps: quality, planning, forces.",
+    help="Quality, contact planning and force distribution for multifingered grasps.",
     epilog=_EXIT_CODES,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,

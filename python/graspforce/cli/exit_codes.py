@@ -8,9 +8,9 @@ DONE, FAILED, MISUSED, BAD_FILE, INFEASIBLE = range(5)
 
 MEANINGS = {
     DONE: "done",
-    FAILED: "failed: a value is unusable, a file could not be written, an optional package is missing, "
-    "a computation was refused",
-    MISUSED: "the command line was not understood",
-    BAD_FILE: "an input file is unusable; the message names file, line and field",
-    INFEASIBLE: "forces: some wrench cannot be balanced, however hard the fingers press",
+    FAILED: "failed: a value is wrong, a file could not be written, a package is missing, "
+    "or a computation is too large",
+    MISUSED: "unknown command or option",
+    BAD_FILE: "wrong input file; the message names file, line and field",
+    INFEASIBLE: "no contact forces balance some wrench (command forces)",
 }

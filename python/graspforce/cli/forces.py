@@ -14,7 +14,7 @@ from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
 
 from .exit_codes import INFEASIBLE
 from .grasp_options import At, Edges, Friction, GraspArgument, MaxNormalForce, Unit, grasp_from
-from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, rounded, save, vector
+from .output import AsJson, Objective, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -23,13 +23,17 @@ __all__ = ["forces"]
 
 def forces(
     grasp: GraspArgument,
-    wrench: Annotated[str | None, typer.Option(help="One external wrench: numbers with commas.")] = None,
-    wrenches: Annotated[Path | None, typer.Option(help="Many of them: CSV or NPY.")] = None,
-    objective: Criterion = "max",
+    wrench: Annotated[
+        str | None, typer.Option(help="External wrench in N and N m: fx,fy,tau or fx,fy,fz,tx,ty,tz.")
+    ] = None,
+    wrenches: Annotated[
+        Path | None, typer.Option(help="File of external wrenches, one a row (CSV, NPY).")
+    ] = None,
+    objective: Objective = "max",
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write all forces into FILE (npz).", callback=in_a_folder),
+        typer.Option(metavar="FILE", help="Write all contact forces into FILE (npz).", callback=in_a_folder),
     ] = None,
     plot: Annotated[
         Path | None,
@@ -41,7 +45,7 @@ def forces(
     max_normal_force: MaxNormalForce = None,
     edges: Edges = None,
 ) -> None:
-    """Find how hard each finger must press: the least contact forces against one or many external wrenches.
+    """Compute the least contact forces that balance one or many external wrenches.
 
     Example: `graspforce forces cup.yaml --wrench 0,0,-5,0,0,0`
     """
@@ -85,7 +89,7 @@ def _one(
         ]
         names = FORCE_COMPONENTS[file.grasp.force_dim]
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
-        limits = "within limits" if solution.within_limits else "PAST THE LIMITS"
+        limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
         print(f"max {solution.sigma_max:.6g}, sum {solution.sigma_sum:.6g}: {limits}")
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
@@ -109,13 +113,13 @@ def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, 
         if answered.any():
             worst = int(np.nanargmax(found.sigma_max))
             rows += [
-                ("past the limits", str(int((found.sigma_max[answered] > 1 + 1e-9).sum()))),
+                ("above the limits", str(int((found.sigma_max[answered] > 1 + 1e-9).sum()))),
                 ("largest max", f"{found.sigma_max[worst]:.6g} (row {worst})"),
                 ("largest sum", f"{np.nanmax(found.sigma_sum):.6g}"),
                 ("median max", f"{np.nanmedian(found.sigma_max):.6g}"),
             ]
         if found.infeasible.any():
-            rows.append(("first without an answer", f"row {int(np.argmax(found.infeasible))}"))
+            rows.append(("first that cannot be balanced", f"row {int(np.argmax(found.infeasible))}"))
         print_table(f"{file.name}: least {objective}", ("", ""), rows)
     if plot is not None:
         from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for

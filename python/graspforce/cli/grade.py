@@ -25,27 +25,37 @@ __all__ = ["grade"]
 
 def grade(
     source: Annotated[
-        str, typer.Argument(metavar="IN", help="Parquet file, folder of them, or pattern in quotes.")
+        str, typer.Argument(metavar="IN", help="Parquet file, folder of Parquet files, or pattern in quotes.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for the graded parts.", callback=in_a_folder)],
+    out: Annotated[Path, typer.Option(help="Folder of the results.", callback=in_a_folder)],
     criterion: Annotated[
-        Literal["max", "sum", "both"], typer.Option(help="Which of rho_max and rho_sum to compute.")
+        Literal["max", "sum", "both"], typer.Option(help="Quality to compute: rho_max, rho_sum or both.")
     ] = "both",
-    edges: Annotated[int, typer.Option(help="Edges of friction cones, 0 for true ones.")] = 8,
-    rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
-    length_scale: Annotated[
-        float | None, typer.Option(help="In m, for datasets without this column; 1 if not given.")
+    edges: Annotated[int, typer.Option(help="Edges of the linearised friction cones; 0 for true cones.")] = 8,
+    rtol: Annotated[
+        float | None, typer.Option(help="Relative width at which a bracket counts as converged.")
     ] = None,
-    rows_per_part: Annotated[int, typer.Option(help="Rows of one part: what a kill may cost.")] = 50_000,
+    length_scale: Annotated[
+        float | None, typer.Option(help="Length scale in m for datasets without this column.  \\[default: 1]")
+    ] = None,
+    rows_per_part: Annotated[
+        int, typer.Option(help="Rows of one result file, which are lost if the run is interrupted.")
+    ] = 50_000,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the results of another run, once these are complete.")
+        bool,
+        typer.Option("--overwrite", help="Replace another run's results when the new ones are complete."),
     ] = False,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of a Dask cluster to do the work.")
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Address of the scheduler of a Dask cluster that grades the parts."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Measure every grasp of a dataset in Parquet files, however large; killed, the same command goes on.
+    """Compute the quality of every grasp of a dataset in Parquet files, larger than memory if need be.
+
+    After an interruption the same command continues the run.
 
     Example: `graspforce grade grasps.parquet --out graded --length-scale 0.05`
     """
@@ -66,13 +76,13 @@ def grade(
         except KeyboardInterrupt:
             # Given again, --overwrite might start over what is done.
             same = "the same command without --overwrite" if overwrite else "the same command"
-            note(f"interrupted; {same} goes on in {out}")
+            note(f"interrupted; {same} continues the run in {out}")
             raise typer.Exit(FAILED) from None
     if as_json:
         print_json(found.to_dict())
     else:
         if found.recovered:
-            note(f"completed a replacement of results that a killed run had begun in {out}")
+            note(f"an interrupted run was replacing the results in {out}; the replacement is now complete")
         _print(found)
 
 
@@ -85,11 +95,11 @@ def _print(found: GradeSummary) -> None:
             ("rows graded now", f"{found.graded_rows:,}"),
             ("seconds", f"{found.seconds:.1f}"),
             ("rows a second", f"{found.rows_per_second:,.0f}"),
-            ("most memory", f"{found.peak_bytes / 2**20:,.0f} MiB"),
+            ("peak memory", f"{found.peak_bytes / 2**20:,.0f} MiB"),
         ]
     print_table(str(found.out), ("", ""), rows)
     if not found.graded_parts:
-        print("complete before: nothing was left to do")
+        print("all parts were graded before; nothing was done")
 
 
 @contextlib.contextmanager

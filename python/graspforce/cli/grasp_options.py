@@ -1,4 +1,4 @@
-"""A mesh in place of a grasp or plan file: the command line says what a file would."""
+"""Options of a mesh that stands in place of a grasp or plan file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ At = Annotated[
     list[str] | None,
     typer.Option(
         metavar="X,Y,Z",
-        help="A contact in m, moved to the nearest point of the mesh; once for each.",
+        help="Point in m; the nearest point of the mesh is a contact. Repeat the option for each contact.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -44,11 +44,16 @@ MaxNormalForce = Annotated[
 ]
 Edges = Annotated[
     int | None,
-    typer.Option(help="Edges of friction cones, 0 for true ones.  \\[default: 8]", rich_help_panel=PANEL),
+    typer.Option(
+        help="Edges of the linearised friction cones; 0 for true cones.  \\[default: 8]",
+        rich_help_panel=PANEL,
+    ),
 ]
 LengthScale = Annotated[
     float | None,
-    typer.Option(help="Length in m that makes torques comparable with forces.", rich_help_panel=PANEL),
+    typer.Option(
+        help="Length in m by which torques are divided in the norm of wrenches.", rich_help_panel=PANEL
+    ),
 ]
 
 
@@ -63,7 +68,7 @@ def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: fl
         refuse_with_a_file(at=at, unit=unit, **options)
         return load_grasp(path)
     if not at:
-        raise typer.BadParameter("a mesh has no contacts: give x,y,z of each of them", param_hint="--at")
+        raise typer.BadParameter("a mesh has no contacts: give x,y,z of each contact", param_hint="--at")
     contacts = [{"point": _point(text)} for text in at]
     document = _document(path, unit, {"contacts": contacts, **_given(options)})
     return grasp_of(document, document.parsed(GraspModel))
@@ -79,7 +84,9 @@ def refuse_with_a_file(**options: object) -> None:
     for name, value in options.items():
         if value is not None and value != []:
             flag = f"--{name.replace('_', '-')}"
-            raise typer.BadParameter("only with a mesh; a file says this itself", param_hint=flag)
+            raise typer.BadParameter(
+                "only with a mesh; a grasp or plan file has a field for it", param_hint=flag
+            )
 
 
 def _document(path: Path, unit: str | None, fields: dict[str, Any]) -> Document:

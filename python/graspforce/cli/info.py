@@ -46,11 +46,11 @@ _MODELS: dict[_Schema, type[BaseModel]] = {
 
 def info(
     schema: Annotated[
-        _Schema | None, typer.Option(help="Print the JSON Schema of such files instead.")
+        _Schema | None, typer.Option(help="Print the JSON Schema of grasp, plan or mesh-plan files instead.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say which versions are at work, and what the input files may hold.
+    """Print the versions of graspforce and of the packages it uses, or the schema of its input files.
 
     Example: `graspforce info --schema grasp > grasp.schema.json`
     """

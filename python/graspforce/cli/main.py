@@ -1,7 +1,7 @@
 """The command line: ``graspforce`` and ``python -m graspforce``.
 
-What the commands do is in `graspforce.cli`. Without the ``cli`` extra, on the bare wheel, the paper's
-examples can still be reproduced, and everything else says what to install.
+The commands are modules of `graspforce.cli`. Without the ``cli`` extra only ``reproduce`` works; the other
+commands say what to install.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _bare(arguments: list[str]) -> int:
 def _in_a_folder(text: str) -> Path:
     path = Path(text)
     if not path.parent.is_dir():
-        message = printable(f"{path}: there is no folder {path.parent}; make it first")
+        message = printable(f"{path}: the folder {path.parent} does not exist; make it first")
         raise argparse.ArgumentTypeError(message)
     return path
 
@@ -70,7 +70,7 @@ def _in_a_folder(text: str) -> Path:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="graspforce",
-        description="Multifingered grasps: quality, planning, forces.",
+        description="Quality, contact planning and force distribution for multifingered grasps.",
         epilog=f"More commands with: {_INSTALL}",
     )
     parser.add_argument("--version", action="version", version=f"graspforce {__version__}")
@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     description = "Compute an example of the paper and print it beside the published numbers."
     command = commands.add_parser("reproduce", help=description, description=description)
     command.add_argument("example", choices=list(EXAMPLES))
-    command.add_argument("--json", type=_in_a_folder, metavar="FILE", help="write the same numbers to FILE")
+    command.add_argument("--json", type=_in_a_folder, metavar="FILE", help="write the numbers into FILE")
     command.add_argument(
         "--out", type=_in_a_folder, metavar="DIR", help="write the numbers and pictures into DIR"
     )

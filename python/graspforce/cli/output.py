@@ -1,4 +1,4 @@
-"""What commands print: tables for people, JSON for programs, pictures for both."""
+"""Output of the commands: tables, JSON and pictures."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Criterion",
+    "Objective",
     "in_a_folder",
     "note",
     "print_json",
@@ -34,7 +35,13 @@ __all__ = [
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[
     Literal["max", "sum"],
-    typer.Option(help="What is limited to 1: each normalised normal force (max), or their sum (sum)."),
+    typer.Option(
+        help="Quality of the grasp: each normalised normal force is at most 1 (max), or their sum (sum)."
+    ),
+]
+Objective = Annotated[
+    Literal["max", "sum"],
+    typer.Option(help="Minimise the largest normalised normal force (max), or the sum of all of them (sum)."),
 ]
 
 _PIPED_WIDTH = 100
@@ -63,14 +70,14 @@ def print_table(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]
 
 
 def note(text: str) -> None:
-    """Print what is no result, beside the results."""
+    """Print a message on the error stream."""
     print(printable(text), file=sys.stderr)
 
 
 def in_a_folder(path: Path | None) -> Path | None:
-    """Refuse, before any work, a file or folder to write whose own folder does not exist."""
+    """Refuse an output path whose folder does not exist, before any work is done."""
     if path is not None and not path.parent.is_dir():
-        raise typer.BadParameter(printable(f"{path}: there is no folder {path.parent}; make it first"))
+        raise typer.BadParameter(printable(f"{path}: the folder {path.parent} does not exist; make it first"))
     return path
 
 
@@ -93,7 +100,7 @@ def rounded(value: float) -> str:
 
 
 def vector(values: Iterable[float], scale: float | None = None) -> str:
-    """Numbers as a list that can be pasted, without the dust of rounding beside `scale` or their largest."""
+    """Write numbers as a list; those below 1e-12 of `scale`, or of the largest, are written as 0."""
     numbers = list(values)
     largest = max((abs(number) for number in numbers), default=0.0) if scale is None else scale
     dust = 1e-12 * largest

@@ -24,7 +24,9 @@ def plan(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write the best grasp into FILE, a grasp file (json).", callback=in_a_folder
+            metavar="FILE",
+            help="Write the best grasp into FILE as a grasp file (json).",
+            callback=in_a_folder,
         ),
     ] = None,
     plot: Annotated[
@@ -32,15 +34,17 @@ def plan(
         typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
     contacts: Annotated[
-        int | None, typer.Option(help="How many contacts.  \\[default: 3]", rich_help_panel=PANEL)
+        int | None, typer.Option(help="Number of contacts.  \\[default: 3]", rich_help_panel=PANEL)
     ] = None,
     starts: Annotated[
         int | None,
-        typer.Option(help="Searches, from all over the mesh.  \\[default: 100]", rich_help_panel=PANEL),
+        typer.Option(
+            help="Number of searches, from starts all over the mesh.  \\[default: 100]", rich_help_panel=PANEL
+        ),
     ] = None,
     best: Annotated[
         int | None,
-        typer.Option(help="How many distinct grasps to keep.  \\[default: 3]", rich_help_panel=PANEL),
+        typer.Option(help="Number of distinct grasps to keep.  \\[default: 3]", rich_help_panel=PANEL),
     ] = None,
     unit: Unit = None,
     friction: Friction = None,
@@ -49,15 +53,15 @@ def plan(
         bool | None,
         typer.Option(
             "--refine/--no-refine",
-            help="Whether to refine the grasps by gradients.  \\[default: refine]",
+            help="Refine the grasps by gradients.  \\[default: refine]",
             rich_help_panel=PANEL,
         ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Of the starts.  \\[default: 0]", rich_help_panel=PANEL)
+        int | None, typer.Option(help="Seed of the starts.  \\[default: 0]", rich_help_panel=PANEL)
     ] = None,
 ) -> None:
-    """Search for the best contact positions: the paper's pattern search, on curves, surfaces or a mesh.
+    """Search for the contact positions of the best quality, on curves, surfaces or a mesh.
 
     Example: `graspforce plan disc.yaml --criterion sum`
     """

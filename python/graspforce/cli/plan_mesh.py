@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from graspforce.files import MeshPlanFile
-    from graspforce.planning import Criterion, PlanSet
+    from graspforce.planning import PlanSet
+    from graspforce.typing import Criterion
 
 __all__ = ["plan_on_mesh"]
 

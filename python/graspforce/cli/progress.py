@@ -1,4 +1,4 @@
-"""Progress on the error stream, for people who wait more than a second."""
+"""Progress bars on the error stream, shown after one second."""
 
 from __future__ import annotations
 
@@ -22,40 +22,40 @@ if TYPE_CHECKING:
 
 __all__ = ["progress", "throughput"]
 
-_PATIENCE_SECONDS = 1.0
+_DELAY_SECONDS = 1.0
 _LOG_SECONDS = 10.0
 
 
 @contextmanager
 def progress(what: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
-    """Show a bar after a second, if anyone is there to look; yields a function to say how many are done.
+    """Show a bar after a second on a terminal; yields a function to report how many are done.
 
-    Without a total the bar only moves and counts seconds.
+    Without a total the bar shows the elapsed seconds alone.
     """
     columns = [TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
     if total is not None:
         columns.insert(2, MofNCompleteColumn())
-    with _patient(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
+    with _delayed(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done: bar.update(task, completed=done)
 
 
 @contextmanager
 def throughput(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
-    """Show how much of a long work is done, and how fast; yields a function of how many are done, and of all.
+    """Show progress and speed; yields a function of the number done and the number in all.
 
-    Where nobody looks, a line now and then is for the log.
+    Where the error stream is no terminal, a line every ten seconds goes there.
     """
     columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
     columns += [TextColumn("{task.fields[speed]}"), TimeRemainingColumn()]
     begin = said = time.monotonic()
     before: int | None = None
-    with _patient(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
+    with _delayed(Progress(*columns, console=Console(stderr=True), transient=True)) as bar:
         task = bar.add_task(what, total=None, speed="")
 
         def report(done: int, total: int) -> None:
             nonlocal before, said
-            # What an earlier run has done says nothing of this one's speed.
+            # Rows of an earlier run do not count for the speed of this one.
             before = done if before is None else before
             now = time.monotonic()
             speed = f"{(done - before) / max(now - begin, 1e-9):,.0f} {unit}/s"
@@ -68,8 +68,8 @@ def throughput(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
 
 
 @contextmanager
-def _patient(bar: Progress) -> Iterator[Progress]:
-    timer = threading.Timer(_PATIENCE_SECONDS, bar.start)
+def _delayed(bar: Progress) -> Iterator[Progress]:
+    timer = threading.Timer(_DELAY_SECONDS, bar.start)
     timer.daemon = True
     if bar.console.is_terminal:
         timer.start()

@@ -29,11 +29,15 @@ __all__ = ["quality"]
 
 def quality(
     grasp: GraspArgument,
-    center: Annotated[
+    external_wrench: Annotated[
         str | None,
-        typer.Option(help="External wrench that acts all the time, such as the weight: numbers with commas."),
+        typer.Option(
+            help="Constant external wrench, such as the weight, in N and N m: fx,fy,tau or fx,fy,fz,tx,ty,tz."
+        ),
     ] = None,
-    rtol: Annotated[float | None, typer.Option(help="Relative width of the bracket.")] = None,
+    rtol: Annotated[
+        float | None, typer.Option(help="Relative width of the bracket at which the computation stops.")
+    ] = None,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None,
@@ -46,17 +50,17 @@ def quality(
     edges: Edges = None,
     length_scale: LengthScale = None,
 ) -> None:
-    """Measure a grasp by both criteria: how large a wrench it resists in its worst direction.
+    """Compute the quality of a grasp by both criteria: the largest wrench it resists in the worst direction.
 
-    Example: `graspforce quality cup.yaml --center 0,0,-3,0,0,0 --plot cup.png`
+    Example: `graspforce quality cup.yaml --external-wrench 0,0,-3,0,0,0 --plot cup.png`
     """
     file = grasp_from(
         grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
         length_scale=length_scale,
     )  # fmt: skip
-    about = None if center is None else parse_wrench(center, file.grasp.wrench_dim)
+    wrench = None if external_wrench is None else parse_wrench(external_wrench, file.grasp.wrench_dim)
     with progress("measuring"):
-        found = [file.grasp.quality(criterion, rtol, about) for criterion in ("max", "sum")]
+        found = [file.grasp.quality(criterion, rtol, wrench) for criterion in ("max", "sum")]
     if as_json:
         numbers = {f"rho_{q.criterion}": q.to_dict() for q in found}
         print_json({"file": str(grasp), "grasp": file.grasp.to_dict(), **numbers})

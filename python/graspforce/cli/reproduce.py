@@ -24,7 +24,7 @@ def reproduce(
     ],
     json_file: Annotated[
         Path | None,
-        typer.Option("--json", metavar="FILE", help="Write the same numbers to FILE.", callback=in_a_folder),
+        typer.Option("--json", metavar="FILE", help="Write the numbers into FILE.", callback=in_a_folder),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Write the numbers and pictures into DIR.", callback=in_a_folder)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce.errors import InfeasibleWrenchError
+from graspforce.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["Trajectory", "solve_trajectory"]
 
 _REPORT_EVERY = 4096
-_INFEASIBLE = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ def solve_trajectory(
         rows = slice(start, start + _REPORT_EVERY)
         batch = distributor.solve_many(given.wrenches[rows])
         forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
-        for row in start + np.flatnonzero(batch.status > _INFEASIBLE):
+        for row in start + np.flatnonzero(batch.status > Status.INFEASIBLE):
             # Alone it may succeed, or be proven to have no answer; anything else is an error that is named.
             with contextlib.suppress(InfeasibleWrenchError):
                 alone = distributor.solve(given.wrenches[row])

@@ -31,13 +31,15 @@ def view(
         Path | None,
         typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
     ] = None,
-    wrenches: Annotated[Path | None, typer.Option(help="External wrenches to play: CSV or NPY.")] = None,
+    wrenches: Annotated[
+        Path | None, typer.Option(help="File of external wrenches to play, one a row (CSV, NPY).")
+    ] = None,
     host: Annotated[
         str,
-        typer.Option(metavar="ADDRESS", help="Address to listen at; the default is for this machine."),
+        typer.Option(metavar="ADDRESS", help="Address to listen at; only this machine reaches the default."),
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option(min=1, max=65535, help="Port of the page; the next free one where it is taken.")
+        int, typer.Option(min=1, max=65535, help="Port of the page; the next free port if it is taken.")
     ] = 8080,
     at: At = None,
     unit: Unit = None,
@@ -46,9 +48,9 @@ def view(
     edges: Edges = None,
     length_scale: LengthScale = None,
 ) -> None:
-    """Show a spatial grasp in the browser: sliders for friction and limits, contacts to drag, forces to play.
+    """Show a spatial grasp in the browser, with sliders for friction and limits and contacts to drag.
 
-    Open the address that is printed. It ends with a token, and the page answers nobody without it.
+    Open the printed address. It ends with a token that the page needs.
 
     Example: `graspforce view cup.yaml --wrenches lift.csv`
     """

@@ -55,28 +55,27 @@ def grade(
     client: Any = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Any:
-    """Measure every grasp of a dataset: in memory, in Parquet files larger than memory, or on a Dask cluster.
+    """Compute the quality of every grasp of a dataset, in memory, in Parquet files or on a Dask cluster.
 
-    A row is a grasp. Its columns ``positions`` and ``normals`` hold lists of vectors, ``friction`` and
-    ``max_normal_force`` a number or a list with one for each contact, all as for `graspforce.Grasp`; so do
-    ``torsion``, ``tangents``, ``origin`` and ``length_scale`` where there are such columns. All other columns
-    are passed on unchanged, and these are added:
+    A row is a grasp. The columns ``positions`` and ``normals`` hold lists of vectors. ``friction`` and
+    ``max_normal_force`` hold a number, or a list of one number for each contact. The columns ``torsion``,
+    ``tangents``, ``origin`` and ``length_scale`` are optional. All are as for `graspforce.Grasp`. Other
+    columns are passed on unchanged, and these are added:
 
-    - ``status``: ``converged``; ``bracketed`` where the work limit left a bracket wider than asked for;
-      ``invalid`` where the row is no grasp.
-    - ``message``: why a row did not converge, naming column, contact and value.
+    - ``status``: ``converged``; ``bracketed`` if the work limit left a bracket wider than asked for;
+      ``invalid`` if the row is no grasp.
+    - ``message``: why a row did not converge, with column, contact and value.
     - ``closure``: ``force``, ``partial`` or ``none``.
-    - ``rho_max``, ``rho_max_lower``, ``rho_max_upper``, and the same of ``rho_sum``: see
-      `graspforce.Quality`. Null in invalid rows, and nowhere else.
+    - ``rho_max``, ``rho_max_lower``, ``rho_max_upper``, and the same for ``rho_sum``: see
+      `graspforce.Quality`. They are null in invalid rows only.
 
     Parameters
     ----------
     source : pyarrow.Table, pyarrow.RecordBatch, pandas.DataFrame, dask.dataframe.DataFrame or path
         The dataset. A path names a Parquet file, a folder of them, or a pattern such as ``grasps/*.parquet``.
     out : path, optional
-        With a path: the folder of results. Each of its files ``part-000000.parquet``, ... is written under
-        another name and appears complete or not at all. A run that was killed goes on where it was when it is
-        called again, and a finished one does nothing.
+        With a path: the folder of results. Each of its files ``part-000000.parquet``, ... appears complete or
+        not at all. The same call continues an interrupted run and does nothing after a finished one.
     criteria : str or sequence of str
         ``"max"``, ``"sum"`` or both.
     edges : int or None
@@ -86,16 +85,16 @@ def grade(
     length_scale : float, optional
         In m, for datasets without this column; 1 by default.
     rows_per_part : int
-        Rows of one part: what a kill may cost, and what memory holds.
+        Rows of one result file. They are lost if the run is interrupted, and memory must hold them.
     overwrite : bool
-        True to replace the results of another run in `out`. They stay until the new ones are complete; a kill
-        leaves the old ones or the new ones.
+        True to replace the results of another run in `out`. The old results stay until the new ones are
+        complete; an interruption leaves one of the two.
     client : distributed.Client, optional
-        With a path: the cluster whose machines grade the parts; they share the file system of `source` and
-        `out`. A part whose machine is lost is given to another. The rows are those of a run without it.
+        With a path: the cluster whose machines grade the parts. They must share the file system of `source`
+        and `out`. A part whose machine is lost goes to another. The results are those of a run without it.
     progress : callable, optional
         Called now and then, and at the end, with the number of rows done and the number in all. An exception
-        it raises ends the run, which can be resumed. Not for Dask DataFrames, which are computed later.
+        it raises ends the run, which can be continued. Not for Dask DataFrames, which are computed later.
 
     Returns
     -------
@@ -105,11 +104,11 @@ def grade(
     Raises
     ------
     InvalidInputError
-        A column is missing or has the wrong type, or an argument is wrong; nothing is graded then. Of files
-        it is an `InvalidFileError`, which is also raised when a file changes while it is graded.
+        A column is missing or has the wrong type, or an argument is wrong. Nothing is graded then. With files
+        it is an `InvalidFileError`, which is also raised if a file changes while it is graded.
     ResumeError
-        `out` holds the results of another question or another source, other files, or parts with rows that
-        are not theirs; nothing is changed then.
+        `out` holds results of other options or another source, other files, or parts with other rows. Nothing
+        is changed then.
     GraspForceError
         The system cannot read or write a file; the message is the system's.
     BusyError
@@ -119,9 +118,9 @@ def grade(
 
     Notes
     -----
-    The rows come in the order of the source. A row's grade depends on that row alone: it is the same bit for
-    bit whatever the size of parts, and on every machine with the same processor and C library. Any number of
-    threads may call this at once.
+    The rows keep the order of the source. The quality of a row depends on that row alone. It is the same bit
+    for bit for every size of parts, and on every machine with the same processor and C library. Safe to call
+    from several threads.
 
     Examples
     --------

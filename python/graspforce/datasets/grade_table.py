@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from graspforce._core import quality_many
+from graspforce.status import Status
 
 from .rows import Rows
 from .schema import result_fields
@@ -27,6 +28,9 @@ STATUSES = ("converged", "bracketed", "invalid")
 CLOSURES = ("none", "partial", "force")
 
 _CONVERGED, _BRACKETED, _INVALID = range(3)
+
+_GRADES = np.array([_CONVERGED, _INVALID, _INVALID, _BRACKETED], np.int8)
+"""The grade's status for each `Status` of a quality."""
 
 
 def grade_batch(
@@ -61,11 +65,11 @@ def grade_batch(
             name = f"rho_{criterion}"
             rho[name][group] = found.rho
             rho[f"{name}_lower"][group], rho[f"{name}_upper"][group] = found.lower, found.upper
-            for at in np.flatnonzero(found.status == _BRACKETED).tolist():
+            for at in np.flatnonzero(found.status == Status.NOT_CONVERGED).tolist():
                 between = f"{found.lower[at]:.9g} <= {name} <= {found.upper[at]:.9g}"
                 brackets.setdefault(int(group[at]), []).append(between)
             messages |= {int(group[at]): reason for at, reason in found.errors.items()}
-            status[group] = np.maximum(status[group], found.status)
+            status[group] = np.maximum(status[group], _GRADES[found.status])
             if k == 0:
                 closure[group] = found.closure + 1
         for row, wide in brackets.items():

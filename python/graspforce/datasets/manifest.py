@@ -1,4 +1,4 @@
-"""The folder of results: of which question and which source its parts are."""
+"""The manifest of a folder of results: the options and the source of its parts."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def prepare(
     overwrite: bool,
     writable: bool,
 ) -> Workplace:
-    """Make the folder ready for a run of this question on this source, or refuse it and change nothing."""
+    """Make the folder ready for a run with these options on this source, or refuse it and change nothing."""
     asked = {
         "format": _FORMAT,
         "graspforce": __version__,

@@ -1,9 +1,9 @@
-"""What is asked of every grasp of a dataset."""
+"""Options of quality that hold for every grasp of a dataset."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -14,27 +14,27 @@ from graspforce.errors import InvalidGraspError, InvalidInputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Criterion", "GradeOptions"]
+    from graspforce.typing import Criterion
 
-Criterion: TypeAlias = Literal["max", "sum"]
+__all__ = ["GradeOptions"]
 
 _CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
 
 @dataclass(frozen=True, slots=True)
 class GradeOptions:
-    """The same for all rows; checked when made.
+    """Options that hold for all rows; checked when made.
 
     Attributes
     ----------
     criteria : tuple of str
         Some of ``"max"`` and ``"sum"``.
     edges : int or None
-        Of the linearised friction cones; None for true cones.
+        Edges of the linearised friction cones; None for true cones.
     rtol : float or None
         Relative width of the bracket that counts as converged, as for `graspforce.Grasp.quality`.
     length_scale : float or None
-        For datasets without a column of this name; None for 1 m.
+        Length scale in m for datasets without a column of this name; None for 1 m.
     """
 
     criteria: tuple[Criterion, ...] = _CRITERIA
@@ -43,12 +43,12 @@ class GradeOptions:
     length_scale: float | None = None
 
     def __post_init__(self) -> None:
-        """Let the core look at the options before there are any grasps."""
+        """Let the core check the options before any grasp is read."""
         if not self.criteria or len(set(self.criteria)) != len(self.criteria):
             raise InvalidInputError(f"criteria: {self.criteria!r}, expected some of {_CRITERIA}, each once")
         nothing = np.empty((0, 1, 3))
         try:
-            # Edges are looked at contact by contact, which no grasps at all do not have.
+            # The core checks edges contact by contact, so that they need a grasp.
             Grasp([(1, 0, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)], edges=self.edges)
             for criterion in self.criteria:
                 quality_many(nothing, nothing, criterion=criterion, **self.arguments())

@@ -164,7 +164,7 @@ def changed(path: Path) -> InvalidFileError:
     """Return the error of a source that does not stay as it is."""
     return InvalidFileError(
         path,
-        "it has changed while it was graded; nothing of the part in work is kept. Once nothing writes to "
+        "it has changed while it was graded, and the unfinished part is dropped. When nothing writes to "
         "it any more, grade it into another folder, or start over with overwrite=True (--overwrite)",
     )
 

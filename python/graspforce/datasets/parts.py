@@ -1,6 +1,6 @@
 """Parts: bounded stretches of rows of the source's files, each graded into one file of its own.
 
-A part is what a kill can cost, what a machine of a cluster is given, and what memory holds at a time.
+A part is what an interruption loses, what a machine of a cluster grades, and what memory holds at a time.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class PartReport:
-    """What grading a part came to.
+    """The report of a graded part.
 
     Attributes
     ----------

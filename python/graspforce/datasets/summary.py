@@ -1,4 +1,4 @@
-"""What a run over a dataset came to."""
+"""The summary of a run over a dataset."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ __all__ = ["GradeSummary"]
 
 @dataclass(frozen=True, slots=True)
 class GradeSummary:
-    """What a run over a dataset came to.
+    """The summary of a run over a dataset.
 
     Attributes
     ----------
     out : pathlib.Path
         The folder of results.
     rows, parts : int
-        Of the whole dataset.
+        Numbers of rows and parts of the whole dataset.
     graded_rows, graded_parts : int
-        Of this run: what an earlier one had done already is not done again.
+        Numbers of rows and parts graded in this run; those of an earlier run are not graded again.
     statuses : dict of str to int
-        How many rows of the whole dataset are ``converged``, ``bracketed`` and ``invalid``.
+        Numbers of rows of the whole dataset that are ``converged``, ``bracketed`` and ``invalid``.
     closures : dict of str to int
-        How many have ``force``, ``partial`` and ``none`` as their closure.
+        Numbers of rows whose closure is ``force``, ``partial`` and ``none``.
     seconds : float
-        What this run took.
+        Duration of this run in s.
     recovered : bool
-        True where an earlier run had been killed while its results took the place of older ones, and this run
-        completed that first.
+        True if an earlier run was interrupted while it replaced older results, and this run completed the
+        replacement first.
     peak_bytes : int
-        The most memory that any process that graded has had; 0 where the system does not say, or nothing was
-        left to do.
+        Largest memory of any process that graded. It is 0 if the system does not report it, or if nothing was
+        graded.
     """
 
     out: Path
@@ -50,7 +50,7 @@ class GradeSummary:
 
     @property
     def rows_per_second(self) -> float:
-        """Rows graded in this run, a second."""
+        """Rows graded per second of this run."""
         return self.graded_rows / self.seconds if self.seconds > 0 else 0.0
 
     def to_dict(self) -> dict[str, Any]:

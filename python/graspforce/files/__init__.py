@@ -1,8 +1,8 @@
 """Files of grasps, planning problems and wrenches, read without trusting them.
 
-Needs the ``cli`` extra. Only regular files are read, of limited size; YAML and JSON hold plain data,
-NumPy files no pickles, and a mesh lies beside the file that names it.
-Whatever is wrong is an `graspforce.InvalidFileError` that names file, line and field.
+Needs the ``cli`` extra. Only regular files of limited size are read. YAML and JSON hold plain data, NumPy
+files hold no pickles, and a mesh lies beside the file that names it. A wrong file raises
+`graspforce.InvalidFileError` with file, line and field.
 """
 
 from .grasp_file import GraspFile, load_grasp

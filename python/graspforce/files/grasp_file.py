@@ -15,13 +15,13 @@ from graspforce._core import Grasp, unwarned_grasp
 from graspforce._internal.checks import real_number
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
+from graspforce.typing import GRASP_ARGUMENTS
 
 from .contacts_on_mesh import contact_places, mesh_path
-from .kinds import is_plan
 from .mesh_file import load_mesh
 from .safe_read import limited_bytes
-from .schema import GraspModel, of_each_contact
-from .yaml_document import Document, read_document
+from .schema import GraspArgumentsModel, GraspModel, of_each_contact
+from .yaml_document import Document, is_plan, read_document
 
 if TYPE_CHECKING:
     import os
@@ -35,17 +35,14 @@ __all__ = ["MAX_ARRAY_BYTES", "GraspFile", "grasp_of", "load_grasp"]
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
 
-_ARRAYS = (
-    "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
-    "length_scale", "friction_margin",
-)  # fmt: skip
 _NPY = b"\x93NUMPY"
+_ARRAYS = [name for name in GRASP_ARGUMENTS if name != "extreme_forces"]
 _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GraspFile:
-    """A grasp, and what its file says about the object.
+    """A grasp and its object, from a file.
 
     Threads may share it; it can be copied and pickled.
 
@@ -54,7 +51,7 @@ class GraspFile:
     path : pathlib.Path
         The file.
     name : str
-        Its title, or the file's name.
+        Its title, or the name of the file.
     grasp : Grasp
         The grasp.
     outline : numpy.ndarray or None
@@ -64,7 +61,7 @@ class GraspFile:
     mesh_unit : float
         Unit of its vertices in m.
     surface : MeshSurface or None
-        Its surface, where contacts took their normals from it.
+        Surface of the mesh, if contacts took their normals from it.
     """
 
     path: Path
@@ -92,18 +89,19 @@ class GraspFile:
 def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     """Read a grasp from a YAML, JSON or NPZ file.
 
-    Threads may call this at once.
+    Safe to call from several threads.
 
     Parameters
     ----------
     path : path-like
-        ``.npz`` holds arrays named as the arguments of `Grasp`; ``.json`` and everything else is text, which
-        the schema of ``graspforce info --schema grasp`` describes.
+        ``.npz`` holds arrays named as the arguments of `Grasp`. ``.json``, and YAML of any other suffix, is
+        described by the schema of ``graspforce info --schema grasp``, or is the dictionary of
+        `Grasp.to_dict`.
 
     Returns
     -------
     GraspFile
-        The grasp and what belongs to its picture.
+        The grasp, its title and its object.
 
     Raises
     ------
@@ -132,7 +130,25 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
 def _from_text(document: Document) -> GraspFile:
     if is_plan(document.data):
         raise document.error((), "a plan file, not a grasp file: `graspforce plan` reads it")
+    if isinstance(document.data, dict) and "positions" in document.data:
+        return _from_arguments(document, document.parsed(GraspArgumentsModel))
     return grasp_of(document, document.parsed(GraspModel))
+
+
+def _from_arguments(document: Document, model: GraspArgumentsModel) -> GraspFile:
+    """Build the grasp whose dictionary the document is."""
+    given = model.model_dump(exclude_unset=True)
+    name = given.pop("name", None) or document.path.name
+    arguments = {argument: given.pop(argument) for argument in GRASP_ARGUMENTS if argument in given}
+    try:
+        grasp = Grasp(**arguments)
+    except InvalidGraspError as error:
+        raise _located(document, error) from None
+    known = grasp.to_dict()
+    for field, value in given.items():
+        if value != known[field]:
+            raise document.error((field,), f"{value}, but the contacts make it {known[field]}")
+    return GraspFile(document.path, name, grasp)
 
 
 def grasp_of(document: Document, model: GraspModel) -> GraspFile:
@@ -192,7 +208,9 @@ def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
     found = re.match(r"(\w+)(?:, contact (\d+))?", message)
     if found is None or found[2] is None:
         return document.error((found[1],) if found else (), message)
-    field = ("contacts", int(found[2]), _FIELDS.get(found[1], found[1]))
+    contact = int(found[2])
+    by_arguments = found[1] in document.data
+    field = (found[1], contact) if by_arguments else ("contacts", contact, _FIELDS.get(found[1], found[1]))
     return document.error(field, message.partition(": ")[2])
 
 

@@ -30,7 +30,7 @@ _PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTI
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY or STL file.
 
-    Threads may call this at once. Triangles come in the order of the file, polygons as fans around their
+    Safe to call from several threads. Triangles come in the order of the file, polygons as fans around their
     first corner. Vertices in one place are merged; materials and groups are left out.
 
     Raises

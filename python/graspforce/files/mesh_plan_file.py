@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
-from graspforce.planning import Iterate, plan_many, refine
+from graspforce.planning import Iterate, plan_multistart, refine
 from graspforce.planning.distinct import default_distance, distinct_plans
 from graspforce.planning.pattern_search import deadline_after
 from graspforce.surfaces import MeshSurface, contacts_on
@@ -20,8 +20,9 @@ from .schema import MeshPlanModel
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from graspforce.planning import Criterion, Plan, PlanSet, Refinement, Stopped
+    from graspforce.planning import Plan, PlanSet, Refinement
     from graspforce.planning.progress import Report
+    from graspforce.typing import Criterion, Stopped
 
     from .schema import MeshModel
     from .yaml_document import Document
@@ -43,22 +44,22 @@ class MeshPlanFile:
     path : pathlib.Path
         The file.
     name : str
-        Its title, or the file's name.
+        Its title, or the name of the file.
     mesh : pathlib.Path
         File of the mesh.
     mesh_options : dict
-        What the file says of the mesh beside its name.
+        Other fields of the mesh, as for `graspforce.surfaces.MeshSurface`.
     surface : MeshSurface
-        Where contacts may lie.
+        Surface of the mesh.
     num_contacts : int
-        How many.
+        Number of contacts.
     search : dict
         ``step``, ``tolerance``, ``starts``, ``best``, ``min_distance``, ``seed`` and ``time_limit`` of
-        `graspforce.plan_many`.
+        `graspforce.plan_multistart`.
     refined : bool
         Whether the grasps kept are refined by gradients.
     grasp_options : dict
-        What the contacts have beside their places.
+        Other options of the contacts, as for `graspforce.Grasp`.
     """
 
     path: Path
@@ -73,18 +74,18 @@ class MeshPlanFile:
 
     @property
     def num_searches(self) -> int:
-        """How many searches and refinements are to be run."""
+        """Number of searches and refinements."""
         return int(self.search["starts"] + (self.search["best"] if self.refined else 0))
 
     def plan(self, criterion: Criterion = "max", *, progress: Report | None = None) -> PlanSet:
-        """Search for the best grasps, as `graspforce.plan_many` and `graspforce.refine` do.
+        """Search for the best grasps by `graspforce.plan_multistart` and `graspforce.refine`.
 
         Returns
         -------
         PlanSet
-            The best distinct grasps, best first; refined ones have the iterate of the refinement last. Where
-            time is over, or Ctrl-C ends the refinement, the grasps left stay as they were found; one whose
-            refinement fails keeps what it had reached, and is among the failures.
+            The best distinct grasps, best first. The last iterate of a refined grasp is its refinement.
+            Grasps left when time is over, or when Ctrl-C ends the refinement, stay as they were found. A grasp
+            whose refinement fails keeps what it reached, and is among the failures.
         """
         began, deadline = time.monotonic(), deadline_after(self.search["time_limit"])
         surface = contacts_on(*[self.surface] * self.num_contacts)
@@ -93,7 +94,7 @@ class MeshPlanFile:
         steps = self.num_searches
         report: Any = progress and (lambda done, _, epsilon: progress(done, steps, epsilon))
         try:
-            found = plan_many(
+            found = plan_multistart(
                 surface, bounds, rtol=_BRACKET, progress=report or False, **self.search, **options
             )
         except (InvalidInputError, InvalidGraspError) as error:

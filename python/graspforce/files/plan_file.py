@@ -21,7 +21,6 @@ from graspforce.surfaces import (
     plane,
 )
 
-from .kinds import is_grasp
 from .mesh_plan_file import MeshPlanFile, mesh_problem, of_file
 from .schema import (
     CylinderModel,
@@ -33,14 +32,15 @@ from .schema import (
     PlanModel,
     of_each_contact,
 )
-from .yaml_document import Document, read_document
+from .yaml_document import Document, is_grasp, read_document
 
 if TYPE_CHECKING:
     import os
 
     from numpy.typing import NDArray
 
-    from graspforce.planning import Criterion, Plan
+    from graspforce.planning import Plan
+    from graspforce.typing import Criterion
 
 __all__ = ["PlanFile", "load_problem"]
 
@@ -56,13 +56,13 @@ class PlanFile:
     path : pathlib.Path
         The file.
     name : str
-        Its title, or the file's name.
+        Its title, or the name of the file.
     places : tuple of PlanarCurve or ParametricSurface
-        Where each contact may lie.
+        Curve or surface of each contact.
     search : dict
         ``initial``, ``step``, ``tolerance`` and ``bounds`` of `graspforce.plan`.
     grasp_options : dict
-        What the contacts have beside their places.
+        Other options of the contacts, as for `graspforce.Grasp`.
     outline : numpy.ndarray or None
         (n, 2) corners of the object in m.
     """
@@ -86,7 +86,7 @@ class PlanFile:
 def load_problem(path: str | os.PathLike[str]) -> PlanFile | MeshPlanFile:
     """Read a planning problem from a YAML or JSON file.
 
-    Threads may call this at once.
+    Safe to call from several threads.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _search_of(document: Document, i: int, contact: PlanContactModel, size: int)
         if field in ("step", "tolerance") and len(values) == 1:
             values = values * size
         if len(values) != size:
-            message = f"{len(values)} of them, expected {size}, one for each parameter"
+            message = f"{len(values)} given, expected {size}: one for each parameter of the curve or surface"
             raise document.error(("contacts", i, field), message)
         found[field] = values
     for start, (low, high) in zip(found["initial"], found["bounds"], strict=True):

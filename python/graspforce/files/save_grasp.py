@@ -1,4 +1,4 @@
-"""Grasp files written: as every command reads them."""
+"""Writes grasp files that every command reads."""
 
 from __future__ import annotations
 
@@ -33,33 +33,31 @@ def save_grasp(
     path: str | os.PathLike[str],
     grasp: Grasp,
     *,
-    name: str,
+    name: str | None = None,
     mesh: str | os.PathLike[str] | None = None,
     mesh_options: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a grasp as a JSON grasp file, making its folder.
+    """Write a grasp as a JSON grasp file, and make its folder.
 
-    Threads may call this at once for different files.
+    Safe to call from several threads for different files.
 
     Parameters
     ----------
     path : path-like
-        Where to; ``.json``, so that it is read as such.
+        File to write. Its suffix should be ``.json``, so that it is read as JSON.
     grasp : Grasp
-        What is written: `load_grasp` makes the same one of the file.
-    name : str
-        Title of tables and pictures.
+        Grasp to write; `load_grasp` reads the same one.
+    name : str, optional
+        Title of tables and pictures; by default the name of the file that is read.
     mesh : path-like, optional
-        File of the object's mesh. One that is not in the folder of `path`, or below it, is copied there,
-        where the grasp file is read from.
+        File of the object's mesh. It is copied into the folder of `path` unless it lies there or below.
     mesh_options : mapping, optional
-        What else the grasp file says of it.
+        Other fields of the mesh in the grasp file, such as ``unit``.
 
     Raises
     ------
     InvalidFileError
-        The grasp is larger than a grasp file may be, or another file of the mesh's name is where it would be
-        copied to.
+        The grasp is too large for a grasp file, or another file has the name of the copy of the mesh.
 
     Examples
     --------
@@ -74,7 +72,7 @@ def save_grasp(
     True
     """
     path = Path(path)
-    content = {"name": name, **_fields(grasp)}
+    content = {**({} if name is None else {"name": name}), **_fields(grasp)}
     # Before a mesh is copied: what cannot be read again is not written.
     Document(path, content, {}).parsed(GraspModel)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -119,7 +117,7 @@ def _beside(path: Path, mesh: Path) -> str:
     if not copy.exists():
         shutil.copyfile(target, copy)
     elif copy.is_symlink() or not filecmp.cmp(target, copy, shallow=False):
-        raise InvalidFileError(copy, f"in the way of a copy of {mesh}, which the grasp needs beside it")
+        raise InvalidFileError(copy, f"in the way of a copy of {mesh}; move it, or save the grasp elsewhere")
     return _spelled(copy.relative_to(folder))
 
 

@@ -17,6 +17,7 @@ __all__ = [
     "CylinderModel",
     "EllipseModel",
     "EllipsoidModel",
+    "GraspArgumentsModel",
     "GraspModel",
     "LineModel",
     "MeshModel",
@@ -36,6 +37,8 @@ _Vector = Annotated[list[_Number], Field(min_length=2, max_length=3)]
 _Planar = Annotated[list[_Number], Field(min_length=2, max_length=2)]
 _Spatial = Annotated[list[_Number], Field(min_length=3, max_length=3)]
 _Edges = Annotated[int, Field(ge=3, le=4096)]
+_AnyEdges = Annotated[int, Field(ge=0, le=4096)]
+_Force = Annotated[list[_Number], Field(min_length=2, max_length=4)]
 
 
 class _Strict(BaseModel):
@@ -87,7 +90,7 @@ class ContactModel(_Strict):
     tangent: _Spatial | None = Field(
         None, description="direction whose projection is the axis o of the contact frame"
     )
-    extreme_forces: list[Annotated[list[_Number], Field(min_length=2, max_length=4)]] | None = Field(
+    extreme_forces: list[_Force] | None = Field(
         None, description="forces in the contact frame, in N, whose hull with zero replaces the friction cone"
     )
 
@@ -133,6 +136,31 @@ class GraspModel(_Scaled):
     mesh: _Mesh | None = Field(
         None, description="the object's mesh, for pictures and for contacts without normals"
     )
+
+
+class GraspArgumentsModel(_Strict):
+    """A grasp by the arguments of `graspforce.Grasp`, as `Grasp.to_dict` writes it.
+
+    What follows from the arguments may be there too: ``wrench_dim``, ``num_contacts``, ``force_dim`` and
+    ``num_edges`` must then agree with them.
+    """
+
+    name: str | None = None
+    positions: list[_Vector] = Field(min_length=1, max_length=_MAX_CONTACTS)
+    normals: list[_Vector] = Field(max_length=_MAX_CONTACTS)
+    friction: list[_Number] | _Number = 0.5
+    max_normal_force: list[_Number] | _Number = 1.0
+    edges: list[_AnyEdges] | _AnyEdges | None = 8
+    torsion: list[_Number] | _Number | None = None
+    tangents: list[_Spatial] | _Spatial | None = None
+    origin: _Vector | None = None
+    length_scale: _Positive = 1.0
+    friction_margin: _Number = 1.0
+    extreme_forces: list[list[_Force]] | None = None
+    wrench_dim: int | None = None
+    num_contacts: int | None = None
+    force_dim: int | None = None
+    num_edges: list[int] | None = None
 
 
 class EllipseModel(_Strict):

@@ -53,7 +53,7 @@ class WrenchFile:
 def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
     r"""Read external wrenches from a CSV or NPY file.
 
-    Threads may call this at once.
+    Safe to call from several threads.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
 def parse_wrench(text: str, wrench_dim: int) -> NDArray[np.float64]:
     """Read one wrench from numbers separated by commas or spaces.
 
-    Threads may call this at once.
+    Safe to call from several threads.
     """
     columns = _columns(wrench_dim)
     try:

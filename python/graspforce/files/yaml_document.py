@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-__all__ = ["MAX_TEXT_BYTES", "Document", "read_document"]
+__all__ = ["MAX_TEXT_BYTES", "Document", "is_grasp", "is_plan", "read_document"]
 
 MAX_TEXT_BYTES = 1_000_000
 """A grasp of a hundred contacts takes twenty thousand."""
@@ -119,6 +119,23 @@ def read_document(path: Path) -> Document:
     # JSON is YAML but for its tabs and its pairs of surrogates, so one reader finds the lines of both.
     text = _SURROGATES.sub(lambda pair: json.loads(f'"{pair[0]}"'), text.replace("\t", " "))
     return Document(path, data, _from_yaml(path, text).lines)
+
+
+def is_grasp(data: Any) -> bool:
+    """Whether the contacts have places."""
+    by_arguments = isinstance(data, dict) and "positions" in data
+    return by_arguments or _some_contact_has(data, {"position", "point", "face"})
+
+
+def is_plan(data: Any) -> bool:
+    """Whether the contacts are a number, or have somewhere to be searched for."""
+    number = isinstance(data, dict) and isinstance(data.get("contacts"), int)
+    return number or _some_contact_has(data, {"curve", "surface"})
+
+
+def _some_contact_has(data: Any, fields: set[str]) -> bool:
+    contacts = data.get("contacts") if isinstance(data, dict) else None
+    return isinstance(contacts, list) and any(isinstance(c, dict) and fields & set(c) for c in contacts)
 
 
 def _from_yaml(path: Path, text: str) -> Document:

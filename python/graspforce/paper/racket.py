@@ -11,7 +11,7 @@ import numpy as np
 
 from graspforce._core import ForceDistributor, Grasp
 from graspforce.errors import InfeasibleWrenchError
-from graspforce.planning import Criterion, Plan, plan
+from graspforce.planning import Plan, plan
 
 from .completed import completed
 from .examples import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
+
+    from graspforce.typing import Criterion
 
 __all__ = ["NOTES", "REPEATS", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
 

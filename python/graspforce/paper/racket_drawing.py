@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from graspforce.paper import RACKET_WRENCH
 from graspforce.plotting.planar import LONGEST, draw_planar_grasp
 from graspforce.plotting.style import CONE, FORCE, INK, OVERLOAD
 
+from .examples import RACKET_WRENCH
 from .racket import grasp_at
 from .racket_outline import draw_racket, label_contacts
 

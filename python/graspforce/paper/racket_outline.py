@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 
-from graspforce.paper import RACKET
+from .examples import RACKET
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,10 +37,10 @@ def draw_racket(axes: Axes) -> None:
 
 
 def label_contacts(axes: Axes, positions: NDArray[np.float64], normals: NDArray[np.float64]) -> None:
-    """Write the number of each contact (m, 2) on its object side; those that coincide share a label."""
+    """Write each contact's number, from 0, on its object side (m, 2); coinciding contacts share a label."""
     labels: dict[tuple[float, ...], list[str]] = {}
     for i, place in enumerate(np.hstack([positions + _LABEL_DISTANCE * normals, normals])):
-        labels.setdefault(tuple(np.round(place, 3)), []).append(str(i + 1))
+        labels.setdefault(tuple(np.round(place, 3)), []).append(str(i))
     for (x, y, n_x, n_y), numbers in labels.items():
         axes.text(
             x,

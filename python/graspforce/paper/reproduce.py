@@ -39,7 +39,7 @@ def _racket() -> tuple[str, dict[str, Any], Callable[[Path], list[Path]]]:
     run = run_racket()
 
     def draw(folder: Path) -> list[Path]:
-        from graspforce.plotting import save_plan_figures  # noqa: PLC0415
+        from .racket_drawing import save_plan_figures  # noqa: PLC0415
 
         return save_plan_figures(run, folder)
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import Grasp
-from graspforce.planning import Criterion, Plan, plan
+from graspforce.planning import Plan, plan
 
 from .completed import completed
 from .examples import TILE
@@ -22,6 +22,8 @@ from .tile_forces import TrajectoryForces, tile_forces
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from graspforce.typing import Criterion
 
 __all__ = ["INFERRED_FRICTION", "TilePlanRun", "TileRun", "run_tile", "tile_grasp"]
 

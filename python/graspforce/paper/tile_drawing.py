@@ -102,6 +102,6 @@ def _draw_iterate(axes: Axes3D, run: TilePlanRun, params: NDArray[np.float64]) -
     draw_spatial_grasp(axes, grasps[0], metres_per_newton=_CONE, color=_BENEATH_COLOUR)
     draw_tile(axes)
     draw_spatial_grasp(axes, grasps[1], metres_per_newton=_CONE)
-    for number, (point, n) in enumerate(zip(positions, normals, strict=True), start=1):
+    for number, (point, n) in enumerate(zip(positions, normals, strict=True)):
         axes.text(*(point - 1.3 * _CONE * n), str(number), fontsize=8, ha="center", zorder=6)
     frame_view(axes, (-0.24, -0.24, -0.2), (0.24, 0.24, 0.2), elevation=34, azimuth=-68, zoom=1.1)

@@ -1,29 +1,23 @@
-"""Where contacts should go: pattern search, many starts, refinement, branch and bound, robustness."""
+"""Contact planning: pattern search, multistart, gradient refinement, branch and bound, placement noise."""
 
 from .branch_and_bound import GlobalOptimum, plan_global
 from .gradient_sampling import Refinement, refine
-from .multistart import PlanSet, plan_many
+from .multistart import PlanSet, plan_multistart
 from .pattern_search import Iterate, Plan, plan
-from .placement_noise import Placement, PlacementQuality
-from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
+from .placement_noise import PlacementNoise, PlacementQuality
 from .scoring import SearchCounts
 
 __all__ = [
-    "Criterion",
-    "Feasible",
     "GlobalOptimum",
-    "GraspOptions",
     "Iterate",
-    "Placement",
+    "PlacementNoise",
     "PlacementQuality",
     "Plan",
     "PlanSet",
     "Refinement",
     "SearchCounts",
-    "Stopped",
-    "Surface",
     "plan",
     "plan_global",
-    "plan_many",
+    "plan_multistart",
     "refine",
 ]

@@ -1,12 +1,10 @@
 """Branch and bound: the best grasp within a box of a few parameters, with a certified gap.
 
-The bound of a box is derived in the core (`BoxBound`): the quality of the hull of the wrench sets at the
-box's vertices, plus what interpolation between vertices leaves open, half the curvature of the primitive
-wrenches times the squares of the box's half-widths. The certificate is therefore as good as the curvature:
-bounds that the caller derived make it a proof. By default the curvature of each box is estimated by second
-differences along its axes, and the certificate holds on the assumption that nowhere in a box the wrenches
-bend more than `safety` times that. A bump that is narrow against a box breaks the assumption unseen: such a
-bound is an estimate, and the result says so.
+The core (`BoxBound`) bounds a box by two terms. The first is the quality of the hull of the wrench sets at
+the box's vertices. The second covers the interpolation between vertices: half the curvature of the primitive
+wrenches times the squares of the box's half-widths. The bound is a proof if the caller gives the curvature.
+By default the curvature of each box is estimated by second differences along its axes, times `safety`. A bump
+that is narrow against the box escapes them: such a bound is an estimate, and the result says so.
 """
 
 from __future__ import annotations
@@ -33,9 +31,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .problem import Criterion, Feasible, GraspOptions, Surface
-    from .scoring import CandidateSource
+    from .candidates import CandidateSource
 
     Array = NDArray[np.float64]
 
@@ -50,7 +48,7 @@ Ended: TypeAlias = Literal["tolerance", "open", "estimate", "boxes", "time", "in
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class GlobalOptimum(Record):
-    """The best grasp found, and how much better any other can be.
+    """The best grasp found, and an upper bound of every other one.
 
     Threads may share it; it can be copied and pickled.
 
@@ -59,25 +57,30 @@ class GlobalOptimum(Record):
     params : numpy.ndarray
         (p,) parameters of the best grasp found.
     quality, grasp : Quality, Grasp
-        What it is worth.
+        Its quality and the grasp itself.
     epsilon_upper : float
-        Upper bound of the epsilon of all parameters within the bounds: proven where `proven` is True,
-        otherwise an estimate, which better grasps can exceed.
+        Upper bound of epsilon over all parameters within the bounds. It is proven if `proven` is True.
+        Otherwise it is an estimate, and a better grasp may exist.
     gap : float
-        ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative as the argument; infinite where
-        epsilon is zero and its bound is not.
+        ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative. It is infinite if epsilon is
+        zero and its bound is not.
     boxes : int
-        How many boxes were bounded.
+        Number of boxes bounded.
     proven : bool
-        True: the caller gave the curvature, and `epsilon_upper` is a proof. False: it was estimated.
+        True if the caller gave the curvature; False if it was estimated.
     stopped : {"tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"}
-        Why the search ended. "tolerance": the gap is proven to be as small as asked for. "open": proven, no
-        grasp within the bounds is force closure by more than a millionth of the contacts' strength.
-        "estimate": one of the two by an estimated curvature, which is no proof; `epsilon_upper` and `gap` are
-        then estimates. "boxes": their limit was reached, or none is left that could be cut. "error": in what
-        an error carries as its ``partial``.
+        Why the search ended:
+
+        - "tolerance": the gap is proven to be within the argument `gap`.
+        - "open": it is proven that no grasp within the bounds is force closure by more than a millionth of
+          the contacts' strength.
+        - "estimate": one of the two above holds by an estimated curvature, without a proof.
+        - "boxes": `max_boxes` was reached, or every box left is too small to be cut.
+        - "time": `time_limit` was reached.
+        - "interrupted": Ctrl-C was pressed.
+        - "error": an error ended the search and carries this result as its ``partial``.
     seconds : float
-        How long it took.
+        Duration of the search in s.
     """
 
     params: NDArray[np.float64]
@@ -107,7 +110,7 @@ def plan_global(
     initial: ArrayLike | None = None,
     curvature: ArrayLike | None = None,
     safety: float = 1.5,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
@@ -118,44 +121,45 @@ def plan_global(
 ) -> GlobalOptimum:
     """Find the globally best grasp for up to four parameters, by branch and bound.
 
-    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+    Safe to call from several threads if `surface` and `feasible` are.
 
     Parameters
     ----------
-    surface, criterion, center, metric, feasible, min_distance, **grasp_options
+    surface, criterion, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
         axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
     bounds : array_like
         (p, 2) finite lower and upper bounds, p at most 4.
     gap : float
-        Stop when nothing can be better than the best by more than this share of it: by proof with
-        `curvature`, by estimate without.
+        Stop when the relative gap between the best grasp and the upper bound is this small. The gap is a
+        proof with `curvature` and an estimate without.
     initial : array_like, optional
-        (p,) a good grasp to start from, such as `Plan.params`: nothing worse is looked at closely.
+        (p,) parameters of a good grasp, such as `Plan.params`. The search starts with this quality as the
+        incumbent; by default it starts in the middle of the bounds.
     curvature : array_like, optional
-        (m, p) bounds of the norms of the second derivatives of contact i's primitive wrenches by parameter j,
-        all over the bounds. Given, they make the result a proof. By default each box's is estimated, and the
-        result ends as an "estimate".
+        (m, p) upper bounds of the norms of the second derivatives of contact i's primitive wrenches by
+        parameter j, valid everywhere within the bounds. They make the result a proof. By default the
+        curvature of each box is estimated, and the result ends as an "estimate".
     safety : float
-        The estimate is this times the largest second difference along the box's axes.
+        Factor of the estimated curvature: it multiplies the largest second difference along the box's axes.
     max_boxes : int
-        Bound on the work.
+        Largest number of boxes to bound.
     time_limit : float, optional
-        Stop after this many seconds, with the gap reached.
+        Stop after this many seconds and return the gap reached.
     progress : bool or callable
         Show a progress bar (needs rich), or call ``progress(boxes, max_boxes, upper)``.
 
     Returns
     -------
     GlobalOptimum
-        Its ``epsilon_upper`` bounds every epsilon within the bounds where ``proven`` is True. Ctrl-C returns
-        the gap reached.
+        The best grasp found. Its ``epsilon_upper`` is proven if ``proven`` is True. Ctrl-C ends the search
+        and returns the result so far.
 
     Raises
     ------
     InvalidInputError
-        As for `graspforce.plan`, with a `GlobalOptimum` as ``partial``; or more than four parameters, or
-        nothing feasible was met.
+        As for `graspforce.plan`, with a `GlobalOptimum` as ``partial``. Also if there are more than four
+        parameters, or if the search met no feasible grasp.
     InvalidGraspError
         As for `graspforce.plan`.
 
@@ -187,8 +191,8 @@ def plan_global(
         raise InvalidInputError(f"bounds: shape {box.shape}, expected (p, 2)")
     if len(box) > _MAX_PARAMS:
         raise InvalidInputError(
-            f"bounds: {len(box)} parameters, but boxes are bounded by their 2^p vertices for up to "
-            f"{_MAX_PARAMS}"
+            f"bounds: {len(box)} parameters, at most {_MAX_PARAMS} are possible; fix some of them, or use "
+            "graspforce.plan_multistart"
         )
     middle = box[:, 0] / 2 + box[:, 1] / 2
     start = middle if initial is None else finite_vector("initial", initial, len(box))
@@ -200,8 +204,9 @@ def plan_global(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, criterion=criterion, center=center, metric=metric
-    )
+        surface, grasp_options, feasible, min_distance,
+        criterion=criterion, external_wrench=external_wrench, metric=metric,
+    )  # fmt: skip
     source = problem.source
     first = source.grasp(start)
     bends = None
@@ -227,14 +232,14 @@ def plan_global(
         )  # fmt: skip
 
     try:
-        with reporting(progress, "bounding", "no epsilon exceeds") as report:
+        with reporting(progress, "bounding", "upper bound of epsilon") as report:
             stopped = tree.run(start, lower, upper, gap, max_boxes, deadline, report)
     except GraspForceError as error:
         error.partial = result("error")
         raise
     found = result(stopped)
     if found is None:
-        raise InvalidInputError(f"feasible: none of the {source.counts.candidates} grasps met was feasible")
+        raise InvalidInputError(f"feasible: none of the {source.counts.candidates} grasps tried was feasible")
     return found
 
 

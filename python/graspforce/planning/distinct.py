@@ -1,4 +1,4 @@
-"""Which of many grasps are the same one: where contacts, matched with each other, nearly coincide."""
+"""Distinct grasps: two grasps are the same if their contacts, matched with each other, nearly coincide."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from .candidates import CandidateSource
     from .pattern_search import Plan
-    from .scoring import CandidateSource
 
 __all__ = ["default_distance", "distinct_plans", "interchangeable_contacts"]
 

@@ -1,9 +1,9 @@
-"""Gradient refinement: uphill from where a pattern search ended, or a proof that there is no uphill.
+"""Gradient refinement: improve a grasp by gradients, or show that it is stationary.
 
-Epsilon is a minimum of smooth functions, and good grasps sit where several of them meet: there it has no
-gradient, and following one of them zigzags. Gradient sampling (Burke, Lewis and Overton, 2005) collects
-gradients from a small neighbourhood; the shortest vector in their convex hull points uphill for all of them,
-and where it vanishes the point is stationary for that neighbourhood.
+Epsilon is a minimum of smooth functions, and at a good grasp several of them are equal. Epsilon has no
+gradient there. Gradient sampling (Burke, Lewis and Overton, 2005) collects gradients in a neighbourhood. The
+shortest vector in their convex hull is an ascent direction for all of them. If it vanishes, the point is
+stationary for that neighbourhood.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .problem import Criterion, Feasible, GraspOptions, Surface
     from .scoring import Contacts
 
     Array = NDArray[np.float64]
@@ -42,27 +42,28 @@ _SUFFICIENT = 1e-4  # share of the predicted increase that a step must deliver (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Refinement(Record):
-    """Where refinement ended.
+    """The result of a refinement.
 
     Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
     params : numpy.ndarray
-        (p,) parameters; those of the start where nothing better was found.
+        (p,) parameters of the grasp; those of the start if nothing better was found.
     quality, grasp : Quality, Grasp
-        What they are worth; epsilon is never below that of the start.
+        Its quality and the grasp itself. Epsilon is never below that of the start.
     gain : float
-        By how much epsilon rose.
+        Increase of epsilon in N.
     stationary : bool
-        Whether no direction within the bounds is uphill for all gradients sampled nearby, to the tolerance.
+        True if no direction within the bounds increases epsilon for all gradients sampled nearby, to the
+        tolerance.
     slope : float
-        Length of the shortest vector in the hull of the last gradients, in epsilon by a full range of
-        parameters.
+        Length of the shortest vector in the hull of the last gradients: change of epsilon per full range of
+        the parameters.
     iterations, evaluations : int
-        Steps taken, and qualities and gradients computed.
+        Number of steps, and of qualities and gradients computed.
     unique : bool
-        Whether epsilon has a gradient at the end.
+        True if epsilon has a gradient at the end.
     """
 
     params: NDArray[np.float64]
@@ -83,7 +84,7 @@ def refine(
     criterion: Criterion = "max",
     *,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
@@ -92,40 +93,41 @@ def refine(
     seed: int = 0,
     **grasp_options: Unpack[GraspOptions],
 ) -> Refinement:
-    """Improve a grasp by gradients of epsilon, projected on the bounds.
+    """Improve a grasp by gradients of epsilon, within the bounds.
 
-    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+    Safe to call from several threads if `surface` and `feasible` are.
 
     Parameters
     ----------
-    surface, bounds, criterion, rtol, center, metric, feasible, min_distance, **grasp_options
+    surface, bounds, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`.
     params : array_like
-        (p,) where to start, such as `Plan.params`.
+        (p,) parameters of the start, such as `Plan.params`.
     max_iterations : int
-        Bound on the work: each iteration computes about ``p`` gradients and a few qualities.
+        Largest number of iterations. Each computes about ``p`` gradients and a few qualities.
     tolerance : float
-        A slope counts as zero below this share of epsilon by a full range of the parameters.
+        A slope counts as zero if it changes epsilon by less than this share over the full range of the
+        parameters.
     seed : int
-        Of the places where gradients are sampled.
+        Seed of the points where gradients are sampled.
 
     Returns
     -------
     Refinement
-        Never worse than the start.
+        The improved grasp; never worse than the start.
 
     Raises
     ------
     InvalidInputError
-        As for `graspforce.plan`, with a `Refinement` as ``partial``; or the start is infeasible.
+        As for `graspforce.plan`, with a `Refinement` as ``partial``. Also if the start is infeasible.
     NotConvergedError
-        SciPy gave up on a least-squares problem; with the `Refinement` so far as ``partial``.
+        SciPy did not solve a least-squares problem. The error carries the `Refinement` so far as ``partial``.
     MissingExtraError
         SciPy is not installed.
 
     Examples
     --------
-    A pattern of coarse steps leaves two fingers on a disc nearly opposite; gradients bring them in line.
+    Two fingers on a disc are nearly opposite; gradients make them exactly opposite.
 
     >>> import numpy as np
     >>> import graspforce as gf
@@ -143,10 +145,10 @@ def refine(
     seed = whole_number("seed", seed, least=0)
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
-        raise InvalidInputError(f"params: {start.tolist()} is not feasible")
+        raise InvalidInputError(f"params: {start.tolist()} is not feasible; start from a feasible grasp")
     return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations)
 
 

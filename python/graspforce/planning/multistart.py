@@ -1,4 +1,4 @@
-"""Planning from many starts: the best few grasps that differ, out of local searches all over the bounds."""
+"""Multistart planning: pattern searches from many starts within the bounds, and the best distinct grasps."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from graspforce._core import quality_many
 from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
-from graspforce._internal.html import plan_set_html
+from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
-from graspforce._internal.to_dict import Owner, plan_set_dict
+from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
@@ -23,14 +23,15 @@ from .progress import Report, reporting
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
+
+    from .candidates import CandidateSource
     from .pattern_search import Plan
-    from .placement_noise import Placement
-    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
-    from .scoring import CandidateSource
+    from .placement_noise import PlacementNoise
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlanSet", "plan_many"]
+__all__ = ["PlanSet", "plan_multistart"]
 
 # Draws by start before the search for feasible starts gives up.
 _DRAWS = 50
@@ -41,26 +42,26 @@ Starts: TypeAlias = "int | ArrayLike"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanSet(Owner):
-    """The best distinct grasps of many searches.
+class PlanSet(Record):
+    """The best distinct grasps of searches from many starts.
 
     Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
     plans : tuple of Plan
-        Best first; no two of them are within the distance that makes grasps the same.
+        The plans, best first. Any two differ by more than the argument `distinct`.
     starts : numpy.ndarray
-        (S, p) where searches began, in the order they ran: the most promising first.
+        (S, p) starts in the order of the searches: the start of the best quality first.
     epsilon : numpy.ndarray
-        (S,) the best that each of them found, also where it failed later; NaN where it found nothing or was
-        not run.
+        (S,) best epsilon that each search found, also if it failed later. NaN if it found nothing or was not
+        run.
     failures : dict of int to str
-        Why searches failed, by row of `starts`. What they had found before counts.
+        Errors of failed searches by row of `starts`. What a search found before its error counts.
     stopped : {"tolerance", "target", "time", "interrupted"}
-        Whether all starts were searched, or why not.
+        Why planning ended: "tolerance" if all searches were run to their ends.
     seconds : float
-        How long it took.
+        Duration in s.
     """
 
     plans: tuple[Plan, ...]
@@ -75,12 +76,12 @@ class PlanSet(Owner):
         """The best plan."""
         return self.plans[0]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain Python numbers and lists, ready for JSON."""
-        return plan_set_dict(self)
-
     def _repr_html_(self) -> str:
-        return plan_set_html(self)
+        rows = (
+            (str(k), f"{plan.quality.epsilon:.6g}", plan.quality.closure, vector(plan.params))
+            for k, plan in enumerate(self.plans, start=1)
+        )
+        return table(repr(self), ("grasp", "epsilon", "closure", "parameters"), rows)
 
     def __repr__(self) -> str:
         run = int(np.isfinite(self.epsilon).sum())
@@ -90,7 +91,7 @@ class PlanSet(Owner):
         )
 
 
-def plan_many(
+def plan_multistart(
     surface: Surface,
     bounds: ArrayLike,
     step: ArrayLike,
@@ -102,61 +103,61 @@ def plan_many(
     distinct: float | None = None,
     seed: int = 0,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
-    placement: Placement | None = None,
+    placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
     progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> PlanSet:
-    """Run the pattern search from many starts and keep the best few grasps that differ.
+    """Run the pattern search from many starts and keep the best distinct grasps.
 
-    Starts are drawn from a scrambled Halton sequence over the bounds, infeasible ones are replaced, and all
-    are measured first, so that the most promising are searched first.
+    Starts are drawn from a scrambled Halton sequence over the bounds; infeasible ones are drawn again. The
+    searches run in the order of their starts' quality, best first.
 
-    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+    Safe to call from several threads if `surface` and `feasible` are.
 
     Parameters
     ----------
-    surface, step, tolerance, criterion, rtol, center, metric
+    surface, step, tolerance, criterion, rtol, external_wrench, metric
         As for `graspforce.plan`.
     feasible, min_distance, placement, max_candidates
         As for `graspforce.plan`.
     bounds : array_like
-        (p, 2) finite lower and upper bounds, for the starts as for the searches.
+        (p, 2) finite lower and upper bounds of the starts and of the searches.
     starts : int or array_like
-        How many, or (S, p) the starts themselves. Drawn ones where the surface has no finite contacts are
-        replaced as infeasible ones are; the searches of given ones fail.
+        Number of starts, or (S, p) the starts themselves. A drawn start without finite contacts is drawn
+        again; a given one makes its search fail.
     best : int
-        How many distinct grasps to keep.
+        Largest number of distinct grasps to keep.
     distinct : float, optional
-        Two grasps are the same where their contacts, matched with each other, are all within this many m; by
-        default a fiftieth of the distance that contacts range over.
+        Distance in m. Two grasps are the same if each contact of one is within it of its match in the other.
+        By default it is a fiftieth of the extent of all contacts.
     seed : int
-        Of the sequence: the same seed gives the same plans, whatever the machine.
+        Seed of the sequence. The same seed gives the same plans on every machine.
     target, time_limit : float, optional
-        Stop as soon as an epsilon reaches the target, or after this many seconds.
+        Stop as soon as an epsilon in N reaches the target, or after this many seconds.
     progress : bool or callable
-        Show a progress bar (needs rich), or call ``progress(done, total, epsilon)`` after every search with
-        the best epsilon so far.
+        True shows a progress bar (needs rich). A function is called as ``progress(done, total, epsilon)``
+        after every search, with the best epsilon so far.
     **grasp_options
         As for `graspforce.plan`.
 
     Returns
     -------
     PlanSet
-        At least one plan. A search that fails does not stop the others; Ctrl-C returns what was found.
+        At least one plan. A search that fails does not stop the others. Ctrl-C returns what was found.
 
     Raises
     ------
     InvalidInputError
-        As for `graspforce.plan`; also where no start is feasible.
+        As for `graspforce.plan`. Also if no start is feasible.
     InvalidGraspError
-        As for `graspforce.plan`, where every start fails.
+        As for `graspforce.plan`, if every search fails.
     MissingExtraError
         SciPy, or rich for the progress bar, is not installed.
 
@@ -166,7 +167,7 @@ def plan_many(
     >>> import graspforce as gf
     >>> from graspforce.surfaces import contacts_on, ellipse
     >>> egg = contacts_on(ellipse(0.05, 0.03), ellipse(0.05, 0.03), ellipse(0.05, 0.03))
-    >>> found = gf.plan_many(
+    >>> found = gf.plan_multistart(
     ...     egg, [(0, 2 * np.pi)] * 3, step=0.5, tolerance=0.05, starts=8, best=3, length_scale=0.05
     ... )
     >>> len(found.plans), found.best.quality.closure
@@ -180,7 +181,7 @@ def plan_many(
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance, placement=placement,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
     order, near = _ranked(problem, points)
@@ -253,7 +254,7 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
     if not kept:
         why = "" if failure is None else f"; the surface has no contacts at some: {failure}"
         raise InvalidInputError(
-            f"feasible: none of {drawn} starts all over the bounds was feasible{why}"
+            f"feasible: none of {drawn} starts drawn within the bounds was feasible{why}"
         ) from failure
     return np.array(kept[:starts])
 
@@ -268,7 +269,7 @@ def _halton(size: int, seed: int) -> Any:
 
 
 def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
-    """Which starts to take first, and the distance in m up to which two grasps are the same."""
+    """Return the order of the starts, and the distance in m up to which two grasps are the same."""
     contacts, failed = problem.source.answered(points)
     # Rows that are no grasp go last; their searches will say why.
     epsilon = np.full(len(points), -np.inf)

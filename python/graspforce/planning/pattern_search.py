@@ -1,35 +1,39 @@
 """Optimal grasp planning: the pattern search of section 3.4.
 
-Python moves the pattern; the core picks the best candidate of an iteration in one call, rejecting most of
-them by directions in which others were weak.
+Python makes the candidates of an iteration. The core picks the best of them in one call. It rejects most by
+the support function along directions that were critical before.
 """
 
 from __future__ import annotations
 
+import itertools
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 import numpy as np
 
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce._internal.html import plan_html
-from graspforce._internal.to_dict import Owner, Record, plan_dict
+from graspforce._internal.html import table, vector
+from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
-from .pattern import Blocks, choose_blocks, pattern
 from .problem import SearchProblem, read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
 
-    from .placement_noise import Placement
-    from .problem import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from .placement_noise import PlacementNoise
     from .scoring import SearchCounts
 
+    Array = NDArray[np.float64]
+
 __all__ = ["Iterate", "Plan", "deadline_after", "pattern_search", "plan"]
+
+Blocks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,9 +47,9 @@ class Iterate(Record):
     params : numpy.ndarray
         (p,) parameters of the contacts.
     rho : float
-        Quality there; negative means force closure, smaller is better.
+        Quality there. Negative means force closure; smaller is better.
     step : numpy.ndarray
-        (p,) steps with which the search goes on from here.
+        (p,) steps of the next iteration.
     """
 
     params: NDArray[np.float64]
@@ -54,8 +58,8 @@ class Iterate(Record):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Plan(Owner):
-    """Where the contacts should go, and how the search got there.
+class Plan(Record):
+    """The best grasp that a pattern search found, and its iterates.
 
     Threads may share it; it can be copied and pickled.
 
@@ -64,21 +68,21 @@ class Plan(Owner):
     params : numpy.ndarray
         (p,) parameters of the best grasp found.
     quality : Quality
-        Its quality, with the bracket that certifies it.
+        Its quality, with its proven bracket.
     grasp : Grasp
         The grasp itself.
     history : tuple of Iterate
-        One row per iterate, the initial one included.
+        The iterates, the initial one included.
     criterion : {"max", "sum"}
-        Which quality was improved.
+        The quality that was improved.
     counts : SearchCounts
-        What the search cost: candidates, those rejected without a polytope, polytopes run and converged.
+        Numbers of candidates, of those rejected without a polytope, and of polytopes started and converged.
     blocks : tuple of tuple of int
-        Which parameters moved together: one block with all of them, or several where their pattern would be
-        too large; an iterate is then a sweep over all blocks.
+        Parameters that moved together: one block of all, or several if their pattern would be too large. An
+        iterate is then a sweep over all blocks.
     stopped : {"tolerance", "target", "time", "interrupted", "error"}
-        Why the search ended: its steps were within tolerance, or sooner. "error" is that of a plan an error
-        carries as its ``partial``.
+        Why the search ended. "tolerance": all steps were within their tolerances. "error": an error ended the
+        search and carries this plan as its ``partial``.
     """
 
     params: NDArray[np.float64]
@@ -92,7 +96,7 @@ class Plan(Owner):
 
     @property
     def num_candidates(self) -> int:
-        """How many grasps were candidates on the way."""
+        """Number of candidate grasps compared."""
         return self.counts.candidates
 
     def __repr__(self) -> str:
@@ -106,10 +110,16 @@ class Plan(Owner):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON."""
-        return plan_dict(self)
+        return {**Record.to_dict(self), "num_candidates": self.num_candidates}
 
     def _repr_html_(self) -> str:
-        return plan_html(self)
+        header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")
+        rows = (
+            (str(k), vector(row.params), f"{row.rho:.6g}", vector(row.step))
+            for k, row in enumerate(self.history)
+        )
+        title = f"Plan: {len(self.history) - 1} iterations, {self.num_candidates} candidates"
+        return table(title, header, rows)
 
 
 def plan(
@@ -121,11 +131,11 @@ def plan(
     criterion: Criterion = "max",
     *,
     rtol: float | None = None,
-    center: ArrayLike | None = None,
+    external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
-    placement: Placement | None = None,
+    placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
@@ -134,46 +144,48 @@ def plan(
 ) -> Plan:
     r"""Search for the contact positions that minimise rho, by the OGP algorithm of section 3.4.
 
-    Each iteration compares all combinations of every parameter one step down, where it is, and one step up
-    (clipped to its bounds), moves to the best, and halves the step of each parameter that stayed. It stops
-    when every step is within its tolerance.
+    Each iteration compares all combinations of every parameter one step down, unchanged and one step up,
+    clipped to the bounds. It moves to the best and halves the step of each parameter that stayed. The search
+    stops when every step is within its tolerance.
 
-    Threads may call this at once as far as `surface` and `feasible` allow, which the calling thread calls.
+    Safe to call from several threads if `surface` and `feasible` are.
 
     Parameters
     ----------
     surface : callable
         Maps parameters (B, p) to positions (B, m, dim) in m and normals (B, m, dim) into the object, of any
-        length; spatial surfaces may return tangents (B, m, 3) as well. See `graspforce.surfaces` for curves,
+        length. Spatial surfaces may return tangents (B, m, 3), too. See `graspforce.surfaces` for curves,
         surfaces, meshes and ties between contacts.
     initial : array_like
-        (p,) where the search starts, within the bounds.
+        (p,) parameters of the start, within the bounds.
     step, tolerance : array_like
         (p,) or scalar, positive: the first steps, and the steps at which the search ends.
     bounds : array_like
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
-        Limit each normalised normal force (``rho_max``) or their sum (``rho_sum``).
-    rtol, center, metric : optional
-        As for `Grasp.quality`: the width of each bracket, an external wrench that acts all the time, and the
-        norm.
+        Normalised normal forces that are limited to 1: each of them (``rho_max``), or their sum
+        (``rho_sum``).
+    rtol, external_wrench, metric : optional
+        As for `Grasp.quality`: the relative width of each bracket, the external wrench (d,) that always acts,
+        and the norm of wrenches.
     feasible : callable, optional
-        Maps positions and normals (B, m, dim) to (B,) bool: reach, span, clearance. Only grasps it allows are
-        compared.
+        Maps positions and normals (B, m, dim) to (B,) bool, True for grasps that the hand can take. Only
+        those are compared.
     min_distance : float
         Least distance between any two contacts, in m.
-    placement : Placement, optional
-        Compare grasps by their quality when contacts miss their place, instead of the nominal one. The
-        ``rho`` of the iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
+    placement : PlacementNoise, optional
+        Compare grasps by their quality under this noise instead of the nominal one. The ``rho`` of the
+        iterates is then that of the noisy grasps; `Plan.quality` stays nominal.
     target : float, optional
-        Stop as soon as epsilon (``-rho``) reaches it.
+        Stop as soon as epsilon (``-rho``) reaches this value in N.
     time_limit : float, optional
         Stop after this many seconds, at the end of an iteration.
     max_candidates : int
-        Largest number of candidates in one pattern. Where all parameters together would make more, they move
-        block by block; `Plan.blocks` says how.
+        Largest number of candidates in one pattern. If all parameters together would make more, they move
+        block by block; see `Plan.blocks`.
     prune : bool
-        Whether candidates that provably lose are left unmeasured. The plan is the same without, only slower.
+        True rejects candidates that provably lose without computing their quality. False gives the same plan
+        more slowly.
     **grasp_options
         ``friction``, ``max_normal_force``, ``edges``, ``torsion``, ``tangents``, ``origin``,
         ``length_scale``, ``friction_margin`` and ``extreme_forces`` of `Grasp`.
@@ -181,27 +193,28 @@ def plan(
     Returns
     -------
     Plan
-        The best grasp found, its quality and the iterates. Ctrl-C ends the search with the best so far.
+        The best grasp found, its quality and the iterates. Ctrl-C ends the search and returns the best
+        so far.
 
     Raises
     ------
     InvalidInputError
-        An argument has the wrong shape or is not finite, a step or tolerance is not positive, bounds are
-        reversed, the start is outside them, the surface returns something else than finite contacts, or no
-        candidate is feasible. What was found before an error is its attribute ``partial``, a `Plan` or None.
+        An argument has the wrong shape or is not finite. A step or tolerance is not positive. Bounds are
+        reversed, or the start is outside them. The surface returns contacts that are not finite. No candidate
+        is feasible. The error's attribute ``partial`` is the `Plan` found before it, or None.
     InvalidGraspError
-        The contacts do not make a grasp (zero normals, negative friction, ...).
+        The contacts do not make a grasp, for example by a zero normal or a negative friction.
 
     Notes
     -----
-    Section 3.4 leaves ties open. Candidates are numbered with offsets in the order (-, 0, +), the last
-    parameter fastest; among those within 1e-9 (relative) of the best, the centre wins, else the lowest
-    number. Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of
-    the pattern: other starts and steps may end better (`graspforce.plan_many`).
+    Section 3.4 leaves ties open. Here candidates are numbered with offsets in the order (-, 0, +), the last
+    parameter fastest. Among those within 1e-9 (relative) of the best, the centre wins, else the lowest
+    number. Step 2's upper offset reads :math:`\phi_i^{(k)} + \Delta\phi_i`. The end is a local optimum of the
+    pattern: other starts and steps may end better (`graspforce.plan_multistart`).
 
-    For any unit wrench direction z, epsilon is at most the support function p(z), so a direction in which one
-    candidate is weak bounds all others. Candidates are rejected only when proven worse than the best by more
-    than ties, brackets and rounding together leave open: wherever brackets converge, pruning changes nothing.
+    For any unit direction z, epsilon is at most the support function p(z). A direction that is critical for
+    one candidate therefore bounds all others. A candidate is rejected only if it is proven worse than the
+    best by more than ties, brackets and rounding leave open. Pruning changes nothing where brackets converge.
 
     Examples
     --------
@@ -220,21 +233,21 @@ def plan(
     """
     problem = SearchProblem.of(
         surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
-        criterion=criterion, rtol=rtol, center=center, metric=metric,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     deadline = deadline_after(time_limit)
     return pattern_search(problem, initial, step, tolerance, bounds, target, deadline, max_candidates)
 
 
 def deadline_after(seconds: float | None) -> float:
-    """When, by `time.monotonic`, a search that may take so long must end."""
+    """Return the `time.monotonic` value at which a search of so many seconds must end."""
     limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
     return time.monotonic() + limit
 
 
 @dataclass(slots=True)
 class _State:
-    """Where a search is."""
+    """Parameters, steps and iterates of a search."""
 
     center: NDArray[np.float64]
     steps: NDArray[np.float64]
@@ -264,7 +277,7 @@ def pattern_search(
     blocks: Blocks = (tuple(range(center.size)),)
     if 3**center.size > max_candidates:
         num_contacts = source.contacts(center[None])["positions"].shape[1]
-        blocks = choose_blocks(center.size, num_contacts, max_candidates)
+        blocks = _choose_blocks(center.size, num_contacts, max_candidates)
 
     state = _State(center, steps)
     stopped: Stopped = "tolerance"
@@ -296,7 +309,9 @@ def pattern_search(
         raise
     if state.rho is None:
         tried = (source.counts - start).candidates
-        raise InvalidInputError(f"feasible: none of the {tried} candidates tried was feasible")
+        raise InvalidInputError(
+            f"feasible: none of the {tried} candidates tried was feasible; give another start or larger steps"
+        )
     return result(stopped)
 
 
@@ -310,7 +325,7 @@ def _sweep(
     """One iterate: every block in turn moves to its best candidate."""
     before, center, rho = state.center, state.center, state.rho
     for block in blocks:
-        candidates, at = pattern(center, state.steps, lower, upper, block)
+        candidates, at = _pattern(center, state.steps, lower, upper, block)
         choice = problem.source.best(candidates, at, rho, problem.score)
         if not state.history:
             first = np.inf if choice is None else choice.center_rho
@@ -321,3 +336,46 @@ def _sweep(
     state.center, state.rho = center, rho
     last = np.inf if rho is None else rho
     state.history.append(Iterate(read_only(center), last, read_only(state.steps)))
+
+
+def _choose_blocks(num_params: int, num_contacts: int, max_candidates: int) -> Blocks:
+    """Group variables so that no group's pattern has more than `max_candidates` candidates.
+
+    All variables at once where their 3^p candidates fit; else the variables of each contact where parameters
+    divide evenly among contacts; else as many neighbours as fit.
+
+    Examples
+    --------
+    >>> from graspforce.planning.pattern_search import _choose_blocks
+    >>> _choose_blocks(4, 4, 729)
+    ((0, 1, 2, 3),)
+    >>> _choose_blocks(8, 4, 729)
+    ((0, 1), (2, 3), (4, 5), (6, 7))
+    """
+    if 3**num_params <= max_candidates:
+        return (tuple(range(num_params)),)
+    size, left_over = divmod(num_params, num_contacts)
+    if left_over or 3**size > max_candidates:
+        size = 1
+        while 3 ** (size + 1) <= max_candidates:
+            size += 1
+    return tuple(tuple(range(start, min(start + size, num_params))) for start in range(0, num_params, size))
+
+
+def _pattern(
+    center: Array, steps: Array, lower: Array, upper: Array, block: tuple[int, ...]
+) -> tuple[Array, int]:
+    """All candidates (B, p) that move the block, last variable fastest, and which of them is the centre."""
+    moving = list(block)
+    here = center[moving]
+    down = np.maximum(lower[moving], here - steps[moving])
+    up = np.minimum(upper[moving], here + steps[moving])
+    # At a bound, or where a step is lost to rounding, two offsets coincide and one candidate is enough.
+    axes = [sorted(set(values)) for values in zip(down.tolist(), here.tolist(), up.tolist(), strict=True)]
+    moves = np.array(list(itertools.product(*axes)))
+    candidates = np.tile(center, (len(moves), 1))
+    candidates[:, moving] = moves
+    at = 0
+    for axis, value in zip(axes, here.tolist(), strict=True):
+        at = at * len(axis) + axis.index(value)
+    return candidates, at

@@ -1,4 +1,4 @@
-"""Robustness to placement: what a grasp is worth when contacts miss their place a little."""
+"""Placement noise: the quality of grasps whose contacts miss their positions and normals at random."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Placement", "PlacementQuality"]
+__all__ = ["PlacementNoise", "PlacementQuality"]
 
 # Noisy grasps measured at a time: a batch of candidates by samples fits in memory whatever its size.
 _ROWS = 65_536
@@ -45,11 +45,11 @@ class PlacementQuality(Record):
     Attributes
     ----------
     epsilon : numpy.ndarray
-        (B, samples) of every noisy grasp; negative where it has lost closure.
+        (B, samples) epsilon of every noisy grasp; negative if it is not force closure.
     converged : numpy.ndarray
-        (B, samples) bool: whether its bracket closed.
+        (B, samples) bool, True if its bracket is as narrow as asked for.
     mean, percentile_5 : numpy.ndarray
-        (B,) over the samples: what to expect, and what 19 of 20 attempts exceed.
+        (B,) mean and 5th percentile of epsilon over the samples.
     closure_rate : numpy.ndarray
         (B,) share of the samples that are force closure.
     """
@@ -67,33 +67,33 @@ class PlacementQuality(Record):
 
 
 @dataclass(frozen=True, slots=True)
-class Placement(Record):
-    """How contacts miss their place, and which statistic of the quality that leaves counts.
+class PlacementNoise(Record):
+    """Random errors of contact positions and normals, and the statistic that the planner maximises.
 
     Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
-    position : float
+    position_std : float
         Standard deviation, in m, of each coordinate of each contact.
-    normal : float
+    normal_std : float
         Standard deviation, in rad, of the two (planar: one) angles by which each normal tilts.
     samples : int
-        Noisy copies of each grasp.
+        Number of noisy copies of each grasp.
     statistic : {"mean", "percentile_5"}
-        What the planner maximises.
+        Statistic of epsilon that the planner maximises.
     seed : int
-        Every grasp meets the same noise, so that two grasps differ by themselves and not by luck.
+        Seed of the noise. It is the same for all grasps, so that a comparison does not depend on chance.
 
     Examples
     --------
-    Fingertips that land 5 mm off lose part of a disc's quality.
+    Errors of 5 mm and 0.05 rad lower the quality of three fingers on a disc.
 
     >>> import numpy as np
     >>> import graspforce as gf
     >>> angles = np.array([0.0, 2.1, 4.2])
     >>> outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    >>> noisy = gf.Placement(position=0.005, normal=0.05, samples=200).quality(
+    >>> noisy = gf.PlacementNoise(position_std=0.005, normal_std=0.05, samples=200).quality(
     ...     0.1 * outward[None], -outward[None], friction=0.5, length_scale=0.1
     ... )
     >>> nominal = gf.Grasp(0.1 * outward, -outward, friction=0.5, length_scale=0.1).quality().epsilon
@@ -101,41 +101,41 @@ class Placement(Record):
     True
     """
 
-    position: float = 0.0
-    normal: float = 0.0
+    position_std: float = 0.0
+    normal_std: float = 0.0
     samples: int = 64
     statistic: Literal["mean", "percentile_5"] = "mean"
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("position", "normal"):
+        for name in ("position_std", "normal_std"):
             real_number(name, getattr(self, name), least=0)
         whole_number("samples", self.samples, least=1, most=_MAX_SAMPLES)
         whole_number("seed", self.seed, least=0)
         chosen("statistic", self.statistic, ("mean", "percentile_5"))
 
     def perturbed(self, positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
-        """Noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
+        """Return noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""
         return self._noisy(*_contacts(positions, normals))
 
     def _noisy(self, where: Array, inward: Array) -> tuple[Array, Array]:
         if where.size * self.samples > _MAX_NUMBERS:
             raise InvalidInputError(
-                f"positions: {len(where)} grasps are too many for {self.samples} samples each"
+                f"positions: {len(where)} grasps are too many for {self.samples} samples each; take fewer"
             )
         random = np.random.default_rng(self.seed)
         shift, tilt = random.standard_normal((2, 1, self.samples, *where.shape[1:]))
         n = unit(inward)[:, None]
-        across = self.normal * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
+        across = self.normal_std * (tilt - n * (tilt * n).sum(axis=-1, keepdims=True))
         angle = np.linalg.norm(across, axis=-1, keepdims=True)
         # sinc keeps the limit where nothing tilts.
         tilted = n * np.cos(angle) + across * np.sinc(angle / np.pi)
-        return where[:, None] + self.position * shift, tilted
+        return where[:, None] + self.position_std * shift, tilted
 
     def quality(
         self, positions: ArrayLike, normals: ArrayLike, tangents: ArrayLike | None = None, **options: Any
     ) -> PlacementQuality:
-        """Measure grasps (B, m, dim) under this noise; options as for `graspforce.quality_many`.
+        """Compute the quality of grasps (B, m, dim) under this noise; options as for `quality_many`.
 
         An option with a row for each grasp holds for all noisy copies of that grasp.
 
@@ -183,7 +183,7 @@ class Placement(Record):
 class PlacementScore:
     """The chosen statistic of the noisy quality."""
 
-    def __init__(self, placement: Placement, question: Mapping[str, Any]) -> None:
+    def __init__(self, placement: PlacementNoise, question: Mapping[str, Any]) -> None:
         self._placement, self._question = placement, question
 
     def best(

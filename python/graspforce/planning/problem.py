@@ -1,56 +1,34 @@
-"""What every search of the planner starts from: the surface, the question, and the score of its answer."""
+"""The problem that every search of the planner solves: candidates, options of quality, and their score."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graspforce._internal.checks import chosen, known_options
 from graspforce.errors import InvalidInputError
+from graspforce.typing import GraspOptions
 
-from .placement_noise import Placement
-from .scoring import CandidateSource, EpsilonScore, Score
+from .candidates import CandidateSource
+from .placement_noise import PlacementNoise
+from .scoring import EpsilonScore, Score
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
+    from graspforce.typing import Feasible, Surface
 
-__all__ = ["Criterion", "Feasible", "GraspOptions", "SearchProblem", "Stopped", "Surface", "read_only"]
-
-Criterion: TypeAlias = Literal["max", "sum"]
-
-Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
-"""Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""
-
-Feasible: TypeAlias = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "ArrayLike"]
-"""Positions and normals (B, m, dim) to (B,) bool: which grasps the hand can take."""
-
-Stopped: TypeAlias = Literal["tolerance", "target", "time", "interrupted", "error"]
-
-
-class GraspOptions(TypedDict, total=False):
-    """What `plan` passes on to every grasp it builds; see `graspforce.Grasp`."""
-
-    friction: ArrayLike
-    max_normal_force: ArrayLike
-    edges: ArrayLike | None
-    torsion: ArrayLike | None
-    tangents: ArrayLike | None
-    origin: ArrayLike | None
-    length_scale: float
-    friction_margin: float
-    extreme_forces: Sequence[ArrayLike] | None
+__all__ = ["SearchProblem", "read_only"]
 
 
 @dataclass(frozen=True, slots=True)
 class SearchProblem:
-    """Candidates from parameters, and what they are asked."""
+    """Candidates, the options of their quality, and the score that compares them."""
 
     source: CandidateSource
     question: dict[str, Any]
@@ -65,11 +43,11 @@ class SearchProblem:
         feasible: Feasible | None,
         min_distance: float,
         *,
-        placement: Placement | None = None,
+        placement: PlacementNoise | None = None,
         prune: bool = True,
         **question: Any,
     ) -> SearchProblem:
-        """Check what the caller of a search gave before the surface is asked for anything."""
+        """Check the arguments of a search before the surface is called."""
         chosen("criterion", question["criterion"], ("max", "sum"))
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}
@@ -77,8 +55,8 @@ class SearchProblem:
         source = CandidateSource(surface, options, feasible, min_distance)
         if placement is None:
             return cls(source, question, EpsilonScore(prune=prune, **question))
-        if not isinstance(placement, Placement):
-            raise InvalidInputError(f"placement: {placement!r} is not a graspforce.Placement")
+        if not isinstance(placement, PlacementNoise):
+            raise InvalidInputError(f"placement: {placement!r} is not a graspforce.PlacementNoise")
         return cls(source, question, placement.score(question))
 
     def answer(self, params: NDArray[np.float64]) -> tuple[Grasp, Quality]:

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 __all__ = ["Report", "reporting"]
 
 Report: TypeAlias = Callable[[int, int, float], object]
-"""What is told of a search: how much is done, of how much in all, and the epsilon it is after."""
+"""Called as ``report(done, total, epsilon)``."""
 
 
 @contextlib.contextmanager
 def reporting(progress: bool | Report | None, title: str, number: str) -> Iterator[Report | None]:
-    """Whom to tell while the block runs: a bar that shows the `number`, the caller's function, or nobody."""
+    """Yield the function to report to: one that draws a bar with `number`, the caller's, or None."""
     if callable(progress):
         yield progress
     elif progress is True:

@@ -12,8 +12,6 @@ try:
 except ModuleNotFoundError as error:
     raise MissingExtraError("plot", error) from error
 
-from graspforce.paper.racket_drawing import plan_figure, save_plan_figures
-
 from .figures import grasp_figure, history_figure, polytope_figure, quality_figure, trajectory_figure
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
@@ -33,9 +31,7 @@ __all__ = [
     "frame_view",
     "grasp_figure",
     "history_figure",
-    "plan_figure",
     "polytope_figure",
     "quality_figure",
-    "save_plan_figures",
     "trajectory_figure",
 ]

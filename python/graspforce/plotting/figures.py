@@ -133,4 +133,4 @@ def _solid(figure: Figure, position: int) -> Axes3D:
 def _has_polytopes(grasp: Grasp) -> bool:
     if grasp.wrench_dim != 3 or grasp.num_contacts > _MAX_DRAWN_CONTACTS:
         return False
-    return grasp.metrics().smallest_singular_value > 0 and grasp.quality("sum").closure == "force"
+    return grasp.measures().smallest_singular_value > 0 and grasp.quality("sum").closure == "force"

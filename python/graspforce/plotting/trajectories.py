@@ -69,12 +69,12 @@ def draw_forces(
         colour = CONTACTS[i % len(CONTACTS)]
         # Later lines are thinner: equal forces, as of symmetric grasps, then show as lines in lines.
         width = 1.2 + 1.8 * (forces.shape[1] - 1 - i) / max(1, forces.shape[1] - 1)
-        artists += axes.plot(moments, column, lw=width, color=colour, label=f"contact {i + 1}")
+        artists += axes.plot(moments, column, lw=width, color=colour, label=f"contact {i}")
     for value in np.unique(limits):
         owners = np.flatnonzero(limits == value)
         colour = CONTACTS[owners[0] % len(CONTACTS)] if len(owners) == 1 else MUTED
         limit = axes.axhline(value, lw=1.0, ls=(0, (5, 3)), color=colour)
-        names = "all" if len(owners) == len(limits) else ", ".join(str(i + 1) for i in owners)
+        names = "all" if len(owners) == len(limits) else ", ".join(str(i) for i in owners)
         limit.set_label(f"limit of {names}")
         artists.append(limit)
     plain_axes(axes, "row" if times is None else "time (s)", "normal force (N)")

@@ -1,4 +1,4 @@
-"""Grasps out of places: one contact on each of several curves or surfaces, ties, mirror images."""
+"""Layouts of contacts: one contact on each of several curves or surfaces, tied parameters, mirror images."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Place(Protocol):
 class Arrangement:
     """A surface as `graspforce.plan` takes it, which knows its contacts' friction and limits.
 
-    Threads may share it as far as its places allow; it can be pickled where they can.
+    Threads may share it if they may share its places; it can be pickled if they can.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Arrangement:
 def contacts_on(*places: Place) -> Arrangement:
     """Put one contact on each place, their parameters one after another.
 
-    Threads may share the result as far as its places allow.
+    Threads may share the result if they may share its places.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def tied(
 ) -> Arrangement:
     """Search fewer parameters x than a surface has: it gets ``matrix @ x + offset``.
 
-    Threads may share the result as far as the surface allows.
+    Threads may share the result if they may share the surface.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def mirrored(
 ) -> Arrangement:
     """Add to each contact its mirror image: 2m contacts for the parameters of m.
 
-    Threads may share the result as far as the surface allows.
+    Threads may share the result if they may share the surface.
 
     Parameters
     ----------

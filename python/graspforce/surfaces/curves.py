@@ -28,7 +28,7 @@ __all__ = ["PlanarCurve", "ellipse", "line"]
 class PlanarCurve:
     """A planar parametric curve with a side on which the object is.
 
-    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
+    Threads may share it if its functions are safe to share. With functions of a module it can be pickled.
 
     Attributes
     ----------

@@ -33,50 +33,51 @@ __all__ = ["MeshSurface"]
 class MeshSurface:
     """The surface of a closed triangle mesh; a contact's three parameters are a point, projected on it.
 
-    A mesh of several closed parts stands for their union: its surface is the boundary of that. A part whose
-    normals point inward is a cavity of the part around it.
+    The surface of a mesh of several closed parts is the boundary of their union. A part whose normals point
+    inward is a cavity of the part around it.
 
     Parameters
     ----------
     mesh : trimesh.Trimesh
-        The object, or anything that has ``vertices`` (V, 3) and ``faces`` (F, 3). Normals point out of it, as
-        its corners are ordered; those of contacts point into it.
+        The object, or anything that has ``vertices`` (V, 3) and ``faces`` (F, 3). The corners of a face are
+        ordered so that its normal points out of the object. Normals of contacts point into the object.
     unit : {"m", "dm", "cm", "mm", "in", "ft"} or float
         Unit of the vertices, or its length in m.
     normals : {"interpolated", "face"}
         Normals of the corners, interpolated over each face (smooth objects), or those of the faces.
     max_curvature : float, optional
-        In rad/m: keep contacts at least ``1 / max_curvature`` away from sharper edges and corners. An edge
-        is sharp where it turns by more than 34 degrees, or by more than `max_curvature` times the smaller
-        width of the plane faces beside it; a corner likewise.
+        In rad/m. Contacts keep a distance of at least ``1 / max_curvature`` from sharper edges and corners.
+        An edge is sharp if it turns by more than 34 degrees, or by more than `max_curvature` times the smaller
+        width of the plane faces beside it. Corners are treated alike.
     allowed : array_like, optional
-        (F,) bool: faces of `mesh` that contacts may touch at all.
+        (F,) bool: True for faces of `mesh` that contacts may touch.
     friction, max_normal_force : float, optional
-        Of a contact on this surface; see `graspforce.surfaces.contacts_on`.
+        Friction coefficient, and limit in N, of a contact on this surface.
     check_watertight, check_size : bool
-        Whether to refuse meshes with holes, or a largest extent outside 1 mm to 5 m.
+        True refuses a mesh with holes, or one whose largest extent is outside 1 mm to 5 m.
 
     Attributes
     ----------
     bounds : numpy.ndarray
-        (3, 2) box around the object in m, the parameters' range for one contact.
+        (3, 2) box around the object in m: the bounds of one contact's parameters.
     allowed : numpy.ndarray
-        (F,) bool: the faces of which something is left after all exclusions.
+        (F,) bool: True for faces that contacts may touch, wholly or in part.
     vertices, faces : numpy.ndarray
-        (V, 3) in m, and (F, 3), as they were given.
+        (V, 3) in m, and (F, 3), as given.
     boundary : tuple of numpy.ndarray
-        Vertices (V', 3) in m and faces (F', 3) of the boundary of the parts' union. Where no parts have to be
-        joined they are `vertices` and `faces`.
+        Vertices (V', 3) in m and faces (F', 3) of the boundary of the parts' union. They are `vertices` and
+        `faces` if no parts have to be joined.
     center : numpy.ndarray
-        (3,) centre of mass of the solid at uniform density, in m; of a mesh with holes the middle of its box.
+        (3,) centre of mass in m of the solid at uniform density. For a mesh with holes it is the middle of
+        the box.
 
     Raises
     ------
     InvalidInputError
-        The mesh is empty, has holes, is inside out or of inconsistent orientation, is hardly in the unit
-        given, or no face is left. Of several parts the message names the one.
+        The mesh is empty, has holes, is inside out or has an inconsistent orientation. Its extent does not fit
+        the unit. No face is left. The message names the part of several.
     MissingExtraError
-        SciPy is not installed, or manifold3d, where several parts have to be joined.
+        SciPy is not installed, or manifold3d, if several parts have to be joined.
 
     Warns
     -----
@@ -152,7 +153,7 @@ class MeshSurface:
         self._tree = self._new_tree()
         self._corner_normals: Array | None = None
         if normals == "interpolated":
-            self._corner_normals = corner_normals(checked, self._outward)
+            self._corner_normals = corner_normals(checked.parts, self._outward)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_tree"}

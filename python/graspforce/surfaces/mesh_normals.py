@@ -12,9 +12,11 @@ from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import ArrayLike, NDArray
 
-    from .mesh_checks import CheckedMesh
+    from .mesh_parts import Part
 
     Array = NDArray[np.float64]
 
@@ -41,10 +43,10 @@ def center_of_mass(triangles: Array) -> Array:
     return center
 
 
-def corner_normals(mesh: CheckedMesh, flat: Array) -> Array:
+def corner_normals(parts: Iterable[Part], flat: Array) -> Array:
     """(F, 3, 3) outward unit normals at the corners of each face: the mean of its part's faces, by angle."""
     normals = np.repeat(flat[:, None], 3, axis=1)
-    for part in mesh.parts:
+    for part in parts:
         corners = part.triangles
         sides = [
             unit(part.vertices[np.roll(corners, turn, axis=1)] - part.vertices[corners]) for turn in (1, -1)

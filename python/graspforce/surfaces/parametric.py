@@ -28,7 +28,7 @@ __all__ = ["ParametricSurface", "cylinder", "ellipsoid", "plane"]
 class ParametricSurface:
     """A spatial surface with two parameters and a side on which the object is.
 
-    Threads may share it as far as its functions allow; with functions of a module it can be pickled.
+    Threads may share it if its functions are safe to share. With functions of a module it can be pickled.
 
     Attributes
     ----------

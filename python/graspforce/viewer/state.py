@@ -9,6 +9,7 @@ import numpy as np
 from graspforce._core import ForceDistributor, Grasp, TriangleTree, unwarned_grasp
 from graspforce.errors import InfeasibleWrenchError, InvalidInputError
 from graspforce.surfaces.mesh_checks import outer_surface
+from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
     from graspforce._core import ForceSolution, Quality
 
 __all__ = ["ViewState"]
-
-_ARGUMENTS = (
-    "positions", "normals", "friction", "max_normal_force", "edges", "torsion", "tangents", "origin",
-    "length_scale", "friction_margin", "extreme_forces",
-)  # fmt: skip
 
 
 class ViewState:
@@ -73,7 +69,7 @@ class ViewState:
         self.wrenches = np.zeros((0, 6)) if wrenches is None else np.asarray(wrenches, dtype=np.float64)
         if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
             raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
-        self._given: dict[str, Any] = dict(zip(_ARGUMENTS, grasp.__reduce__()[1], strict=True))
+        self._given: dict[str, Any] = dict(zip(GRASP_ARGUMENTS, grasp.__reduce__()[1], strict=True))
         self._friction, self._limits = 1.0, 1.0
         self.grasp = grasp
 

@@ -9,23 +9,10 @@ use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
 use crate::interrupt;
 use crate::memory::{filled, room};
+use crate::status::Status;
 
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
-
-/// How one row of a batch ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(i8)]
-pub enum RowStatus {
-    /// Least forces were found.
-    Solved = 0,
-    /// No forces inside the friction cones balance this wrench.
-    Infeasible = 1,
-    /// The wrench is not finite, or beyond what can be computed with.
-    Refused = 2,
-    /// The tolerance was not met.
-    NotConverged = 3,
-}
 
 /// Least contact forces for many wrenches; rows that were not solved hold NaN.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +27,7 @@ pub struct DistributionBatch {
     /// What the forces of each row leave unbalanced, `w_ext + sum_i G_i f_i`.
     pub residual: Vec<f64>,
     /// How each row ended.
-    pub status: Vec<RowStatus>,
+    pub status: Vec<Status>,
 }
 
 impl<const D: usize> ForceDistributor<D> {
@@ -49,7 +36,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// into memory are [`Error::OutOfMemory`], before any row is solved.
     ///
     /// ```
-    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, RowStatus, Wrench};
+    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Status, Wrench};
     /// use nalgebra::Vector3;
     ///
     /// let fingers = [(-1.0, 1.0), (1.0, -1.0)]
@@ -57,7 +44,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers)?, Criterion::Max)?;
     /// let weights = [1.0, 2.0, f64::NAN].map(|weight| Wrench::<3>::new(0.0, -weight, 0.0));
     /// let batch = distributor.solve_many(&mut distributor.workspace(), &weights, false)?;
-    /// assert_eq!(batch.status, [RowStatus::Solved, RowStatus::Solved, RowStatus::Refused]);
+    /// assert_eq!(batch.status, [Status::Solved, Status::Solved, Status::Invalid]);
     /// assert!((batch.sigma_max[1] - 2.0 * batch.sigma_max[0]).abs() < 1e-12);
     /// # Ok::<(), graspforce::Error>(())
     /// ```
@@ -74,7 +61,7 @@ impl<const D: usize> ForceDistributor<D> {
             sigma_max: filled("sigma_max", rows, 0.0)?,
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
             residual: Vec::new(),
-            status: filled("status", rows, RowStatus::Refused)?,
+            status: filled("status", rows, Status::Invalid)?,
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
         let chunks = external_wrenches
@@ -114,7 +101,7 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
         sigma_max: &mut [f64],
         sigma_sum: &mut [f64],
-        status: &mut [RowStatus],
+        status: &mut [Status],
     ) -> Result<()> {
         let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
@@ -124,11 +111,11 @@ impl<const D: usize> ForceDistributor<D> {
                 _ => workspace.totals(&-wrench),
             });
             status[k] = match &solved {
-                Ok(_) => RowStatus::Solved,
-                Err(Error::InfeasibleWrench { .. }) => RowStatus::Infeasible,
-                Err(Error::InvalidInput { .. }) => RowStatus::Refused,
+                Ok(_) => Status::Solved,
+                Err(Error::InfeasibleWrench { .. }) => Status::Infeasible,
+                Err(Error::InvalidInput { .. }) => Status::Invalid,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(_) => RowStatus::NotConverged,
+                Err(_) => Status::NotConverged,
             };
             if solved.is_err() {
                 row.fill(f64::NAN);

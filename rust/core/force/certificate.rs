@@ -110,11 +110,13 @@ pub(crate) fn imbalance<'a, const D: usize>(
     let parts = |w: &Wrench<D>| [w.rows_range(..split).amax(), w.rows_range(split..).amax()];
     let mut rest = *b;
     let [mut force, mut torque] = parts(b);
+    let mut longest = 0.0_f64;
     for (map, f) in contacts {
         rest -= map * f;
         let push = f.fixed_rows::<3>(0).amax();
         // Through the origin every force has an arm of rounding.
         let arm = map.fixed_columns::<3>(0).rows_range(split..).amax().max(REPRESENTABLE.start);
+        longest = longest.max(arm);
         force += push;
         torque += push * arm + f[3].abs();
     }
@@ -124,7 +126,7 @@ pub(crate) fn imbalance<'a, const D: usize>(
     let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
     let [force_left, torque_left] = parts(&rest);
     let size = b.component_mul(units).amax().max(held);
-    let rounded = torque_left * units[split] <= ROUNDED_TORQUE * size;
+    let rounded = torque_left <= ROUNDED_TORQUE * force * longest;
     let torque_share = if rounded { 0.0 } else { share(torque_left, torque) };
     let terms = ROUNDED_TERMS * (force * units[0] + torque * units[split]);
     let beyond = share((rest.component_mul(units).lp_norm(1) - terms).max(0.0), size);

@@ -58,11 +58,11 @@ impl<const D: usize> ForceDistributor<D> {
         check_options(&options, objective)?;
         let minimised = Objective::new(objective, options.weight);
         let program = if let Some(bounds) = checked_bounds(grasp, &options)? {
-            Program::Preload(Arc::new(PreloadProgram::new(grasp, minimised, &bounds, options.tolerance)))
+            Program::Preload(Arc::new(PreloadProgram::new(grasp, minimised, &bounds, options.rtol)))
         } else if grasp.is_finite() {
             Program::Linear(Arc::new(LinearProgram::new(grasp, minimised, &options)?))
         } else if options.method == Method::Implicit {
-            Program::Cone(Arc::new(ConeProgram::new(grasp, minimised, options.tolerance)))
+            Program::Cone(Arc::new(ConeProgram::new(grasp, minimised, options.rtol)))
         } else {
             grasp.require_finite("points of the wrench set to list")?;
             return Err(Error::grasp("edges", "true cones have no points to list"));
@@ -119,7 +119,7 @@ impl<const D: usize> ForceDistributor<D> {
         external_wrench: &Wrench<D>,
     ) -> Result<Distribution<D>> {
         if self.needs_no_forces(external_wrench) {
-            return Ok(no_forces(self.grasp.num_contacts(), self.options.tolerance));
+            return Ok(no_forces(self.grasp.num_contacts(), self.options.rtol));
         }
         self.claim(workspace);
         let b = -external_wrench;
@@ -138,7 +138,7 @@ impl<const D: usize> ForceDistributor<D> {
             unique: forces.unique,
             fell_back: answer.fell_back,
             residual: self.residual(&b, &forces.forces),
-            tolerance: self.options.tolerance,
+            tolerance: self.options.rtol,
         })
     }
 

@@ -30,12 +30,12 @@ pub enum Method {
 pub struct DistributionOptions {
     /// How the linear program is solved.
     pub method: Method,
-    /// What the sum weighs beside the maximum: the objective is `sigma_max + weight * sigma_sum`. Zero means
+    /// Weight of the sum: the objective is `sigma_max + weight * sigma_sum`. Zero means
     /// the maximum alone and, among its optima, the least sum. Only with [`Criterion::Max`].
     pub weight: f64,
     /// Largest relative gap that counts as solved. Multipliers too large for double precision to keep it (limits or
     /// strengths of directions spread over many orders) loosen it to what rounding leaves, at most to 1e-6.
-    pub tolerance: f64,
+    pub rtol: f64,
     /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
     pub max_points: u128,
     /// External wrenches that choose the points of [`Method::Reduced`]; none with other methods.
@@ -53,7 +53,7 @@ impl Default for DistributionOptions {
         Self {
             method: Method::default(),
             weight: 0.0,
-            tolerance: 1e-9,
+            rtol: 1e-9,
             max_points: DEFAULT_MAX_POINTS,
             samples: Vec::new(),
             min_normal: Vec::new(),
@@ -96,7 +96,7 @@ pub struct Distribution<const D: usize> {
 }
 
 impl<const D: usize> Distribution<D> {
-    /// Whether every normal force keeps its upper bound, up to the tolerance of the gap: `sigma_max <= 1 + tolerance`.
+    /// Whether every normal force keeps its upper bound, up to the tolerance of the gap: `sigma_max <= 1 + rtol`.
     pub fn within_limits(&self) -> bool {
         self.sigma_max <= 1.0 + self.tolerance
     }
@@ -154,15 +154,15 @@ pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion)
         return Err(Error::input("weight", reason));
     }
     if weight > 0.0 && objective == Criterion::Sum {
-        let reason = format!("{weight} weighs the sum beside the maximum; it needs the objective \"max\"");
+        let reason = format!("{weight} needs the objective \"max\": it adds weight * sigma_sum to sigma_max");
         return Err(Error::input("weight", reason));
     }
     if !options.samples.is_empty() && options.method != Method::Reduced {
         return Err(Error::input("samples", "only the method \"reduced\" chooses points by them"));
     }
-    let tolerance = options.tolerance;
-    if !(tolerance > 0.0 && tolerance.is_finite()) {
-        return Err(Error::input("tol", format!("{tolerance} must be finite and positive")));
+    let rtol = options.rtol;
+    if !(rtol > 0.0 && rtol.is_finite()) {
+        return Err(Error::input("rtol", format!("{rtol} must be finite and positive")));
     }
     Ok(())
 }

@@ -9,6 +9,7 @@ use crate::grasp::Grasp;
 use crate::interrupt;
 use crate::quality::closure::Closure;
 use crate::quality::{QualityOptions, QualityWorkspace};
+use crate::status::Status;
 
 /// What a batch reports of one grasp.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +26,17 @@ pub struct BatchItem {
     pub closure: Option<Closure>,
     /// Why there is no grasp.
     pub error: Option<Error>,
+}
+
+impl BatchItem {
+    /// How the row ended.
+    pub fn status(&self) -> Status {
+        match self.error {
+            Some(_) => Status::Invalid,
+            None if self.converged => Status::Solved,
+            None => Status::NotConverged,
+        }
+    }
 }
 
 /// The qualities of `grasp(row)` for all rows, in order, in parallel.

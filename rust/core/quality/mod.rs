@@ -35,7 +35,7 @@ pub struct QualityOptions<const D: usize> {
     pub rtol: Option<f64>,
     /// An external wrench that acts all the time, such as the weight: `epsilon` is then the largest disturbance
     /// that can be resisted on top of it. The set includes the origin.
-    pub center: Option<Wrench<D>>,
+    pub external_wrench: Option<Wrench<D>>,
     /// The norm of wrenches; `None` for the grasp's length scale.
     pub metric: Option<Metric<D>>,
     /// Facets of the polytope at most; `None` for [`DEFAULT_MAX_FACETS`](crate::DEFAULT_MAX_FACETS). Only grasps that are nearly as weak along a
@@ -46,10 +46,10 @@ pub struct QualityOptions<const D: usize> {
 impl<const D: usize> QualityOptions<D> {
     /// The default questions about a criterion.
     pub fn new(criterion: Criterion) -> Self {
-        Self { criterion, rtol: None, center: None, metric: None, max_facets: None }
+        Self { criterion, rtol: None, external_wrench: None, metric: None, max_facets: None }
     }
 
-    /// Refuses a tolerance outside (0, 1), a center that is not finite, and bounds on the work that admit no polytope or
+    /// Refuses a tolerance outside (0, 1), an `external_wrench` that is not finite, and bounds on the work that admit no polytope or
     /// more than its numbers tell apart.
     pub fn check(&self) -> Result<()> {
         if let Some(rtol) = self.rtol
@@ -57,10 +57,13 @@ impl<const D: usize> QualityOptions<D> {
         {
             return Err(Error::input("rtol", format!("{rtol} must lie between 0 and 1")));
         }
-        if let Some(center) = &self.center
-            && center.iter().any(|x| !x.is_finite())
+        if let Some(external_wrench) = &self.external_wrench
+            && external_wrench.iter().any(|x| !x.is_finite())
         {
-            return Err(Error::input("center", format!("{:?} is not finite", center.as_slice())));
+            return Err(Error::input(
+                "external_wrench",
+                format!("{:?} is not finite", external_wrench.as_slice()),
+            ));
         }
         if let Some(facets) = self.max_facets
             && !MAX_FACETS.contains(&facets)
@@ -85,7 +88,7 @@ pub struct Quality<const D: usize> {
     /// Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was reached
     /// or rounding stalled the search.
     pub converged: bool,
-    /// The class of the grasp itself, whatever the `center`.
+    /// The class of the grasp itself, whatever the `external_wrench`.
     pub closure: Closure,
     /// The worst direction, a physical wrench of unit norm: a disturbance is hardest to resist along its
     /// opposite. Where `rho >= 0` the grasp exerts no wrench that points along it, but for rounding.

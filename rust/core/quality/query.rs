@@ -72,7 +72,7 @@ impl<'a, const D: usize> Question<'a, D> {
         let metric =
             options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
         let set = WrenchSet::in_metric(grasp, options.criterion, &metric);
-        let center = options.center.map(|center| (center, metric.to_euclidean(&center)));
+        let center = options.external_wrench.map(|center| (center, metric.to_euclidean(&center)));
         // Of the union, whose polytopes are small, polishing gains nothing.
         let polish = if options.criterion == Criterion::Max { POLISH } else { 0 };
         let max_facets = options.max_facets.unwrap_or(DEFAULT_MAX_FACETS);
@@ -87,7 +87,7 @@ impl<'a, const D: usize> Question<'a, D> {
         }
         let weight = center.map_or(0.0, |(_, center)| center.norm());
         if weight >= REPRESENTABLE.end {
-            return Err(Error::input("center", reason(weight)));
+            return Err(Error::input("external_wrench", reason(weight)));
         }
         Ok(Self { grasp, set, metric, center, limits, scale: longest + weight })
     }

@@ -13,7 +13,7 @@ pub enum AnyAsked {
     Spatial(Asked<6>),
 }
 
-/// Tolerance, center, metric and bound on the work, to pickle.
+/// Tolerance, external wrench, metric and largest number of facets, to pickle.
 pub type Numbers = (Option<f64>, Option<Vec<f64>>, Option<Vec<Vec<f64>>>, Option<usize>);
 
 /// The options of a query, and the metric as Python passed it, which its factor does not give back to the last bit.
@@ -27,31 +27,34 @@ impl<const D: usize> Asked<D> {
     pub fn parse(
         criterion: &str,
         rtol: Option<f64>,
-        center: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
         max_facets: Option<usize>,
     ) -> Result<Self, String> {
         let criterion = parse_criterion("criterion", criterion)?;
-        let center = center.map(|value| float_vector("center", value, D)).transpose()?;
+        let external_wrench =
+            external_wrench.map(|value| float_vector("external_wrench", value, D)).transpose()?;
         let matrix = metric.map(parse_metric).transpose()?;
         let metric = matrix.as_ref().map(Metric::from_matrix).transpose();
         let metric = metric.map_err(|error| error.to_string())?;
-        let center = center.map(Wrench::from_vec);
-        let options = QualityOptions { rtol, center, metric, max_facets, ..QualityOptions::new(criterion) };
+        let external_wrench = external_wrench.map(Wrench::from_vec);
+        let options =
+            QualityOptions { rtol, external_wrench, metric, max_facets, ..QualityOptions::new(criterion) };
         Ok(Self { options, metric: matrix })
     }
 
     fn numbers(&self) -> Numbers {
-        let center = self.options.center.map(|center| center.as_slice().to_vec());
+        let external_wrench =
+            self.options.external_wrench.map(|external_wrench| external_wrench.as_slice().to_vec());
         let rows = |matrix: &SMatrix<f64, D, D>| {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
-        (self.options.rtol, center, self.metric.as_ref().map(rows), self.options.max_facets)
+        (self.options.rtol, external_wrench, self.metric.as_ref().map(rows), self.options.max_facets)
     }
 }
 
 impl AnyAsked {
-    /// Tolerance, center, metric and bound on the work in numbers, to pickle.
+    /// Tolerance, external wrench, metric and largest number of facets in numbers, to pickle.
     pub fn numbers(&self) -> Numbers {
         match self {
             Self::Planar(asked) => asked.numbers(),
@@ -79,11 +82,11 @@ impl AnyAsked {
 pub fn quality_options<const D: usize>(
     criterion: &str,
     rtol: Option<f64>,
-    center: Option<&Bound<'_, PyAny>>,
+    external_wrench: Option<&Bound<'_, PyAny>>,
     metric: Option<&Bound<'_, PyAny>>,
     max_facets: Option<usize>,
 ) -> Result<QualityOptions<D>, String> {
-    Asked::parse(criterion, rtol, center, metric, max_facets).map(|asked| asked.options)
+    Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map(|asked| asked.options)
 }
 
 /// The word for a criterion.

@@ -22,7 +22,8 @@ use crate::convert::restored::{Checked, copied, expect, within};
 /// residual : numpy.ndarray
 ///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
 /// status : numpy.ndarray
-///     (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
+///     (T,) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1), ``INVALID`` (2, not finite, or too large or too small
+///     to compute with) or ``NOT_CONVERGED`` (3).
 #[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
 pub struct PyForceBatch {
     /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
@@ -37,7 +38,7 @@ pub struct PyForceBatch {
     /// (T, d) what the forces leave unbalanced; NaN where the status is not 0.
     #[pyo3(get)]
     residual: Py<PyArray2<f64>>,
-    /// (T,) int8: 0 solved, 1 infeasible, 2 not finite or beyond what can be computed with, 3 tolerance not met.
+    /// (T,) int8 of `Status`: 0 solved, 1 infeasible, 2 invalid, 3 not converged.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
 }

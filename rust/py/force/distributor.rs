@@ -74,7 +74,7 @@ struct State {
 ///     Only with "implicit"; zero for contacts with ``extreme_forces``.
 /// samples : array_like, optional
 ///     (S, d) external wrenches that choose the points of "reduced"; only with it.
-/// tol : float, optional
+/// rtol : float, optional
 ///     Largest relative gap between the objective and its proven lower bound. True cones (``edges=None``) take
 ///     the longer the smaller it is; 1e-6 is enough for control. Where limits, or the strengths of directions, are
 ///     spread over so many orders that double precision cannot keep it, it is what rounding leaves, at most 1e-6.
@@ -125,20 +125,20 @@ pub struct PyForceDistributor {
     /// "implicit", "enumerated" or "reduced".
     #[pyo3(get)]
     method: &'static str,
-    /// What the sum weighs beside the maximum.
+    /// Weight of the sum beside the maximum.
     #[pyo3(get)]
     weight: f64,
     min_normal: Vec<f64>,
     samples: Vec<Vec<f64>>,
     /// Largest relative gap that counts as solved.
     #[pyo3(get)]
-    tol: f64,
+    rtol: f64,
 }
 
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, tol=1e-9))]
+    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, rtol=1e-9))]
     #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
         py: Python<'_>,
@@ -148,7 +148,7 @@ impl PyForceDistributor {
         weight: f64,
         min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
-        tol: f64,
+        rtol: f64,
     ) -> PyResult<Self> {
         let criterion =
             parse_criterion("objective", objective).map_err(|message| invalid_input(py, message))?;
@@ -165,7 +165,7 @@ impl PyForceDistributor {
         let mut options = DistributionOptions::default();
         options.method = method;
         options.weight = weight;
-        options.tolerance = tol;
+        options.rtol = rtol;
         if let Some(min_normal) = min_normal {
             let contacts = grasp.get().num_contacts();
             options.min_normal =
@@ -190,7 +190,7 @@ impl PyForceDistributor {
             weight,
             min_normal,
             samples,
-            tol,
+            rtol,
         })
     }
 
@@ -342,9 +342,9 @@ impl PyForceDistributor {
     /// >>> import graspforce as gf
     /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
     /// >>> weights = ([0, -weight, 0] for weight in (1, 2))
-    /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).step(weights)]
+    /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).solve_iter(weights)]
     /// [0.25, 0.5]
-    fn step(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
+    fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
         Ok(PyForceSteps { distributor: slf, wrenches: external_wrenches.try_iter()?.unbind() })
     }
 
@@ -381,9 +381,9 @@ impl PyForceDistributor {
         let state = self.state(py)?;
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
         let (objective, method) = (self.objective, self.method);
-        let (weight, samples, tol) = (self.weight, self.samples.clone(), self.tol);
+        let (weight, samples, rtol) = (self.weight, self.samples.clone(), self.rtol);
         let min_normal = self.min_normal.clone();
-        Ok(Self { state: RwLock::new(state), objective, method, weight, min_normal, samples, tol })
+        Ok(Self { state: RwLock::new(state), objective, method, weight, min_normal, samples, rtol })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
@@ -394,7 +394,7 @@ impl PyForceDistributor {
             ref each => Some(each.into_pyobject(py)?.into_any()),
         };
         let arguments =
-            (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.tol);
+            (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.rtol);
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
     }
 

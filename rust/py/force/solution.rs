@@ -45,7 +45,7 @@ use crate::grasp::PyGrasp;
 ///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
 ///     make in several ways (soft fingers) do not count as such.
 /// within_limits : bool
-///     ``sigma_max <= 1 + tol``: no contact's share exceeds one by more than the tolerance of the gap.
+///     ``sigma_max <= 1 + rtol``: no contact's share exceeds one by more than the tolerance of the gap.
 /// slip_margin : numpy.ndarray
 ///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
 ///     on the edge of slip; NaN for general extreme forces.
@@ -180,7 +180,7 @@ impl PyForceSolution {
         with_found!(self, found => found.unique)
     }
 
-    /// ``sigma_max <= 1 + tol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
+    /// ``sigma_max <= 1 + rtol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
     #[getter]
     fn within_limits(&self) -> bool {
         with_found!(self, found => found.within_limits())

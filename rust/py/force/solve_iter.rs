@@ -1,4 +1,4 @@
-//! The iterator that `graspforce.ForceDistributor.step` returns.
+//! The iterator that `graspforce.ForceDistributor.solve_iter` returns.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
@@ -6,7 +6,7 @@ use pyo3::types::{PyIterator, PyTuple};
 use crate::force::distributor::PyForceDistributor;
 use crate::force::solution::PyForceSolution;
 
-/// What `ForceDistributor.step` returns: an iterator of solutions.
+/// What `ForceDistributor.solve_iter` returns: an iterator of solutions.
 ///
 /// One thread at a time takes from it. It can be copied and pickled where the wrenches' own iterator can: one of a
 /// list, not a generator.
@@ -24,8 +24,8 @@ impl PyForceSteps {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let step = this.distributor.bind(py).getattr("step")?;
-        Ok((step, (&this.wrenches,).into_pyobject(py)?))
+        let solve_iter = this.distributor.bind(py).getattr("solve_iter")?;
+        Ok((solve_iter, (&this.wrenches,).into_pyobject(py)?))
     }
 
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<PyForceSolution>> {

@@ -319,7 +319,7 @@ impl PyGrasp {
     ///     Minkowski-sum metric; Eq. 17) or their sum (``rho_sum``, the L1 or union Ferrari-Canny metric; Eq. 16).
     /// rtol : float, optional
     ///     Relative width of the bracket; 1e-9 by default, or 1e-6 where a contact has its true cone.
-    /// center : array_like, optional
+    /// external_wrench : array_like, optional
     ///     (d,) external wrench that acts all the time, such as the weight: epsilon is then the largest
     ///     disturbance that can be resisted on top of it. ``closure`` still describes the grasp itself.
     /// metric : array_like, optional
@@ -338,7 +338,7 @@ impl PyGrasp {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     The criterion is unknown, rtol not within (0, 1), max_facets not within 100 to 100,000,000, or center or
+    ///     The criterion is unknown, rtol not within (0, 1), max_facets not within 100 to 100,000,000, or external_wrench or
     ///     metric unusable.
     ///
     /// Examples
@@ -348,12 +348,12 @@ impl PyGrasp {
     /// >>> q = grasp.quality("max")
     /// >>> q.closure, round(q.epsilon, 9)
     /// ('force', 0.577350269)
-    #[pyo3(signature = (criterion="max", rtol=None, center=None, metric=None, max_facets=None))]
+    #[pyo3(signature = (criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None))]
     fn quality(
         slf: &Bound<'_, Self>,
         criterion: &str,
         rtol: Option<f64>,
-        center: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
         max_facets: Option<usize>,
     ) -> PyResult<PyQuality> {
@@ -362,12 +362,14 @@ impl PyGrasp {
         let owner = slf.clone().unbind();
         match &slf.get().inner {
             AnyGrasp::Planar(grasp) => {
-                let asked = Asked::parse(criterion, rtol, center, metric, max_facets).map_err(wrong)?;
+                let asked =
+                    Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?;
                 let quality = quality_of(py, grasp, &asked.options)?;
                 Ok(PyQuality::new(owner, AnyAsked::Planar(asked), &quality))
             }
             AnyGrasp::Spatial(grasp) => {
-                let asked = Asked::parse(criterion, rtol, center, metric, max_facets).map_err(wrong)?;
+                let asked =
+                    Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?;
                 let quality = quality_of(py, grasp, &asked.options)?;
                 Ok(PyQuality::new(owner, AnyAsked::Spatial(asked), &quality))
             }
@@ -450,36 +452,38 @@ impl PyGrasp {
     ///
     /// Returns
     /// -------
-    /// graspforce.measures.Metrics
+    /// graspforce.measures.Measures
     ///     With their definitions.
     ///
     /// Examples
     /// --------
     /// >>> import graspforce as gf
     /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
-    /// >>> round(grasp.metrics().isotropy, 9)
+    /// >>> round(grasp.measures().isotropy, 9)
     /// 1.0
-    fn metrics<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        slf.py().import("graspforce.measures")?.call_method1("metrics_of", (slf,))
+    fn measures<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.measures")?.call_method1("measures_of", (slf,))
     }
 
     /// The gradient alone, in one solve: what `quality(...).gradient` returns, for loops that need nothing else.
-    #[pyo3(signature = (criterion="max", center=None, metric=None))]
+    #[pyo3(signature = (criterion="max", external_wrench=None, metric=None))]
     fn _gradient(
         &self,
         criterion: &str,
-        center: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
         py: Python<'_>,
     ) -> PyResult<Py<PyGradient>> {
         let wrong = |message: String| invalid_input(py, message);
         match &self.inner {
             AnyGrasp::Planar(grasp) => {
-                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
                 PyGradient::of(py, grasp, &options)
             }
             AnyGrasp::Spatial(grasp) => {
-                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
                 PyGradient::of(py, grasp, &options)
             }
         }

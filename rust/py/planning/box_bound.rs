@@ -24,7 +24,7 @@ enum AnyBound {
 /// ----------
 /// dim : int
 ///     2 for planar contacts, 3 for spatial ones.
-/// criterion, center, metric : optional
+/// criterion, external_wrench, metric : optional
 ///     As for `Grasp.quality`.
 ///
 /// Examples
@@ -43,23 +43,25 @@ pub struct PyBoxBound {
 #[pymethods]
 impl PyBoxBound {
     #[new]
-    #[pyo3(signature = (dim, criterion="max", center=None, metric=None))]
+    #[pyo3(signature = (dim, criterion="max", external_wrench=None, metric=None))]
     fn new(
         py: Python<'_>,
         dim: usize,
         criterion: &str,
-        center: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
         let failed = |error: Error| to_python(py, &error);
         let inner = match dim {
             2 => {
-                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
                 AnyBound::Planar(BoxBound::new(options).map_err(failed)?)
             }
             3 => {
-                let options = quality_options(criterion, None, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
                 AnyBound::Spatial(BoxBound::new(options).map_err(failed)?)
             }
             _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),

@@ -23,7 +23,7 @@ enum Search {
 /// ----------
 /// dim : int
 ///     2 for planar contacts, 3 for spatial ones.
-/// criterion, rtol, center, metric : optional
+/// criterion, rtol, external_wrench, metric : optional
 ///     As for `Grasp.quality`.
 /// prune : bool
 ///     Reject candidates by directions in which others were weak, and stop a polytope once it falls behind. The
@@ -46,24 +46,26 @@ pub struct PyCandidateSearch {
 #[pymethods]
 impl PyCandidateSearch {
     #[new]
-    #[pyo3(signature = (dim, criterion="max", rtol=None, center=None, metric=None, *, prune=true))]
+    #[pyo3(signature = (dim, criterion="max", rtol=None, external_wrench=None, metric=None, *, prune=true))]
     fn new(
         py: Python<'_>,
         dim: usize,
         criterion: &str,
         rtol: Option<f64>,
-        center: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
         prune: bool,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
         let inner = match dim {
             2 => {
-                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
                 Search::Planar(new_search(py, options, prune)?)
             }
             3 => {
-                let options = quality_options(criterion, rtol, center, metric, None).map_err(wrong)?;
+                let options =
+                    quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
                 Search::Spatial(new_search(py, options, prune)?)
             }
             _ => return Err(wrong(format!("dim: {dim} is neither 2 nor 3"))),

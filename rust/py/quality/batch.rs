@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
-use graspforce::{BatchItem, Closure, Grasp, QualityOptions, check_room, quality_batch, room};
+use graspforce::{BatchItem, Closure, Grasp, QualityOptions, Status, check_room, quality_batch, room};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -41,7 +41,8 @@ const PYTHON_ROW_BYTES: usize = 384;
 /// closure : numpy.ndarray
 ///     (B,) int8: 1 force closure, 0 partial closure, -1 none; -2 where the status is 2.
 /// status : numpy.ndarray
-///     (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp (see ``errors``).
+///     (B,) int8 of `Status`: ``SOLVED`` (0), ``INVALID`` (2, not a grasp, see ``errors``) or ``NOT_CONVERGED`` (3, a
+///     proven bracket wider than asked for).
 /// errors : dict of int to str
 ///     What is wrong with the rows of status 2.
 #[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
@@ -62,8 +63,8 @@ struct Row {
 impl Row {
     /// Refuses a record whose parts do not belong together.
     fn check(&self) -> Checked {
-        within("status", self.status, 0..=2)?;
-        let failed = self.status == 2;
+        expect(matches!(self.status, 0 | 2 | 3), "status", self.status, "0, 2 or 3")?;
+        let failed = self.status == Status::Invalid as i8;
         expect(failed == self.error.is_some(), "error", self.status, "a reason where the status is 2")?;
         if failed {
             let empty = [self.rho, self.lower, self.upper].iter().all(|x| x.is_nan());
@@ -83,7 +84,7 @@ impl From<BatchItem> for Row {
             Some(Closure::None) => -1,
             None => -2,
         };
-        let status = if item.error.is_some() { 2 } else { i8::from(!item.converged) };
+        let status = item.status() as i8;
         let error = item.error.map(|error| error.to_string());
         Self { rho: item.rho, lower: item.lower, upper: item.upper, closure, status, error }
     }
@@ -133,7 +134,7 @@ impl PyQualityBatch {
         self.column(py, |item| item.closure)
     }
 
-    /// (B,) int8: 0 converged, 1 bracket wider than asked for, 2 not a grasp.
+    /// (B,) int8 of `Status`: 0 solved, 2 not a grasp, 3 bracket wider than asked for.
     #[getter]
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
         self.column(py, |item| item.status)
@@ -222,7 +223,7 @@ impl PyQualityBatch {
 /// Qualities of many grasps with the same number of contacts, on all cores.
 ///
 /// The interpreter lock is released while they are computed, and any number of threads may call it at once. A row that is not a grasp does not stop the others:
-/// it gets status 2 and its reason.
+/// it gets ``Status.INVALID`` (2) and its reason.
 ///
 /// Parameters
 /// ----------
@@ -238,7 +239,7 @@ impl PyQualityBatch {
 ///     As for `Grasp`, the same for all rows.
 /// tangents : array_like, optional
 ///     (m, 3) or (B, m, 3), as for `Grasp`.
-/// criterion, rtol, center, metric, max_facets : optional
+/// criterion, rtol, external_wrench, metric, max_facets : optional
 ///     As for `Grasp.quality`.
 /// progress : callable, optional
 ///     Called now and then, and after the last row, with the number of rows done and the number in all; never
@@ -269,10 +270,10 @@ impl PyQualityBatch {
 #[pyo3(
     signature = (positions, normals, friction=Argument::Default, max_normal_force=Argument::Default, edges=Argument::Default,
         torsion=None, tangents=None, origin=None, length_scale=Argument::Default, friction_margin=1.0, extreme_forces=None, *,
-        criterion="max", rtol=None, center=None, metric=None, max_facets=None, progress=None),
+        criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
-        criterion='max', rtol=None, center=None, metric=None, max_facets=None, progress=None)"
+        criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "the arguments of a grasp are the contract")]
 pub fn quality_many<'py>(
@@ -290,7 +291,7 @@ pub fn quality_many<'py>(
     extreme_forces: Option<&Bound<'py, PyAny>>,
     criterion: &str,
     rtol: Option<f64>,
-    center: Option<&Bound<'py, PyAny>>,
+    external_wrench: Option<&Bound<'py, PyAny>>,
     metric: Option<&Bound<'py, PyAny>>,
     max_facets: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
@@ -314,13 +315,13 @@ pub fn quality_many<'py>(
         2 => run(
             py,
             &arguments,
-            &quality_options::<3>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
+            &quality_options::<3>(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?,
             progress,
         ),
         _ => run(
             py,
             &arguments,
-            &quality_options::<6>(criterion, rtol, center, metric, max_facets).map_err(wrong)?,
+            &quality_options::<6>(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?,
             progress,
         ),
     }

@@ -40,7 +40,7 @@ use crate::quality::gradient::PyGradient;
 ///     Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was
 ///     reached or rounding stalled the search.
 /// closure : {"force", "partial", "none"}
-///     The class of Propositions 1 and 2, whatever the criterion, metric, limits and center. It is decided on
+///     The class of Propositions 1 and 2, whatever the criterion, metric, limits and external wrench. It is decided on
 ///     wrenches of unit length, torques about the contacts' centroid in units of their spread, beyond what rounding
 ///     may have done to them (16 times the machine epsilon for each product on the way). What rounding leaves
 ///     undecided is "partial": rho is then exactly 0, and the bracket says what is possible.
@@ -193,7 +193,7 @@ impl PyQuality {
         grasp: Py<PyGrasp>,
         criterion: &str,
         rtol: Option<f64>,
-        center: Option<Bound<'_, PyAny>>,
+        external_wrench: Option<Bound<'_, PyAny>>,
         metric: Option<Bound<'_, PyAny>>,
         max_facets: Option<usize>,
         bracket: (f64, f64, f64),
@@ -203,13 +203,13 @@ impl PyQuality {
         py: Python<'_>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
-        let (center, metric) = (center.as_ref(), metric.as_ref());
+        let (external_wrench, metric) = (external_wrench.as_ref(), metric.as_ref());
         let asked = match grasp.get().inner {
             AnyGrasp::Planar(_) => {
-                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Planar)
+                Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map(AnyAsked::Planar)
             }
             AnyGrasp::Spatial(_) => {
-                Asked::parse(criterion, rtol, center, metric, max_facets).map(AnyAsked::Spatial)
+                Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map(AnyAsked::Spatial)
             }
         }
         .map_err(wrong)?;
@@ -221,7 +221,9 @@ impl PyQuality {
         restored::bracket(rho, lower, upper)
             .and_then(|()| restored::worst(rho, &direction, &wrench, d))
             // The class is the grasp's own, whatever the external wrench.
-            .and_then(|()| if center.is_none() { restored::closure(&found.1, lower, upper) } else { Ok(()) })
+            .and_then(|()| {
+                if external_wrench.is_none() { restored::closure(&found.1, lower, upper) } else { Ok(()) }
+            })
             .map_err(wrong)?;
         let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);
         let closure = classes.into_iter().find(|name| *name == found.1);
@@ -243,12 +245,12 @@ impl PyQuality {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let (rtol, center, metric, max_facets) = this.asked.numbers();
+        let (rtol, external_wrench, metric, max_facets) = this.asked.numbers();
         let state = (
             this.grasp.clone_ref(py),
             this.criterion,
             rtol,
-            center,
+            external_wrench,
             metric,
             max_facets,
             (this.rho, this.lower, this.upper),

@@ -153,7 +153,7 @@ def test_nothing_is_printed_beside_the_result(call):
 
 
 def test_quality_about_a_weight_is_another(call):
-    found = json.loads(call("quality", CUP, "--center", "0,0,-5,0,0,0", "--json").out)
+    found = json.loads(call("quality", CUP, "--external-wrench", "0,0,-5,0,0,0", "--json").out)
     plain = json.loads(call("quality", CUP, "--json").out)
     assert found["rho_max"]["epsilon"] < plain["rho_max"]["epsilon"]
     assert plain["grasp"]["num_contacts"] == 3

@@ -12,8 +12,8 @@ import pytest
 
 import graspforce as gf
 from graspforce._internal.printable import printable
-from graspforce.cli import _bare, main
 from graspforce.cli.exit_codes import BAD_FILE, DONE, FAILED, MISUSED
+from graspforce.cli.main import _bare, main
 
 NASTY = "cup\x1b]0;owned\x07\x1b[2J\x9b31m\u202egpj\r\x7f\nOK: fine"
 GREEK = "Φλιτζάνι"
@@ -100,12 +100,14 @@ def test_output_goes_into_folders_that_exist(tmp_path, capsys):
         ("grade", str(tmp_path / "none.parquet"), "--out", str(deep / "graded")),
     ):
         assert main(command) == MISUSED, command
-        assert "there is no folder" in " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split())
+        assert "does not exist; make it first" in " ".join(
+            re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().err).split()
+        )
         assert not (tmp_path / "not").exists()
     with pytest.raises(SystemExit) as ended:
         _bare(["reproduce", "racket", "--out", str(deep)])
     assert ended.value.code == MISUSED
-    assert "there is no folder" in capsys.readouterr().err
+    assert "does not exist; make it first" in capsys.readouterr().err
     assert not (tmp_path / "not").exists()
 
 

@@ -71,7 +71,7 @@ def test_a_plate_on_three_fingers_has_quality_only_with_its_weight():
     plate = gf.Grasp(tips, np.tile([0, 0, 1.0], (3, 1)), friction=0.5, max_normal_force=10)
     weight = [0, 0, -9, 0, 0, 0]
     assert plate.quality().rho > 0
-    resting = plate.quality(center=weight)
+    resting = plate.quality(external_wrench=weight)
     assert resting.epsilon > 0
     assert resting.closure == "none"
     # What can be resisted on top of the weight, along the worst direction and any other: LP by LP.
@@ -115,21 +115,21 @@ def test_metrics_are_what_numpy_and_qhull_say():
     grasp = cup()
     scaled = np.diag([1, 1, 1, 25, 25, 25]) @ grasp.grasp_matrix
     singular = np.linalg.svd(scaled, compute_uv=False)
-    metrics = grasp.metrics()
-    assert metrics.smallest_singular_value == pytest.approx(singular[-1])
-    assert metrics.isotropy == pytest.approx(singular[-1] / singular[0])
-    assert metrics.ellipsoid_volume == pytest.approx(np.sqrt(np.linalg.det(scaled @ scaled.T)))
+    measures = grasp.measures()
+    assert measures.smallest_singular_value == pytest.approx(singular[-1])
+    assert measures.isotropy == pytest.approx(singular[-1] / singular[0])
+    assert measures.ellipsoid_volume == pytest.approx(np.sqrt(np.linalg.det(scaled @ scaled.T)))
     points = np.vstack([np.zeros(6), grasp.primitive_wrenches * [1, 1, 1, 25, 25, 25]])
-    assert metrics.hull_volume == pytest.approx(ConvexHull(points).volume)
+    assert measures.hull_volume == pytest.approx(ConvexHull(points).volume)
 
 
 def test_metrics_of_what_cannot_move_everything():
-    pair = gf.Grasp([(1, 0, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)]).metrics()
+    pair = gf.Grasp([(1, 0, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)]).measures()
     assert pair.smallest_singular_value == pytest.approx(0, abs=1e-12)
     assert pair.hull_volume == 0
-    one = gf.Grasp([(1, 0, 0)], [(-1, 0, 0)]).metrics()
+    one = gf.Grasp([(1, 0, 0)], [(-1, 0, 0)]).measures()
     assert one.smallest_singular_value == one.isotropy == one.ellipsoid_volume == 0
-    assert cup(edges=None).metrics().hull_volume is None
+    assert cup(edges=None).measures().hull_volume is None
 
 
 @given(seed=st.integers(0, 2**32 - 1))

@@ -88,7 +88,7 @@ def test_an_interrupted_replacement_leaves_the_old_results_and_goes_on(source, t
 KILLED = """
 import os, signal, sys
 import graspforce as gf
-from graspforce.datasets import options, run
+from graspforce.datasets import grade_files, options
 import pyarrow.parquet
 
 source, folder = sys.argv[1:]

@@ -134,7 +134,7 @@ def test_devices_and_folders_are_refused(tmp_path, name):
         SEEDS[name][0](tmp_path / name)
     with pytest.raises(gf.InvalidFileError):
         SEEDS[name][0](tmp_path)
-    with pytest.raises(gf.InvalidFileError, match=f"a\0{name}: "):
+    with pytest.raises(gf.InvalidFileError, match=rf"a\\x00{name}: "):
         SEEDS[name][0](f"{tmp_path}/a\0{name}")
 
 

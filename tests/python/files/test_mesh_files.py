@@ -137,7 +137,7 @@ seed: 3
 """
     file = load_problem(write(text, "plan.yaml"))
     egg = MeshSurface.load(folder / "egg.stl")
-    expected = gf.plan_many(
+    expected = gf.plan_multistart(
         contacts_on(egg, egg), np.tile(egg.bounds, (2, 1)), step=0.02, tolerance=0.01, starts=4, best=2,
         min_distance=0.01, seed=3, rtol=1e-4, edges=None, torsion=0.005, friction=0.7, length_scale=0.03,
         origin=egg.center,
@@ -389,7 +389,7 @@ def test_grasps_that_refine_into_one_are_one(refining):
 
 
 @pytest.mark.parametrize(
-    ("searched", "text"), [("files.mesh_problems.plan_many", SEARCH), ("planning.plan", SURFACES)]
+    ("searched", "text"), [("files.mesh_plan_file.plan_multistart", SEARCH), ("planning.plan", SURFACES)]
 )
 def test_an_error_of_a_search_names_the_file_and_keeps_what_was_found(write, monkeypatch, searched, text):
     def failing(*_, **__):

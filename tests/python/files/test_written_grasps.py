@@ -44,6 +44,38 @@ def test_a_grasp_read_again_is_the_same_to_the_last_bit(tmp_path, grasp):
         assert file.grasp.quality(criterion).to_dict() == grasp.quality(criterion).to_dict()
 
 
+@pytest.mark.parametrize("grasp", GRASPS.values(), ids=GRASPS)
+def test_the_dictionary_of_a_grasp_is_a_grasp_file(tmp_path, grasp):
+    path = tmp_path / "grasp.json"
+    path.write_text(json.dumps(grasp.to_dict()))
+    assert gf.load_grasp(path).grasp.to_dict() == grasp.to_dict()
+    assert gf.load_grasp(path).name == "grasp.json"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"normals": [[3.0, 0.0]]}, r"normals: .*2"),
+        ({"friction": [0.4, -0.4]}, r"friction\[1\]: -0.4"),
+        ({"friction": "0.4"}, "friction.*: Input should be a valid "),
+        ({"num_contacts": 3}, "num_contacts: 3, but the contacts make it 2"),
+        ({"wrench": [0, 0, 1]}, "wrench: unknown field"),
+        ({"edges": 5000}, "edges.*: Input should be less than or equal to 4096"),
+        ({"positions": [[0.0, float("inf")], [1.0, 0.5]]}, "not JSON: Infinity is not a number of JSON"),
+    ],
+)
+def test_a_dictionary_that_is_no_grasp_is_refused_by_its_field(tmp_path, change, message):
+    path = tmp_path / "grasp.json"
+    path.write_text(json.dumps(GRASPS["planar"].to_dict() | change))
+    with pytest.raises(gf.InvalidFileError, match=message):
+        gf.load_grasp(path)
+
+
+def test_a_grasp_may_be_written_without_a_name(tmp_path):
+    gf.save_grasp(tmp_path / "pinch.json", GRASPS["planar"])
+    assert gf.load_grasp(tmp_path / "pinch.json").name == "pinch.json"
+
+
 def test_what_could_not_be_read_again_is_not_written(tmp_path):
     many = gf.Grasp(TRIANGLE, INWARD, edges=5000)
     with pytest.raises(gf.InvalidFileError, match=r"a\.json: edges: .*4096, given 5000"):

@@ -119,7 +119,7 @@ def disc():
 @pytest.mark.parametrize("edges", [8, None])
 def test_forces_that_are_not_c_contiguous_and_writable_are_refused_untouched(edges):
     points = np.array([[1, 0, 0], [-0.5, 0.8, 0.2], [-0.5, -0.8, 0.3], [0.1, 0.2, -1]])
-    distributor = gf.ForceDistributor(gf.Grasp(points, -points, friction=0.7, edges=edges), tol=1e-6)
+    distributor = gf.ForceDistributor(gf.Grasp(points, -points, friction=0.7, edges=edges), rtol=1e-6)
     wrench = np.array([0.1, 0, -1, 0, 0, 0.02])
     frozen = np.full((4, 3), 7.0)
     frozen.setflags(write=False)

@@ -89,7 +89,7 @@ def test_unusable_external_wrenches_are_refused_by_name():
     [
         (lambda g: g.resistance(np.ones((2, 5))), r"directions: shape \(2, 5\), expected \(B, 3\) or \(3,\)"),
         (lambda g: g.quality(metric=np.eye(2)), r"metric: shape \(2, 2\), expected \(3, 3\)"),
-        (lambda g: g.quality(center=[1]), r"center: shape \(1,\), expected \(3,\)"),
+        (lambda g: g.quality(external_wrench=[1]), r"external_wrench: shape \(1,\), expected \(3,\)"),
         (lambda g: gf.ForceDistributor(g).solve([1]), r"external_wrench: shape \(1,\), expected \(3,\)"),
         (lambda g: gf.ForceDistributor(g).solve_many([1]), r"shape \(1,\), expected \(T, 3\)"),
         (

@@ -15,7 +15,7 @@ OPTIONS = {"step": 0.5, "tolerance": 0.02, "length_scale": 0.05, "friction": 0.4
 
 
 def many(**options):
-    return gf.plan_many(EGG, **{"bounds": BOUNDS, "starts": 12, "best": 4, **OPTIONS, **options})
+    return gf.plan_multistart(EGG, **{"bounds": BOUNDS, "starts": 12, "best": 4, **OPTIONS, **options})
 
 
 def test_the_same_seed_gives_the_same_plans():
@@ -101,7 +101,7 @@ def test_an_interrupt_returns_the_best_so_far():
     plan = gf.plan(interrupting_after(5, KeyboardInterrupt()), [0, 2, 4], bounds=BOUNDS, **OPTIONS)
     assert plan.stopped == "interrupted"
     assert len(plan.history) == 6
-    found = gf.plan_many(interrupting_after(20, KeyboardInterrupt()), BOUNDS, starts=10, **OPTIONS)
+    found = gf.plan_multistart(interrupting_after(20, KeyboardInterrupt()), BOUNDS, starts=10, **OPTIONS)
     assert found.stopped == "interrupted"
     assert found.plans
 
@@ -111,7 +111,7 @@ def test_an_error_on_the_way_loses_nothing_found_so_far():
     with pytest.raises(gf.InvalidInputError, match="ends here") as raised:
         gf.plan(interrupting_after(5, failure), [0, 2, 4], bounds=BOUNDS, **OPTIONS)
     assert raised.value.partial.quality.rho < 0
-    found = gf.plan_many(interrupting_after(20, failure), BOUNDS, starts=10, **OPTIONS)
+    found = gf.plan_multistart(interrupting_after(20, failure), BOUNDS, starts=10, **OPTIONS)
     assert found.failures
     assert found.plans
     assert set(found.failures.values()) == {"the surface ends here"}
@@ -134,7 +134,7 @@ def holed_disc(low, high):
 
 def test_a_search_that_fails_does_not_stop_the_others():
     starts = [[0, angle] for angle in (2.0, 2.2, 2.4, 2.6, 2.8, 3.6)]
-    found = gf.plan_many(
+    found = gf.plan_multistart(
         holed_disc(3.08, 3.12), [(0, 0), (1, 5)], 0.1, 0.01, starts=starts, friction=0.5, distinct=0.0
     )
     assert len(found.failures) == 6
@@ -151,14 +151,14 @@ def test_starts_without_contacts_do_not_stop_the_others():
         return 0.1 * outward, -outward
 
     arguments = (edge, [(0, 2)], 0.01, 0.005)
-    drawn = gf.plan_many(*arguments, starts=16, friction=0.5)
+    drawn = gf.plan_multistart(*arguments, starts=16, friction=0.5)
     assert len(drawn.starts) == 16
     assert (drawn.starts > 0.2).all()
-    given = gf.plan_many(*arguments, starts=[[0.1], [1.0], [0.05], [1.5]], friction=0.5)
+    given = gf.plan_multistart(*arguments, starts=[[0.1], [1.0], [0.05], [1.5]], friction=0.5)
     assert sorted(given.starts[list(given.failures), 0]) == [0.05, 0.1]
     assert np.isfinite(given.epsilon).sum() == 2
     with pytest.raises(gf.InvalidInputError, match="no contacts at some: surface, row 0: positions"):
-        gf.plan_many(edge, [(0, 0.1)], 0.01, 0.005, starts=2, friction=0.5)
+        gf.plan_multistart(edge, [(0, 0.1)], 0.01, 0.005, starts=2, friction=0.5)
 
 
 @pytest.mark.parametrize(
@@ -175,8 +175,8 @@ def test_contacts_that_differ_are_not_matched_with_each_other(options):
     starts = [[*low, *up, 4.2, -0.1], [*up, *low, 4.2, -0.1]]
     arguments = (ball, [(-7, 7)] * 6, 1e-3, 1e-3)
     shared = {"starts": starts, "distinct": 0.01, "length_scale": 0.05, "friction": 0.6, "max_candidates": 9}
-    assert len(gf.plan_many(*arguments, **shared).plans) == 1
-    assert len(gf.plan_many(*arguments, **shared, **options).plans) == 2
+    assert len(gf.plan_multistart(*arguments, **shared).plans) == 1
+    assert len(gf.plan_multistart(*arguments, **shared, **options).plans) == 2
 
 
 def test_results_share_no_memory_and_are_read_only():
@@ -231,7 +231,7 @@ def test_blocks_are_chosen_where_the_pattern_is_too_large():
         ({"time_limit": np.nan}, "time_limit: nan"),
         ({"target": np.nan}, "target: nan"),
         ({"progress": 3}, "progress: 3"),
-        ({"placement": 3}, "placement: 3 is not a graspforce.Placement"),
+        ({"placement": 3}, "placement: 3 is not a graspforce.PlacementNoise"),
         ({"frictoin": 0.5}, "frictoin: no such option; there are friction, max_normal_force"),
         ({"positions": 3}, "positions: no such option"),
     ],

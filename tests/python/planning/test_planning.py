@@ -268,8 +268,8 @@ def test_options_are_checked_before_the_surface_is_asked():
     def never(_):
         raise AssertionError
 
-    for search in (gf.plan, gf.plan_many, gf.refine, gf.plan_global):
-        given = {"plan": ([0.0], 0.1, 0.1, [(0, 1)]), "plan_many": ([(0, 1)], 0.1, 0.1),
+    for search in (gf.plan, gf.plan_multistart, gf.refine, gf.plan_global):
+        given = {"plan": ([0.0], 0.1, 0.1, [(0, 1)]), "plan_multistart": ([(0, 1)], 0.1, 0.1),
                  "refine": ([0.0], [(0, 1)]), "plan_global": ([(0, 1)],)}[search.__name__]  # fmt: skip
         with pytest.raises(gf.InvalidInputError, match="normals: no such option"):
             search(never, *given, normals=3)

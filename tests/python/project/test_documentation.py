@@ -51,6 +51,8 @@ NOT_RUN = {
     "python benches/force_sweep.py": LONG,
     "python benches/global_search.py": LONG,
     "cargo bench --bench force_latency": LONG,
+    "cargo test --test laws hostile": CI,
+    "python -m benches.trust": LONG,
 }
 """Commands that a test cannot run, and why."""
 

@@ -21,7 +21,7 @@ NEEDED = {"files": "pydantic", "plotting": "matplotlib", "viewer": "viser"}
 
 # The names of the design that programs are written against.
 CONTRACT = {
-    gf.Grasp: "wrench_dim num_contacts grasp_matrix primitive_wrenches quality resistance metrics "
+    gf.Grasp: "wrench_dim num_contacts grasp_matrix primitive_wrenches quality resistance measures "
     "is_force_closure minkowski_sum",
     gf.Quality: "rho epsilon lower upper converged closure direction wrench gradient",
     gf.Gradient: "positions normals unique",
@@ -118,18 +118,19 @@ MADE = {
     "graspforce.QualityBatch": lambda _: gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]),
     "graspforce.MinkowskiSum": lambda _: grasp(edges=3).minkowski_sum(),
     "graspforce.ForceDistributor": lambda _: gf.ForceDistributor(
-        grasp(), "sum", weight=0.0, min_normal=0.01, tol=1e-8
+        grasp(), "sum", weight=0.0, min_normal=0.01, rtol=1e-8
     ),
     "graspforce.ForceSolution": lambda _: gf.ForceDistributor(grasp()).solve(WEIGHT),
     "graspforce.ForceBatch": lambda _: gf.ForceDistributor(grasp()).solve_many([WEIGHT, [np.nan] * 6]),
-    "graspforce.ForceSteps": lambda _: gf.ForceDistributor(grasp()).step([WEIGHT, WEIGHT]),
+    "graspforce.ForceSteps": lambda _: gf.ForceDistributor(grasp()).solve_iter([WEIGHT, WEIGHT]),
+    "graspforce.Status": lambda _: gf.Status.SOLVED,
     "graspforce.Plan": lambda _: gf.plan(rim(), [0, 2], **SEARCH),
     "graspforce.Iterate": lambda _: gf.plan(rim(), [0, 2], **SEARCH).history[0],
-    "graspforce.PlanSet": lambda _: gf.plan_many(rim(), **SEARCH, starts=4),
+    "graspforce.PlanSet": lambda _: gf.plan_multistart(rim(), **SEARCH, starts=4),
     "graspforce.Refinement": lambda _: gf.refine(rim(), [0, 3], BOUNDS),
     "graspforce.GlobalOptimum": lambda _: gf.plan_global(rim(), BOUNDS, gap=0.2),
-    "graspforce.Placement": lambda _: gf.Placement(position=0.001),
-    "graspforce.PlacementQuality": lambda _: gf.Placement(0.001).quality([POSITIONS], [NORMALS]),
+    "graspforce.PlacementNoise": lambda _: gf.PlacementNoise(position_std=0.001),
+    "graspforce.PlacementQuality": lambda _: gf.PlacementNoise(0.001).quality([POSITIONS], [NORMALS]),
     "graspforce.surfaces.PlanarCurve": lambda _: gf.surfaces.line((0, 0), (1, 0), object_side="left"),
     "graspforce.surfaces.ParametricSurface": lambda _: gf.surfaces.cylinder(0.1),
     "graspforce.surfaces.MeshSurface": lambda _: box(),
@@ -145,6 +146,7 @@ MADE = {
 NOT_COPIED = {"graspforce.viewer.Viewer": "a server with threads and sockets"}
 NOT_JSON = {
     "graspforce.ForceSteps": "an iterator",
+    "graspforce.Status": "a number",
     "graspforce.surfaces.PlanarCurve": "made of functions",
     "graspforce.surfaces.ParametricSurface": "made of functions",
     "graspforce.surfaces.MeshSurface": "a mesh, for which there are files",

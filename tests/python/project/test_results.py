@@ -63,16 +63,18 @@ def test_a_result_can_be_written_as_json(make):
 
 
 def test_a_restored_quality_still_knows_its_gradient():
-    quality = spatial_grasp().quality("max", center=[0, 0, -1, 0, 0, 0], metric=np.diag([1, 1, 1, 9, 9, 9.0]))
+    quality = spatial_grasp().quality(
+        "max", external_wrench=[0, 0, -1, 0, 0, 0], metric=np.diag([1, 1, 1, 9, 9, 9.0])
+    )
     again = pickle.loads(pickle.dumps(quality))
     np.testing.assert_array_equal(again.gradient.positions, quality.gradient.positions)
     assert (again.criterion, again.grasp.num_contacts) == ("max", 3)
 
 
 def test_a_quality_does_not_change_with_the_arrays_it_was_asked_with():
-    center, metric = np.array([0, 0, -1.0, 0, 0, 0]), np.diag([1, 1, 1, 9, 9, 9.0])
-    quality = spatial_grasp().quality("max", center=center, metric=metric)
-    center[:], metric[:] = 0, np.eye(6)
+    external_wrench, metric = np.array([0, 0, -1.0, 0, 0, 0]), np.diag([1, 1, 1, 9, 9, 9.0])
+    quality = spatial_grasp().quality("max", external_wrench=external_wrench, metric=metric)
+    external_wrench[:], metric[:] = 0, np.eye(6)
     for again in (copy.deepcopy(quality), pickle.loads(pickle.dumps(quality))):
         np.testing.assert_array_equal(again.gradient.positions, quality.gradient.positions)
 

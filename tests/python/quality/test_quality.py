@@ -169,4 +169,4 @@ def test_a_batch_answers_like_its_grasps_one_by_one(criterion, seed, dim):
         assert batch.rho[i] == alone.rho
         assert batch.epsilon[i] == alone.epsilon
         assert (batch.lower[i], batch.upper[i]) == (alone.lower, alone.upper)
-        assert batch.status[i] == (0 if alone.converged else 1)
+        assert batch.status[i] == (gf.Status.SOLVED if alone.converged else gf.Status.NOT_CONVERGED)

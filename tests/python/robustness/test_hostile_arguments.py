@@ -92,14 +92,14 @@ def test_a_grasp_answers_or_refuses(grasp, criterion, rtol, data):
     np.testing.assert_array_equal(again.grasp_matrix, grasp.grasp_matrix)
     answer(grasp.to_dict)
     answer(grasp._repr_html_)
-    found = answer(grasp.metrics)
+    found = answer(grasp.measures)
     if found is not None:
         assert np.isfinite(found.isotropy)
     # Converging on true cones takes a second; a wide bracket is an answer, too.
     rtol = 1e-2 if isinstance(rtol, float) and rtol < 1e-2 else rtol
     options = {"rtol": rtol}
     if data.draw(st.booleans()):
-        options["center"] = data.draw(arrays(d))
+        options["external_wrench"] = data.draw(arrays(d))
     if data.draw(st.integers(0, 3)) == 0:
         options["metric"] = data.draw(arrays(d, d))
     quality = answer(grasp.quality, criterion, **options)
@@ -138,7 +138,7 @@ def test_forces_balance_or_are_refused(grasp, objective, method, data):
         "weight": scalars(),
         "min_normal": st.one_of(scalars(), arrays(m)),
         "samples": arrays(2, d),
-        "tol": scalars(),
+        "rtol": scalars(),
     }.items():
         if data.draw(st.integers(0, 3)) == 0:
             options[name] = data.draw(values)
@@ -221,12 +221,14 @@ def disc(angles):
 
 
 @HOSTILE
-@given(st.sampled_from([gf.plan, gf.plan_many, gf.plan_global, gf.refine]), words("max", "sum"), st.data())
+@given(
+    st.sampled_from([gf.plan, gf.plan_multistart, gf.plan_global, gf.refine]), words("max", "sum"), st.data()
+)
 def test_planning_answers_or_refuses(planner, criterion, data):
     # One value of many is replaced by a hostile one: all at once would mostly be refused for the first.
     good = {
         gf.plan: {"initial": [0.0, 2.0], "step": 0.5, "tolerance": 0.1},
-        gf.plan_many: {"step": 0.5, "tolerance": 0.1, "starts": 2},
+        gf.plan_multistart: {"step": 0.5, "tolerance": 0.1, "starts": 2},
         gf.plan_global: {"gap": 0.5},
         gf.refine: {"params": [0.0, 2.0], "max_iterations": 2},
     }[planner] | {"bounds": [(0, 1), (1, 4)], "criterion": "max"}
@@ -258,7 +260,7 @@ def test_planning_answers_or_refuses(planner, criterion, data):
         )
     found = answer(planner, surface, **options)
     if found is not None:
-        best = found.best if planner is gf.plan_many else found
+        best = found.best if planner is gf.plan_multistart else found
         assert_finite(best.params, best.quality.rho)
 
 
@@ -271,7 +273,9 @@ def test_planning_answers_or_refuses(planner, criterion, data):
     st.data(),
 )
 def test_placement_answers_or_refuses(position, normal, samples, statistic, data):
-    noise = answer(gf.Placement, position=position, normal=normal, samples=samples, statistic=statistic)
+    noise = answer(
+        gf.PlacementNoise, position_std=position, normal_std=normal, samples=samples, statistic=statistic
+    )
     if noise is not None:
         found = answer(noise.quality, data.draw(arrays(2, 3, 2)), data.draw(arrays(2, 3, 2)))
         if found is not None:

@@ -23,7 +23,7 @@ RAISING = [
     "many_forces_of_one_contact",
     "gradient",
     "closure",
-    "metrics",
+    "measures",
     "quality_many",
     "quality_many_hard",
     "resistance",
@@ -38,7 +38,7 @@ RAISING = [
 ]
 
 # Searches that have found something give it back, marked as `stopped` by the interrupt.
-RETURNING = ["plan", "plan_many", "plan_global", "placement"]
+RETURNING = ["plan", "plan_multistart", "plan_global", "placement"]
 
 
 def latency(call):
@@ -67,7 +67,7 @@ def test_a_long_call_ends_soon_after_ctrl_c(call, expected):
     assert outcome == expected
 
 
-@pytest.mark.parametrize("search", ["plan", "plan_many", "plan_global", "refine"])
+@pytest.mark.parametrize("search", ["plan", "plan_multistart", "plan_global", "refine"])
 def test_a_search_that_has_found_nothing_yet_raises(search):
     def surface(_):
         signal.raise_signal(signal.SIGINT)
@@ -75,7 +75,7 @@ def test_a_search_that_has_found_nothing_yet_raises(search):
     bounds = [(0, 3), (0, 3)]
     calls = {
         "plan": lambda: gf.plan(surface, [1, 2], 0.5, 0.1, bounds),
-        "plan_many": lambda: gf.plan_many(surface, bounds, 0.5, 0.1),
+        "plan_multistart": lambda: gf.plan_multistart(surface, bounds, 0.5, 0.1),
         "plan_global": lambda: gf.plan_global(surface, bounds),
         "refine": lambda: gf.refine(surface, [1, 2], bounds),
     }

@@ -106,8 +106,8 @@ ABSURD = {
     "wrenches without end": "gf.Grasp(corners, -corners).resistance(repeated(2**40, 6))",
     "points without end": "gf.Grasp(corners, -corners, edges=4000).minkowski_sum(max_points=2**100)",
     "more points than memory": "gf.Grasp(corners, -corners, edges=100).minkowski_sum(max_points=2**100)",
-    "placements": "gf.Placement(samples=2**50).quality(corners[None], -corners[None])",
-    "starts": "gf.plan_many(lambda p: None, [(0, 1)], 0.5, 0.1, starts=2**50)",
+    "placements": "gf.PlacementNoise(samples=2**50).quality(corners[None], -corners[None])",
+    "starts": "gf.plan_multistart(lambda p: None, [(0, 1)], 0.5, 0.1, starts=2**50)",
     "samples": "gf.ForceDistributor(gf.Grasp(corners, -corners), samples=repeated(2**40, 6))",
 }
 

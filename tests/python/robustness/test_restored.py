@@ -26,7 +26,7 @@ def results():
         yield grasp
         yield distributor
         yield grasp.quality("max")
-        yield grasp.quality("sum", center=wrench)
+        yield grasp.quality("sum", external_wrench=wrench)
         yield grasp.quality("max").gradient
         yield grasp.minkowski_sum()
         yield distributor.solve(wrench)

@@ -61,7 +61,7 @@ CALLS = {
     "gradient": lambda: GRASP.quality("max").gradient.positions.tolist(),
     "closure": lambda: (GRASP.is_force_closure, FLAT.is_force_closure),
     "resistance": lambda: GRASP.resistance(WRENCHES).tolist(),
-    "metrics": lambda: GRASP.metrics().isotropy,
+    "measures": lambda: GRASP.measures().isotropy,
     "minkowski": lambda: FLAT.minkowski_sum().wrenches.tolist(),
     "batch": lambda: gf.quality_many(*BATCH).rho.tolist(),
     "plan": lambda: plan().params.tolist(),
@@ -92,8 +92,8 @@ def test_different_calls_at_once_get_the_answers_of_each():
 
 @pytest.mark.parametrize("grasp", [GRASP, CONE], ids=["linear", "cone"])
 def test_a_shared_distributor_answers_rightly_or_is_busy(grasp):
-    distributor = gf.ForceDistributor(grasp, tol=1e-6)
-    expected = [gf.ForceDistributor(grasp, tol=1e-6).solve(w).sigma_max for w in WRENCHES]
+    distributor = gf.ForceDistributor(grasp, rtol=1e-6)
+    expected = [gf.ForceDistributor(grasp, rtol=1e-6).solve(w).sigma_max for w in WRENCHES]
 
     def solve():
         forces = np.empty((grasp.num_contacts, grasp.force_dim))

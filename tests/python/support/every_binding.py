@@ -24,7 +24,7 @@ def examine(grasp):
     _ = grasp.positions, grasp.normals, grasp.frames, grasp.grasp_matrix, grasp.friction, grasp.origin
     _ = grasp.is_force_closure, repr(grasp), grasp._singular_values(), grasp.num_edges, grasp.max_normal_force
     for criterion in ("max", "sum"):
-        quality = grasp.quality(criterion, rtol=1e-2, center=0.01 * DOWN)
+        quality = grasp.quality(criterion, rtol=1e-2, external_wrench=0.01 * DOWN)
         _ = quality.gradient.positions, quality.gradient.normals, quality.gradient.spins
         assert pickle.loads(pickle.dumps(quality)).rho == quality.rho
     grasp.resistance([DOWN, -DOWN])
@@ -32,7 +32,7 @@ def examine(grasp):
 
 
 def distribute(grasp, **options):
-    distributor = gf.ForceDistributor(grasp, tol=1e-6, **options)
+    distributor = gf.ForceDistributor(grasp, rtol=1e-6, **options)
     forces = np.empty((grasp.num_contacts, grasp.force_dim))
     for k in range(5):
         wrench = DOWN + 0.1 * np.sin(np.arange(6) + k)
@@ -42,7 +42,7 @@ def distribute(grasp, **options):
     distributor.solve_many(np.tile(DOWN, (600, 1)), parallel=True)
     distributor.solve_many(np.tile(DOWN, (6, 1)))
     distributor.update(grasp)
-    assert len(list(distributor.step([DOWN, DOWN]))) == 2
+    assert len(list(distributor.solve_iter([DOWN, DOWN]))) == 2
     assert copy.copy(pickle.loads(pickle.dumps(distributor))).solve(DOWN).sigma_max > 0
     refused(distributor.solve, [np.nan] * 6)
     refused(distributor.solve_into, DOWN, forces[:2])

@@ -153,9 +153,9 @@ def plan():
     return gf.plan(watched(surface), start, 0.1, 1e-9, bounds, edges=None, torsion=0.01)
 
 
-def plan_many():
+def plan_multistart():
     surface, bounds = egg(4)
-    return gf.plan_many(watched(surface), bounds, 0.5, 1e-4, starts=500, edges=8)
+    return gf.plan_multistart(watched(surface), bounds, 0.5, 1e-4, starts=500, edges=8)
 
 
 def plan_global():
@@ -171,13 +171,13 @@ def refine():
 
 def placement():
     surface = contacts_on(*[ellipse(0.05, 0.03)] * 4)
-    noise = gf.Placement(position=0.001, samples=2000)
+    noise = gf.PlacementNoise(position_std=0.001, samples=2000)
     return gf.plan(watched(surface), [0, 1.5, 3, 4.5], 0.5, 1e-9, [(0, 6.3)] * 4, placement=noise)
 
 
-def metrics():
+def measures():
     while True:
-        gf.Grasp(*ball(16), edges=8).metrics()
+        gf.Grasp(*ball(16), edges=8).measures()
 
 
 def reproduce():

@@ -14,7 +14,7 @@ fn cones(contacts: &[Contact]) -> Grasp<6> {
 
 fn with_tolerance(grasp: &Grasp<6>, criterion: Criterion, tolerance: f64) -> ControlLoop<6> {
     let mut options = DistributionOptions::default();
-    options.tolerance = tolerance;
+    options.rtol = tolerance;
     ControlLoop::with_options(grasp, criterion, options).unwrap()
 }
 

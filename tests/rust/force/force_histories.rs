@@ -1,6 +1,6 @@
 //! One answer: the forces depend on the wrench, not on what was solved before, and move with it.
 
-use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, RowStatus, Wrench};
+use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Status, Wrench};
 use nalgebra::Vector3;
 use support::control_loop::ControlLoop;
 use support::reference_cases::spatial_cases;
@@ -106,8 +106,8 @@ fn a_batch_is_its_rows_one_by_one_in_parallel_or_not() {
             distributor.solve_many(&wrenches, true).unwrap(),
         );
         assert_eq!(warm.status, parallel.status);
-        assert_eq!((warm.status[17], warm.sigma_max[17]), (RowStatus::Solved, 0.0));
-        assert_eq!(warm.status[500], RowStatus::Refused);
+        assert_eq!((warm.status[17], warm.sigma_max[17]), (Status::Solved, 0.0));
+        assert_eq!(warm.status[500], Status::Invalid);
         let stride = grasp.num_contacts() * grasp.force_dim();
         for k in (0..1000).filter(|k| *k != 500) {
             let one = distributor.solve(&wrenches[k]).unwrap();

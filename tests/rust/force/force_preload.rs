@@ -157,7 +157,7 @@ proptest! {
         let cones = Grasp::<6>::new(&c.iter().cloned().map(Contact::cone).collect::<Vec<_>>()).unwrap();
         for criterion in BOTH {
             let mut options = DistributionOptions::default();
-            options.tolerance = 1e-6;
+            options.rtol = 1e-6;
             options.min_normal = low[..c.len()].to_vec();
             let exact = ControlLoop::with_options(&cones, criterion, options).unwrap();
             let exact = exact.solve(&external).unwrap();

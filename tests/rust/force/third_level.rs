@@ -161,7 +161,7 @@ fn a_large_weight_over_true_cones_reaches_its_tolerance() {
             .sum::<Wrench<6>>();
         for weight in [1.0, 1e3, 1e6] {
             let mut options = DistributionOptions::default();
-            (options.weight, options.tolerance) = (weight, 1e-7);
+            (options.weight, options.rtol) = (weight, 1e-7);
             let weighted = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
             let answer = weighted.solve(&external).unwrap();
             assert!(answer.gap <= 1e-7, "{case} {weight:e}: {:e}", answer.gap);

@@ -202,7 +202,7 @@ fn coplanar_contacts_and_a_far_origin() {
 }
 
 fn about<const D: usize>(grasp: &Grasp<D>, criterion: Criterion, center: Wrench<D>) -> Quality<D> {
-    let options = QualityOptions { center: Some(center), ..QualityOptions::new(criterion) };
+    let options = QualityOptions { external_wrench: Some(center), ..QualityOptions::new(criterion) };
     grasp.quality_with(&options, &mut QualityWorkspace::default()).unwrap()
 }
 
@@ -281,8 +281,8 @@ fn what_cannot_be_computed_with_is_named() {
         let error = ask(QualityOptions { metric: Some(metric), ..plain });
         assert!(matches!(error, Error::InvalidInput { argument: "metric", .. }), "{error}");
     }
-    let error = ask(QualityOptions { center: Some(Wrench::repeat(1e200)), ..plain });
-    assert!(matches!(error, Error::InvalidInput { argument: "center", .. }), "{error}");
+    let error = ask(QualityOptions { external_wrench: Some(Wrench::repeat(1e200)), ..plain });
+    assert!(matches!(error, Error::InvalidInput { argument: "external_wrench", .. }), "{error}");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn gradients_follow_soft_fingers_metrics_and_centers() {
         let center = SMatrix::<f64, 6, 1>::from_fn(|_, _| random.within(-0.05, 0.05));
         let options = QualityOptions {
             metric: Some(metric),
-            center: Some(center),
+            external_wrench: Some(center),
             ..QualityOptions::new(Criterion::Max)
         };
         (contacts, options)
@@ -169,7 +169,7 @@ fn gradients_by_the_sum_about_a_center_are_central_differences() {
         let torque: [f64; 3] = std::array::from_fn(|_| random.within(-0.3, 0.3));
         let center = [0.1, 0.2, -weight, torque[0], torque[1], torque[2]];
         let options = QualityOptions {
-            center: Some(SMatrix::from_row_slice(&center)),
+            external_wrench: Some(SMatrix::from_row_slice(&center)),
             ..QualityOptions::new(Criterion::Sum)
         };
         (contacts, options)
@@ -203,7 +203,7 @@ fn a_center_of_zero_changes_nothing_on_a_closed_grasp() {
     for grasp in &grasps {
         for criterion in [Criterion::Max, Criterion::Sum] {
             let plain = QualityOptions::new(criterion);
-            let zero = QualityOptions { center: Some(SMatrix::zeros()), ..plain };
+            let zero = QualityOptions { external_wrench: Some(SMatrix::zeros()), ..plain };
             let ask = |options| grasp.gradient(options, &mut QualityWorkspace::default()).unwrap();
             let (plain, zero) = (ask(&plain), ask(&zero));
             assert_eq!(plain.unique, zero.unique, "{criterion:?}");

@@ -175,7 +175,7 @@ fn a_plate_on_three_fingers_resists_what_its_weight_allows() {
     let plate = plate();
     let weight = Wrench::<6>::from_row_slice(&[0.0, 0.0, -9.0, 0.0, 0.0, 0.0]);
     let ask = |center| {
-        let options = QualityOptions { center, ..QualityOptions::new(Criterion::Max) };
+        let options = QualityOptions { external_wrench: center, ..QualityOptions::new(Criterion::Max) };
         plate.quality_with(&options, &mut QualityWorkspace::default()).unwrap()
     };
     assert!(ask(None).rho > 0.0);

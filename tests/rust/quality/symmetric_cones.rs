@@ -103,7 +103,7 @@ fn a_weight_or_a_metric_that_breaks_the_symmetry_is_not_overlooked() {
     for center in [[1e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [2e-4, 3e-4, -5e-4]] {
         let center = graspforce::Wrench::<6>::from_iterator(center.into_iter().chain([0.0; 3]));
         for criterion in BOTH {
-            let options = QualityOptions { center: Some(center), ..QualityOptions::new(criterion) };
+            let options = QualityOptions { external_wrench: Some(center), ..QualityOptions::new(criterion) };
             let grasp = with_scale(&pinch(Contact::cone), 1.0);
             let quality = grasp.quality_with(&options, &mut QualityWorkspace::default()).unwrap();
             // A weight takes from the plain quality no more than its norm. It gives nothing: the images of a weakest

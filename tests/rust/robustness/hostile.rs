@@ -2,7 +2,7 @@
 
 use graspforce::{
     CandidateSearch, Contact, ContactForce, Criterion, DistributionOptions, Error, ForceModel, Grasp,
-    GraspOptions, Metric, MinkowskiSum, QualityOptions, QualityWorkspace, RowStatus, TriangleTree, Wrench,
+    GraspOptions, Metric, MinkowskiSum, QualityOptions, QualityWorkspace, Status, TriangleTree, Wrench,
 };
 use nalgebra::{SMatrix, Vector3};
 use support::balance::assert_balanced;
@@ -57,7 +57,7 @@ fn a_wrench_whose_forces_would_overflow_is_refused_also_in_a_known_region() {
         );
         assert!(distributor.solve_into(&(weight * size), &mut forces).is_err());
         let batch = distributor.solve_many(&[weight, weight * size], false).unwrap();
-        assert_eq!(batch.status, [RowStatus::Solved, RowStatus::Refused]);
+        assert_eq!(batch.status, [Status::Solved, Status::Invalid]);
     }
     assert!(forces.iter().all(|x| *x == 7.0), "untouched");
     for size in [1e130, 1e-130] {
@@ -131,7 +131,7 @@ fn forces_over_true_cones_balance_also_beside_a_contact_that_is_far_away() {
     ];
     let grasp = Grasp::<6>::new(&contacts).unwrap();
     let mut options = DistributionOptions::default();
-    options.tolerance = 1e-6;
+    options.rtol = 1e-6;
     let distributor = ControlLoop::with_options(&grasp, Criterion::Sum, options).unwrap();
     let external = Wrench::<6>::new(7.1875, 7.1875, 0.0, 0.0, 0.0, 6.8125);
     match distributor.solve(&external) {

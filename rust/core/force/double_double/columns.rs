@@ -9,7 +9,7 @@ use crate::force::simplex::pricing::Objective;
 use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::ROUNDED_SUPPORT;
+use crate::tolerances::{PUSHING, ROUNDED_SUPPORT};
 use crate::wrench_set::cone_support;
 
 /// Six rows of the wrench and the one that makes combinations convex.
@@ -190,6 +190,21 @@ impl DoubleDoubleColumns {
             }
         }
         [pressing, holding]
+    }
+
+    /// The contact, if there is one, whose own wrench reaches along `z` by more than rounding of that wrench: strong
+    /// contacts beside it hide it, and `z` separates nothing.
+    pub(crate) fn pushing(&self, z: &Vector) -> Option<usize> {
+        // Lengths in N and N m, the way a caller checks the direction.
+        let units = &self.units[..self.dim];
+        let length =
+            |row: &[f64; 6]| row.iter().zip(units).fold(0.0_f64, |length, (x, unit)| length.hypot(x / unit));
+        let size = z.iter().zip(units).fold(0.0_f64, |size, (z, unit)| size.hypot(z.value() * unit));
+        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHING * length(w) * size;
+        (0..self.reaches.len()).find(|&contact| match &self.reaches[contact] {
+            Reach::Finite { wrenches, .. } => wrenches.iter().any(pushes),
+            Reach::Cone { .. } => pushes(&self.best(contact, z).wrench),
+        })
     }
 
     /// The column whose gain `p . z - cost` is the largest, with that gain. Points are free where `costs` is false.

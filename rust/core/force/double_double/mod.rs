@@ -17,7 +17,7 @@ use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
 use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
-use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
     CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, FEASIBILITY_TOLERANCE, LOOSEST_GAP,
@@ -31,6 +31,7 @@ pub(crate) struct DoubleDoubleProgram<const D: usize> {
     columns: DoubleDoubleColumns,
     components: &'static [usize],
     limits: Vec<f64>,
+    maps: Vec<ContactMap<D>>,
     /// The largest lower bound of normalised normal forces; zero without.
     largest: f64,
     /// Lower bounds over the largest.
@@ -47,6 +48,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             columns: DoubleDoubleColumns::new(grasp, objective, least.clone(), tolerance),
             components: grasp.force_components(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
+            maps: grasp.maps().to_vec(),
             largest,
             least,
             tolerance,
@@ -71,13 +73,17 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         match simplex.solve() {
             Outcome::Balanced => {}
             Outcome::Infeasible(witness) => {
+                if let Some(contact) = self.columns.pushing(&witness) {
+                    let unmet = Unmet::Witness { contact };
+                    return Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet });
+                }
                 let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * units[k]));
                 let direction = direction.as_slice().to_vec();
                 return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
             }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        self.add_up(&simplex, size, found);
+        Self::add_up(&simplex, size, found);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
@@ -88,12 +94,33 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), found, simplex.pivots) {
             certificate = better;
         }
+        self.check_torques(b, found, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
         let unmet = Unmet::Gap { found: certificate.gap, allowed };
         Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet })
+    }
+
+    /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
+    /// torques that forces of this size exert at the longest arm.
+    fn check_torques(&self, b: &Wrench<D>, found: &ContactForces, pivots: usize) -> Result<()> {
+        let split = if D == 3 { 2 } else { 3 };
+        let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
+        for (map, f) in self.maps.iter().zip(&found.forces) {
+            rest -= map * f;
+            force += f.fixed_rows::<3>(0).amax();
+            torsion += f[3].abs();
+            arm = arm.max(map.fixed_columns::<3>(0).rows_range(split..).norm());
+        }
+        let left = rest.rows_range(split..).amax();
+        let terms = force * arm + torsion + b.rows_range(split..).amax();
+        if left <= 2.0 * FEASIBILITY_TOLERANCE * terms {
+            return Ok(());
+        }
+        let unmet = Unmet::Balance { found: left / terms, allowed: FEASIBILITY_TOLERANCE };
+        Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
 
     /// Whether a direction that doubles found separates `b` from all the grasp can balance, beyond any doubt.
@@ -110,10 +137,11 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let product: f64 =
             multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
         let margin = (product - self.largest * holding.value()) / size;
-        reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
+        let still = self.columns.pushing(&multiplier).is_none();
+        still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(&self, simplex: &DoubleDoubleSimplex<'_>, size: f64, found: &mut ContactForces) {
+    fn add_up(simplex: &DoubleDoubleSimplex<'_>, size: f64, found: &mut ContactForces) {
         found.clear();
         found.unique = false;
         for (level, share) in simplex.shares() {

@@ -72,12 +72,12 @@ impl<'a> DoubleDoubleSimplex<'a> {
             multiplier: [DoubleDouble::ZERO; ROWS],
             pivots: 0,
         };
-        for row in 0..columns.rows() {
-            let sign = if target[row] < 0.0 { -1.0 } else { 1.0 };
+        for (row, &level) in target.iter().enumerate().take(columns.rows()) {
+            let sign = if level < 0.0 { -1.0 } else { 1.0 };
             simplex.members.push(Member::Slack(row, sign));
-            simplex.target[row] = DoubleDouble::from(target[row]);
+            simplex.target[row] = DoubleDouble::from(level);
             simplex.inverse[row][row] = DoubleDouble::from(sign);
-            simplex.levels[row] = DoubleDouble::from(target[row].abs());
+            simplex.levels[row] = DoubleDouble::from(level.abs());
         }
         simplex
     }

@@ -166,8 +166,12 @@ impl<const R: usize> CriticalRegion<R> {
         let largest = b.amax();
         let scaled = b / largest;
         let along = scaled / (largest * scaled.norm_squared());
-        forces.for_each(|force| self.forces.push(&(along * force)));
-        shares.iter().for_each(|share| self.shares.push(&(along * *share)));
+        for force in forces {
+            self.forces.push(&(along * force));
+        }
+        for share in shares {
+            self.shares.push(&(along * *share));
+        }
         for k in 0..R {
             let mut row = along * -b[k];
             row[k] += 1.0;

@@ -108,8 +108,8 @@ impl<const D: usize> LinearProgram<D> {
             equilibration,
             enumeration,
             reduced,
-            builder: CriticalRegionBuilder::new(grasp, options.tolerance),
-            precise: DoubleDoubleProgram::new(grasp, objective, &[], options.tolerance),
+            builder: CriticalRegionBuilder::new(grasp, options.rtol),
+            precise: DoubleDoubleProgram::new(grasp, objective, &[], options.rtol),
         })
     }
 

@@ -78,11 +78,15 @@ impl<const D: usize> ConeProgram<D> {
         let spent = workspace.simplex.pivots;
         match self.precise.solve(b, forces) {
             Ok(answer) => Ok(Certificate { pivots: answer.pivots + spent, ..answer }),
-            Err(Error::NotConverged { .. }) => {
-                let Reachable { target, scale } = self.equilibration.reachable(b)?;
+            Err(error @ Error::NotConverged { .. }) => {
+                let Ok(Reachable { target, scale }) = self.equilibration.reachable(b) else {
+                    return Err(error);
+                };
                 let simplex = &mut workspace.simplex;
-                let Some(z) = self.fall_back(simplex, &target, scale, forces) else { return answer };
-                let better = self.certify(&z, b, forces, simplex.pivots).or(answer)?;
+                let Some(z) = self.fall_back(simplex, &target, scale, forces) else {
+                    return Err(error);
+                };
+                let better = self.certify(&z, b, forces, simplex.pivots).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),

@@ -1,0 +1,15 @@
+//! How one row of a batch ended.
+
+/// How one row of a batch ended, with the same meaning for forces and for qualities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i8)]
+pub enum Status {
+    /// The row has its answer, within the tolerance asked for.
+    Solved = 0,
+    /// No forces inside the friction cones balance this wrench.
+    Infeasible = 1,
+    /// The row is no valid input: not finite, too large or too small to compute with, or not a grasp.
+    Invalid = 2,
+    /// The tolerance was not met. Forces are NaN; the bracket of a quality is valid, but wider than asked for.
+    NotConverged = 3,
+}
