@@ -2,11 +2,10 @@
 //! are none, the witness separates.
 
 use graspforce::{
-    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp,
-    Wrench,
+    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Wrench,
 };
-use support::control_loop::ControlLoop;
 use support::balance::assert_balanced;
+use support::control_loop::ControlLoop;
 use support::friction_cone::load;
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.

@@ -55,8 +55,8 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
     }
 
-    /// Least forces for `b = -w_ext`, written in `found`.
-    pub(crate) fn solve(&self, b: &Wrench<D>, found: &mut ContactForces) -> Result<Certificate<D>> {
+    /// Least forces for `b = -w_ext`, written in `forces`.
+    pub(crate) fn solve(&self, b: &Wrench<D>, forces: &mut ContactForces) -> Result<Certificate<D>> {
         let units = &self.columns.units;
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
         let stalled =
@@ -83,18 +83,18 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        Self::add_up(&simplex, size, found);
+        Self::add_up(&simplex, size, forces);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
             *b = DoubleDouble::from(*t) - DoubleDouble::from(rest);
         }
         let z = simplex.multiplier.map(DoubleDouble::value);
-        let mut certificate = self.certify(&z, &balanced, size, found, simplex.pivots);
-        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), found, simplex.pivots) {
+        let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
+        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
             certificate = better;
         }
-        self.check_torques(b, found, simplex.pivots)?;
+        self.check_torques(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
@@ -105,10 +105,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
 
     /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
     /// torques that forces of this size exert at the longest arm.
-    fn check_torques(&self, b: &Wrench<D>, found: &ContactForces, pivots: usize) -> Result<()> {
+    fn check_torques(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
         let split = if D == 3 { 2 } else { 3 };
         let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
-        for (map, f) in self.maps.iter().zip(&found.forces) {
+        for (map, f) in self.maps.iter().zip(&forces.forces) {
             rest -= map * f;
             force += f.fixed_rows::<3>(0).amax();
             torsion += f[3].abs();
@@ -123,7 +123,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
 
-    /// Whether a direction that doubles found separates `b` from all the grasp can balance, beyond any doubt.
+    /// Whether a direction that doubles computed separates `b` from all the grasp can balance, beyond any doubt.
     pub(crate) fn clearly_separated(&self, direction: &[f64], b: &Wrench<D>) -> bool {
         let units = &self.columns.units;
         let (mut z, mut largest) = ([0.0; ROWS], 0.0_f64);
@@ -141,13 +141,13 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(simplex: &DoubleDoubleSimplex<'_>, size: f64, found: &mut ContactForces) {
-        found.clear();
-        found.unique = false;
+    fn add_up(simplex: &DoubleDoubleSimplex<'_>, size: f64, forces: &mut ContactForces) {
+        forces.clear();
+        forces.unique = false;
         for (level, share) in simplex.shares() {
             let level = level * share.normal * size;
-            found.forces[share.contact] += share.force * level;
-            found.shares[share.contact] += level;
+            forces.forces[share.contact] += share.force * level;
+            forces.shares[share.contact] += level;
         }
     }
 
@@ -157,7 +157,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         z: &[f64; ROWS],
         balanced: &Vector,
         size: f64,
-        found: &ContactForces,
+        forces: &ContactForces,
         pivots: usize,
     ) -> Certificate<D> {
         let objective = self.columns.objective();
@@ -178,7 +178,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             let free = if objective == Objective::Sum { self.least.iter().sum() } else { 1.0 };
             bound += self.largest * (free - holding.value());
         }
-        let (largest, sum) = found.totals();
+        let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);
         let dual = Wrench::<D>::from_fn(|k, _| z[k] * shrink * self.columns.units[k]);
         let gap = if sigma > 0.0 { (1.0 - bound / sigma).abs() } else { 0.0 };
@@ -192,18 +192,18 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         balanced: &Vector,
         size: f64,
         left_over: f64,
-        found: &mut ContactForces,
+        forces: &mut ContactForces,
         pivots: usize,
     ) -> Option<Certificate<D>> {
         if !self.least.is_empty() {
             return None;
         }
-        let (largest, sum) = found.totals();
+        let (largest, sum) = forces.totals();
         let wanted = balanced.map(DoubleDouble::value);
         let optimum =
             Optimum { target: &wanted, multiplier: z, sigma_max: largest / size, sigma_sum: sum / size };
         let levels = least_squares_levels(&self.columns, self.components, &self.limits, &optimum)?;
-        let mut chosen = ContactForces::new(found.forces.len());
+        let mut chosen = ContactForces::new(forces.forces.len());
         let mut rest = *balanced;
         for (contact, edge, level) in levels {
             let (wrenches, forces) = self.columns.listed(contact)?;
@@ -225,7 +225,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let before = self.columns.objective().value(largest, sum);
         let kept = certificate.sigma <= before * (1.0 + CHOSEN_GAP) && certificate.gap <= self.tolerance;
         kept.then(|| {
-            *found = chosen;
+            *forces = chosen;
             certificate
         })
     }
