@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion as Bench, criterion_group, criterion_main};
-use graspforce::{Criterion, DistributionOptions, ForceDistributor, Grasp, Method, Wrench};
+use graspforce::{Criterion, DistributionOptions, Grasp, Method, Wrench};
+use support::control_loop::ControlLoop;
 use support::problems::Random;
 use support::tile::{OPTIMUM, tile, wrench};
 
@@ -37,7 +38,7 @@ enum Memory {
 fn run(
     group: &mut BenchmarkGroup<'_, WallTime>,
     name: &str,
-    distributor: &ForceDistributor<6>,
+    distributor: &ControlLoop<6>,
     wrenches: &[Wrench<6>],
     memory: Memory,
 ) {
@@ -55,8 +56,8 @@ fn run(
     });
 }
 
-fn with(grasp: &Grasp<6>, objective: Criterion, options: DistributionOptions) -> ForceDistributor<6> {
-    ForceDistributor::with_options(grasp, objective, options).expect("a valid grasp")
+fn with(grasp: &Grasp<6>, objective: Criterion, options: DistributionOptions) -> ControlLoop<6> {
+    ControlLoop::with_options(grasp, objective, options).expect("a valid grasp")
 }
 
 fn linearised(bench: &mut Bench) {

@@ -33,18 +33,23 @@ fn anywhere(random: &mut Random) -> Wrench<6> {
 
 fn report(name: &str, grasp: &Grasp<6>, calls: usize, mut next: impl FnMut() -> Wrench<6>) {
     let distributor = ForceDistributor::new(grasp, Criterion::Max).expect("a grasp with edges");
+    let mut workspace = distributor.workspace();
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
     let wrenches: Vec<_> = (0..calls.min(100_000)).map(|_| next()).collect();
     let mut times: Vec<u64> = Vec::with_capacity(calls);
     for w in wrenches.iter().cycle().take(calls) {
         let start = Instant::now();
-        let sigma = distributor.solve_into(black_box(w), &mut forces);
+        let sigma = distributor.solve_into(&mut workspace, black_box(w), &mut forces);
         times.push(start.elapsed().as_nanos() as u64);
         black_box(&sigma).as_ref().expect("the grasp balances every wrench");
     }
     // The timed call does not report them: counted on a second pass over the same wrenches.
-    let pivots =
-        wrenches.iter().filter_map(|w| distributor.solve(w).ok()).map(|s| s.pivots).max().unwrap_or(0);
+    let pivots = wrenches
+        .iter()
+        .filter_map(|w| distributor.solve(&mut workspace, w).ok())
+        .map(|s| s.pivots)
+        .max()
+        .unwrap_or(0);
     let mean = times.iter().sum::<u64>() as f64 / calls as f64;
     times.sort_unstable();
     let at = |share: f64| times[((calls - 1) as f64 * share) as usize] as f64 * 1e-3;

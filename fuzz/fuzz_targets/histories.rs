@@ -2,10 +2,11 @@
 #![no_main]
 
 use arbitrary::Arbitrary;
-use graspforce::{DistributionOptions, Error, ForceDistributor, Status};
+use graspforce::{DistributionOptions, Error, Status};
 use graspforce_fuzz::forces::checked;
 use graspforce_fuzz::input::{GraspInput, Number, criterion, wrench};
 use libfuzzer_sys::fuzz_target;
+use support::control_loop::ControlLoop;
 
 #[derive(Debug, Arbitrary)]
 struct Input {
@@ -25,7 +26,7 @@ fn examine<const D: usize>(input: &Input) {
     if !grasp.is_finite() {
         options.rtol = 1e-6;
     }
-    let Ok(mut warm) = ForceDistributor::with_options(&grasp, criterion(input.sum), options.clone()) else {
+    let Ok(mut warm) = ControlLoop::with_options(&grasp, criterion(input.sum), options.clone()) else {
         return;
     };
     let wrenches: Vec<_> = input.wrenches.iter().take(8).map(wrench::<D>).collect();
@@ -35,7 +36,7 @@ fn examine<const D: usize>(input: &Input) {
     let order =
         (0..wrenches.len()).chain(input.again.iter().take(16).map(|k| usize::from(*k) % wrenches.len()));
     for k in order {
-        let cold = warm.clone();
+        let cold = warm.cold();
         let (warm, cold) = (checked(&warm, &wrenches[k]), checked(&cold, &wrenches[k]));
         if let (Ok(warm), Ok(cold)) = (warm, cold) {
             let proven: f64 = if grasp.is_finite() { 1e-7 } else { 1e-4 };

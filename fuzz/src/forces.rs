@@ -2,10 +2,10 @@
 //! are none, the witness separates.
 
 use graspforce::{
-    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
-    Wrench,
+    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Wrench,
 };
 use support::balance::assert_balanced;
+use support::control_loop::ControlLoop;
 use support::friction_cone::load;
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.
@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// Solves and checks what came of it.
 pub fn checked<const D: usize>(
-    distributor: &ForceDistributor<D>,
+    distributor: &ControlLoop<D>,
     external: &Wrench<D>,
 ) -> Result<Distribution<D>, Error> {
     let grasp = distributor.grasp();
@@ -56,7 +56,7 @@ fn feasible<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, found: &Dist
 }
 
 /// No forces need less: the dual's plane bounds the objective.
-fn bounded<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>, found: &Distribution<D>) {
+fn bounded<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, found: &Distribution<D>) {
     let options = distributor.options();
     // Multipliers beyond 1e10 cannot be written down any better; the gap says so.
     assert!(found.gap <= options.rtol.max(1e-3), "{found:?}");
@@ -73,7 +73,7 @@ fn bounded<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<
     );
 }
 
-fn separates<const D: usize>(distributor: &ForceDistributor<D>, external: &Wrench<D>, e: &Wrench<D>) {
+fn separates<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, e: &Wrench<D>) {
     let grasp = distributor.grasp();
     assert!((e.norm() - 1.0).abs() < 1e-9, "direction {e:?}");
     if !distributor.options().min_normal.is_empty() {
@@ -95,6 +95,6 @@ pub fn distributor<const D: usize>(
     grasp: &Grasp<D>,
     criterion: Criterion,
     options: DistributionOptions,
-) -> Option<ForceDistributor<D>> {
-    ForceDistributor::with_options(grasp, criterion, options).ok()
+) -> Option<ControlLoop<D>> {
+    ControlLoop::with_options(grasp, criterion, options).ok()
 }

@@ -62,9 +62,6 @@ pub enum Error {
         /// How much memory was asked for.
         bytes: u128,
     },
-    /// The distributor is in use by another thread.
-    #[error("this distributor is in use by another thread; give each thread a copy of its own")]
-    Busy,
     /// [`interruptible`](crate::interruptible) was told to stop.
     #[error("interrupted")]
     Interrupted,

@@ -3,8 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Wrench};
+use graspforce::{Contact, Criterion, DistributionOptions, Grasp, Wrench};
 use nalgebra::Vector3;
+use support::control_loop::ControlLoop;
 
 /// Counts what this thread asks for; other threads of the test harness do not matter.
 struct Counting;
@@ -49,7 +50,7 @@ fn wrench(step: u16) -> Wrench<6> {
 fn allocations(grasp: &Grasp<6>, criterion: Criterion) -> usize {
     let mut options = DistributionOptions::default();
     options.rtol = 1e-6;
-    let distributor = ForceDistributor::with_options(grasp, criterion, options).unwrap();
+    let distributor = ControlLoop::with_options(grasp, criterion, options).unwrap();
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
     let mut travel = || {
         let before = COUNT.get();

@@ -82,6 +82,9 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
+_DIMENSIONS = ("wrench_dim", "num_contacts", "force_dim", "num_edges")
+
+
 def grasp_dict(grasp: Grasp) -> dict[str, Any]:
     """Everything a grasp is made of, by the names of its arguments, with its dimensions."""
     return {

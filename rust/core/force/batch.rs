@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::force::distributor::ForceDistributor;
+use crate::force::workspace::ForceWorkspace;
 use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
 use crate::interrupt;
@@ -30,9 +31,9 @@ pub struct DistributionBatch {
 }
 
 impl<const D: usize> ForceDistributor<D> {
-    /// Solves for each wrench in turn. Along a trajectory each starts from the one before; `parallel` cuts
-    /// the rows into chunks for all cores, each with a workspace of its own. Results that do not fit into memory
-    /// are [`Error::OutOfMemory`], before any row is solved.
+    /// Solves for each wrench in turn. Along a trajectory each starts from the one before. `parallel` cuts the rows
+    /// into chunks for all cores, each with a new workspace; the given one is not used then. Results that do not fit
+    /// into memory are [`Error::OutOfMemory`], before any row is solved.
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Status, Wrench};
@@ -42,12 +43,17 @@ impl<const D: usize> ForceDistributor<D> {
     ///     .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
     /// let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers)?, Criterion::Max)?;
     /// let weights = [1.0, 2.0, f64::NAN].map(|weight| Wrench::<3>::new(0.0, -weight, 0.0));
-    /// let batch = distributor.solve_many(&weights, false)?;
+    /// let batch = distributor.solve_many(&mut distributor.workspace(), &weights, false)?;
     /// assert_eq!(batch.status, [Status::Solved, Status::Solved, Status::Invalid]);
     /// assert!((batch.sigma_max[1] - 2.0 * batch.sigma_max[0]).abs() < 1e-12);
     /// # Ok::<(), graspforce::Error>(())
     /// ```
-    pub fn solve_many(&self, external_wrenches: &[Wrench<D>], parallel: bool) -> Result<DistributionBatch> {
+    pub fn solve_many(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrenches: &[Wrench<D>],
+        parallel: bool,
+    ) -> Result<DistributionBatch> {
         let rows = external_wrenches.len();
         let stride = self.grasp().num_contacts() * self.grasp().force_dim();
         let mut batch = DistributionBatch {
@@ -66,11 +72,13 @@ impl<const D: usize> ForceDistributor<D> {
         if parallel {
             let interrupt = interrupt::current();
             chunks.try_for_each(|(((w, f), (max, sum)), s)| {
-                interrupt::inherit(interrupt.as_ref(), || self.clone().solve_rows(w, f, max, sum, s))
+                let workspace = &mut self.workspace();
+                interrupt::inherit(interrupt.as_ref(), || self.solve_rows(workspace, w, f, max, sum, s))
             })?;
         } else {
             let (w, s) = (external_wrenches, &mut batch.status);
-            self.solve_rows(w, &mut batch.forces, &mut batch.sigma_max, &mut batch.sigma_sum, s)?;
+            let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
+            self.solve_rows(workspace, w, &mut batch.forces, max, sum, s)?;
         }
         let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
         batch.residual = room("residual", rows.saturating_mul(D))?;
@@ -88,17 +96,20 @@ impl<const D: usize> ForceDistributor<D> {
 
     fn solve_rows(
         &self,
+        workspace: &mut ForceWorkspace<D>,
         wrenches: &[Wrench<D>],
         forces: &mut [f64],
         sigma_max: &mut [f64],
         sigma_sum: &mut [f64],
         status: &mut [Status],
     ) -> Result<()> {
-        let mut session = self.session()?;
         let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
             interrupt::check()?;
-            let solved = session.solve(wrench, row);
+            let solved = self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
+                0.0 => (0.0, 0.0),
+                _ => workspace.totals(&-wrench),
+            });
             status[k] = match &solved {
                 Ok(_) => Status::Solved,
                 Err(Error::InfeasibleWrench { .. }) => Status::Infeasible,

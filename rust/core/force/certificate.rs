@@ -1,25 +1,22 @@
-//! Forces added up from columns, and whether they are an answer: they balance the wrench, press no less than they
-//! must, and their objective is the proven one.
+//! Contact forces and their certificate: they balance the wrench (Eq. 11), keep their lower bounds, and attain the
+//! objective that a multiplier proves least (Eq. 26).
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
-use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_TERMS};
-
-/// Roundings of the forces times the longest arm by which a balance of torques may fail though no torque takes part.
-const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
+use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct ContactForces {
     pub(crate) forces: Vec<ContactForce>,
-    pub(crate) normals: Vec<f64>,
+    pub(crate) shares: Vec<f64>,
     /// Whether the forces were the only optimal ones.
     pub(crate) unique: bool,
 }
 
-/// The multipliers and what they prove of the forces that were found.
+/// The multipliers and what they prove of the forces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Certificate<const D: usize> {
     pub(crate) sigma: f64,
@@ -44,18 +41,18 @@ pub(crate) struct Demand<'a, const D: usize> {
     pub(crate) tolerance: f64,
 }
 
-impl Found {
+impl ContactForces {
     pub(crate) fn new(contacts: usize) -> Self {
-        Self { forces: vec![ContactForce::zeros(); contacts], normals: vec![0.0; contacts], unique: false }
+        Self { forces: vec![ContactForce::zeros(); contacts], shares: vec![0.0; contacts], unique: false }
     }
 
     pub(crate) fn clear(&mut self) {
         self.forces.fill(ContactForce::zeros());
-        self.normals.fill(0.0);
+        self.shares.fill(0.0);
     }
 
     pub(crate) fn totals(&self) -> (f64, f64) {
-        self.normals.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
+        self.shares.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
     }
 
     /// Certifies the forces by a multiplier that proves `bound`, or says how far they are from an answer.
@@ -74,7 +71,7 @@ impl Found {
             return Err(Error::input("external_wrench", reason));
         }
         let gap = (1.0 - bound / sigma).abs();
-        let short = demand.least.iter().zip(&self.normals).map(|(least, n)| least - n).fold(0.0, f64::max);
+        let short = demand.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
         let contacts = demand.maps.iter().zip(self.forces.iter().copied());
         let held = demand.least.iter().copied().fold(0.0, f64::max);
         let missing = imbalance(demand.b, demand.units, held, contacts);
@@ -90,6 +87,12 @@ impl Found {
         };
         Err(Error::NotConverged { solver, iterations: pivots, unmet })
     }
+}
+
+/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
+/// better.
+pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
+    tolerance.max((ROUNDED_GAP * size).min(LOOSEST_GAP))
 }
 
 /// How far contact forces are from balancing `b`: forces and torques each for itself, relative to what they add up from,

@@ -8,12 +8,9 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
-use crate::force::linear_cones::critical_region::UNBALANCED;
 use crate::force::simplex::primal::Target;
 use crate::grasp::{Grasp, REPRESENTABLE, unit};
-
-/// Directions weaker than this, relative to the strongest, are rounding and not directions.
-const RANK_TOLERANCE: f64 = 1e-12;
+use crate::tolerances::{RANK_TOLERANCE, UNBALANCED_WRENCH};
 
 /// The map `T` between physical wrenches and equilibrated coordinates.
 #[derive(Debug, Clone)]
@@ -91,7 +88,7 @@ impl<const D: usize> Equilibration<D> {
         let unscaled = mapped.component_mul(&self.lengths).norm();
         let mut wrench = mapped;
         if let Some(k) = (rank..D).max_by(|&a, &b| mapped[a].abs().total_cmp(&mapped[b].abs())) {
-            if mapped[k].abs() > UNBALANCED * unscaled {
+            if mapped[k].abs() > UNBALANCED_WRENCH * unscaled {
                 let mut z = SVector::zeros();
                 z[k] = mapped[k].signum();
                 return Err(self.infeasible(&z));
@@ -101,7 +98,7 @@ impl<const D: usize> Equilibration<D> {
         let size = wrench.amax();
         // Rounding in the wrench grows where a weak direction was strengthened, and only there.
         let rounding = 4.0 * f64::EPSILON * unscaled / size;
-        let tolerance = self.lengths.map(|length| UNBALANCED + rounding / length);
+        let tolerance = self.lengths.map(|length| UNBALANCED_WRENCH + rounding / length);
         Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
     }
 

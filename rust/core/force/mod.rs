@@ -1,24 +1,27 @@
-//! How hard must each finger press? Least contact forces that balance an external wrench (section 4, Appendix B).
+//! Which least contact forces balance an external wrench (section 4, Appendix B)?
 //!
-//! A [`distributor`] keeps one grasp and one objective. Its program is one of three: [`linear_cones`] for finitely
-//! many extreme forces, [`true_cones`] for second-order cones, and [`preload`] where contacts have lower bounds. All
-//! three stand on [`simplex`], whose columns are priced by the support oracle.
+//! A [`distributor`] holds one grasp and one objective. It solves in a [`workspace`], which holds the program with its
+//! buffers. There are three programs: [`linear_cones`] for finitely many extreme forces, [`true_cones`] for
+//! second-order cones, and [`preload`] for contacts with lower bounds. All three use [`simplex`], whose columns are
+//! priced by the support oracle.
 //!
-//! - [`solution`]: what comes back, and the options; [`batch`]: many wrenches at once.
-//! - [`certificate`]: the last check of signs, balance and duality gap.
+//! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
+//! - [`certificate`]: checks lower bounds, balance and duality gap of the forces.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
-//! - [`least_norm`]: the choice among forces that are equally good; [`precise`]: 32 digits where doubles cannot decide.
+//! - [`least_norm`]: chooses among forces that are equally good.
+//! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
 pub(crate) mod batch;
 pub(crate) mod certificate;
 pub(crate) mod distributor;
+pub(crate) mod double_double;
 pub(crate) mod equilibration;
 pub(crate) mod least_norm;
 pub(crate) mod linear_cones;
-pub(crate) mod precise;
 pub(crate) mod preload;
 pub(crate) mod resistance;
 pub(crate) mod simplex;
 pub(crate) mod solution;
 pub(crate) mod true_cones;
+pub(crate) mod workspace;

@@ -1,14 +1,13 @@
-//! How large a wrench along given directions the limited forces can resist.
+//! The largest wrench along given directions that limited forces can resist (Eq. 7 with `sigma <= 1`).
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::distributor::ForceDistributor;
+use crate::force::workspace::ForceWorkspace;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::memory::room;
+use crate::tolerances::AT_LIMIT;
 use crate::wrench_set::Criterion;
-
-/// Forces that need this share of their limits more than all of them are at their limits.
-const AT_LIMIT: f64 = 1e-9;
 
 /// Cuts of one direction. Linearised cones need a handful; true cones converge quadratically.
 const MAX_CUTS: usize = 200;
@@ -48,13 +47,14 @@ impl<const D: usize> Grasp<D> {
         external_wrench: Option<&Wrench<D>>,
     ) -> Result<Vec<f64>> {
         let distributor = ForceDistributor::new(self, criterion)?;
+        let mut workspace = distributor.workspace();
         let constant = external_wrench.filter(|wrench| wrench.iter().any(|&x| x != 0.0));
         if let Some(wrench) = constant {
             if wrench.iter().any(|x| !x.is_finite()) {
                 let reason = format!("{:?} is not finite", wrench.as_slice());
                 return Err(Error::input("external_wrench", reason));
             }
-            let sigma = distributor.solve(wrench)?.sigma;
+            let sigma = distributor.solve(&mut workspace, wrench)?.sigma;
             if sigma > 1.0 + AT_LIMIT {
                 let reason = format!(
                     "{:?} alone needs {sigma:.6} times the limits of the contacts: nothing can be resisted on top",
@@ -63,7 +63,7 @@ impl<const D: usize> Grasp<D> {
                 return Err(Error::input("external_wrench", reason));
             }
         }
-        let multiple = |(row, direction): (usize, &Wrench<D>)| {
+        let mut multiple = |(row, direction): (usize, &Wrench<D>)| {
             let unusable = direction.amax() == 0.0 || direction.iter().any(|x| !x.is_finite());
             if unusable {
                 let reason = format!("{:?} has no direction", direction.as_slice());
@@ -71,8 +71,8 @@ impl<const D: usize> Grasp<D> {
             }
             interrupt::check()?;
             match constant {
-                None => alone(&distributor, direction),
-                Some(wrench) => on_top(&distributor, wrench, direction),
+                None => alone(&distributor, &mut workspace, direction),
+                Some(wrench) => on_top(&distributor, &mut workspace, wrench, direction),
             }
         };
         let mut multiples = room("directions", directions.len())?;
@@ -83,8 +83,12 @@ impl<const D: usize> Grasp<D> {
     }
 }
 
-fn alone<const D: usize>(distributor: &ForceDistributor<D>, direction: &Wrench<D>) -> Result<f64> {
-    match distributor.solve(direction) {
+fn alone<const D: usize>(
+    distributor: &ForceDistributor<D>,
+    workspace: &mut ForceWorkspace<D>,
+    direction: &Wrench<D>,
+) -> Result<f64> {
+    match distributor.solve(workspace, direction) {
         Ok(forces) => Ok(forces.sigma.recip()),
         Err(Error::InfeasibleWrench { .. }) => Ok(0.0),
         Err(error) => Err(error),
@@ -95,10 +99,11 @@ fn alone<const D: usize>(distributor: &ForceDistributor<D>, direction: &Wrench<D
 /// because each dual z proves `sigma(w) >= -w . z`, and each witness e that forces balance no w with `-w . e > 0`.
 fn on_top<const D: usize>(
     distributor: &ForceDistributor<D>,
+    workspace: &mut ForceWorkspace<D>,
     constant: &Wrench<D>,
     direction: &Wrench<D>,
 ) -> Result<f64> {
-    let mut cut = Cut::of(distributor, direction)?;
+    let mut cut = Cut::of(distributor, workspace, direction)?;
     let mut most = f64::INFINITY;
     let mut excess = f64::INFINITY;
     for _ in 0..MAX_CUTS {
@@ -113,7 +118,7 @@ fn on_top<const D: usize>(
             return Ok(0.0);
         }
         let wrench = constant + most * direction;
-        cut = match distributor.solve(&wrench) {
+        cut = match distributor.solve(workspace, &wrench) {
             Ok(forces) if forces.sigma <= 1.0 + AT_LIMIT => return Ok(most),
             Ok(forces) => {
                 excess = forces.sigma - 1.0;
@@ -138,8 +143,12 @@ struct Cut<const D: usize> {
 }
 
 impl<const D: usize> Cut<D> {
-    fn of(distributor: &ForceDistributor<D>, wrench: &Wrench<D>) -> Result<Self> {
-        match distributor.solve(wrench) {
+    fn of(
+        distributor: &ForceDistributor<D>,
+        workspace: &mut ForceWorkspace<D>,
+        wrench: &Wrench<D>,
+    ) -> Result<Self> {
+        match distributor.solve(workspace, wrench) {
             Ok(forces) => Ok(Self { normal: forces.dual, bound: 1.0 }),
             Err(Error::InfeasibleWrench { direction, .. }) => Ok(Self::separating(&direction)),
             Err(error) => Err(error),

@@ -48,6 +48,28 @@ pub(crate) fn furthest_edge<const R: usize>(blocks: &[EdgeBlock<R>], z: &SVector
     (most, if edge == u64::MAX { 0 } else { edge as usize })
 }
 
+/// The numbers of those of `count` wrenches that reach at least `least` along `z`.
+pub(crate) fn edges_reaching<const R: usize>(
+    blocks: &[EdgeBlock<R>],
+    count: usize,
+    z: &SVector<f64, R>,
+    least: f64,
+) -> impl Iterator<Item = usize> {
+    let reaching = move |(index, block): (usize, &EdgeBlock<R>)| {
+        let mut values = [0.0; LANES];
+        for (row, component) in block.iter().zip(z.iter()) {
+            for lane in 0..LANES {
+                values[lane] += row[lane] * component;
+            }
+        }
+        // Most blocks hold none.
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let lanes = if most >= least { LANES } else { 0 };
+        (0..lanes).filter(move |&lane| values[lane] >= least).map(move |lane| index * LANES + lane)
+    };
+    blocks.iter().enumerate().flat_map(reaching).filter(move |&edge| edge < count)
+}
+
 /// The length of the longest wrench.
 pub(crate) fn longest_edge<const R: usize>(blocks: &[EdgeBlock<R>]) -> f64 {
     let squares = blocks.iter().flat_map(|block| {

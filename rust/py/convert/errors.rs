@@ -17,7 +17,6 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         Error::InvalidInput { .. } => "InvalidInputError",
         Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
         Error::TooLarge { .. } | Error::OutOfMemory { .. } => "TooLargeError",
-        Error::Busy => "BusyError",
         _ => "NotConvergedError",
     };
     let raised = raise(py, class, &error.to_string());
@@ -45,6 +44,11 @@ pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     let category = py.import("graspforce.errors")?.getattr("GraspWarning")?;
     let message = CString::new(message)?;
     PyErr::warn(py, &category, &message, 1)
+}
+
+/// An object that another thread is using.
+pub fn busy(py: Python<'_>) -> PyErr {
+    raise(py, "BusyError", "in use by another thread; give each thread a copy of its own")
 }
 
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {

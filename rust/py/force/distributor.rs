@@ -2,16 +2,17 @@
 
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DistributionOptions, Error, ForceDistributor, Method, check_room};
+use graspforce::{DistributionOptions, ForceDistributor, Method, check_room};
 use numpy::{PyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
 use crate::convert::arrays::{contents, float_array, read_only, shaped};
 use crate::convert::dimension::AnyGrasp;
-use crate::convert::errors::{invalid_input, to_python};
+use crate::convert::errors::{busy, invalid_input, to_python};
 use crate::convert::quality_options::parse_criterion;
 use crate::force::batch::PyForceBatch;
+use crate::force::shared::SharedDistributor;
 use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
@@ -20,8 +21,8 @@ use crate::runtime::interrupt::{detached, keep};
 
 #[derive(Clone)]
 enum Any {
-    Planar(ForceDistributor<3>),
-    Spatial(ForceDistributor<6>),
+    Planar(SharedDistributor<3>),
+    Spatial(SharedDistributor<6>),
 }
 
 /// Runs the same expression on a distributor of either dimension.
@@ -175,8 +176,10 @@ impl PyForceDistributor {
         }
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         let inner = detached(py, || match &grasp.get().inner {
-            AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Planar),
-            AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options).map(Any::Spatial),
+            AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options)
+                .map(|distributor| Any::Planar(SharedDistributor::new(distributor))),
+            AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options)
+                .map(|distributor| Any::Spatial(SharedDistributor::new(distributor))),
         })?;
         let inner = inner.map_err(|error| to_python(py, &error))?;
         let objective = if objective == "max" { "max" } else { "sum" };
@@ -214,7 +217,7 @@ impl PyForceDistributor {
     #[getter]
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let state = self.state(py)?;
-        let points = with_distributor!(&state.inner, distributor => distributor.reduced_points());
+        let points = with_distributor!(&state.inner, shared => shared.distributor.reduced_points());
         Ok(points.map(|points| read_only(PyArray1::from_slice(py, points))))
     }
 
@@ -357,7 +360,7 @@ impl PyForceDistributor {
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = match self.state.try_write() {
             Ok(state) => state,
-            Err(TryLockError::WouldBlock) => return Err(to_python(py, &Error::Busy)),
+            Err(TryLockError::WouldBlock) => return Err(busy(py)),
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
         };
         let inner = &mut state.inner;
@@ -406,7 +409,7 @@ impl PyForceDistributor {
     fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
         match self.state.try_read() {
             Ok(state) => Ok(state),
-            Err(TryLockError::WouldBlock) => Err(to_python(py, &Error::Busy)),
+            Err(TryLockError::WouldBlock) => Err(busy(py)),
             // An update that panicked changed nothing.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
         }

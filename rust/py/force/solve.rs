@@ -1,34 +1,35 @@
 //! Calls of a distributor: wrenches in, forces out.
 
-use graspforce::{Distribution, ForceDistributor, Method, Wrench};
+use graspforce::{Distribution, Method, Wrench};
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, float_vector, shaped, vectors};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::force::batch::PyForceBatch;
+use crate::force::shared::{SharedDistributor, unless_busy};
 use crate::runtime::interrupt::{detached, on_all_cores, watched};
 
 /// The forces for one wrench.
 pub fn solve<const D: usize>(
     py: Python<'_>,
-    distributor: &ForceDistributor<D>,
+    shared: &SharedDistributor<D>,
     external_wrench: &Bound<'_, PyAny>,
 ) -> PyResult<Distribution<D>> {
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let work = || distributor.solve(&wrench);
+    let work = || shared.solve(|distributor, workspace| distributor.solve(workspace, &wrench));
     // Listed points take long enough for others to want the interpreter.
-    let implicit = distributor.options().method == Method::Implicit;
+    let implicit = shared.distributor.options().method == Method::Implicit;
     let solved = if implicit { watched(work) } else { detached(py, work) };
-    solved?.map_err(|error| to_python(py, &error))
+    unless_busy(py, solved?)?.map_err(|error| to_python(py, &error))
 }
 
 /// The same, written into an array of the caller's; returns the objective.
 pub fn solve_into<const D: usize>(
     py: Python<'_>,
-    distributor: &ForceDistributor<D>,
+    shared: &SharedDistributor<D>,
     external_wrench: &Bound<'_, PyAny>,
     forces: &Bound<'_, PyAny>,
 ) -> PyResult<f64> {
@@ -41,7 +42,8 @@ pub fn solve_into<const D: usize>(
         return Err(invalid_input(py, message));
     }
     let wrench = Wrench::<D>::from_column_slice(wrench);
-    let (m, k) = (distributor.grasp().num_contacts(), distributor.grasp().force_dim());
+    let grasp = shared.distributor.grasp();
+    let (m, k) = (grasp.num_contacts(), grasp.force_dim());
     let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
         return Err(refused("forces: not a two-dimensional float64 array"));
     };
@@ -60,13 +62,14 @@ pub fn solve_into<const D: usize>(
     let Ok(forces) = forces.as_slice_mut() else {
         return Err(refused("forces: not C-contiguous"));
     };
-    watched(|| distributor.solve_into(&wrench, forces))?.map_err(|error| to_python(py, &error))
+    let solve = || shared.solve(|distributor, workspace| distributor.solve_into(workspace, &wrench, forces));
+    unless_busy(py, watched(solve)?)?.map_err(|error| to_python(py, &error))
 }
 
 /// The forces for many wrenches.
 pub fn solve_many<const D: usize>(
     py: Python<'_>,
-    distributor: &ForceDistributor<D>,
+    shared: &SharedDistributor<D>,
     external_wrenches: &Bound<'_, PyAny>,
     parallel: bool,
 ) -> PyResult<PyForceBatch> {
@@ -77,8 +80,9 @@ pub fn solve_many<const D: usize>(
         return Err(invalid_input(py, message));
     }
     let wrenches = vectors::<D>("external_wrenches", &array)?;
-    let work = || distributor.solve_many(&wrenches, parallel);
+    let work =
+        || shared.solve(|distributor, workspace| distributor.solve_many(workspace, &wrenches, parallel));
     let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
-    let batch = batch.map_err(|error| to_python(py, &error))?;
-    PyForceBatch::new(py, distributor.grasp(), batch)
+    let batch = unless_busy(py, batch)?.map_err(|error| to_python(py, &error))?;
+    PyForceBatch::new(py, shared.distributor.grasp(), batch)
 }

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arrays::{contents, float_array};
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
-use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
+use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
 use crate::convert::raw_arguments::Raw;
@@ -98,7 +98,7 @@ impl PyBoxBound {
         }
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let stencil = axes.map(|axes| Stencil { axes, safety });
-        let mut inner = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
+        let mut inner = lock(&self.inner).ok_or_else(|| busy(py))?;
         let inner = &mut *inner;
         let bounds = on_all_cores(py, || match (inner, arguments.dim) {
             (AnyBound::Planar(bound), 2) => over(bound, &arguments, &slacks, stencil, enough),

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
-use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
+use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
 use crate::convert::raw_arguments::Raw;
@@ -98,7 +98,7 @@ impl PyCandidateSearch {
         let raw = Raw::new("best", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
-        let mut search = lock(&self.inner).ok_or_else(|| to_python(py, &Error::Busy))?;
+        let mut search = lock(&self.inner).ok_or_else(|| busy(py))?;
         let search = &mut *search;
         let winner = on_all_cores(py, || match (search, arguments.dim) {
             (Search::Planar(search), 2) => best_of(search, &arguments, center_index, center_rho),

@@ -1,10 +1,11 @@
 //! No answer is returned as solved that does not balance its own wrench, within its cones, at its proven objective.
 
 use graspforce::{
-    Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel,
-    Grasp, Status, Wrench,
+    Contact, ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Status,
+    Wrench,
 };
 use nalgebra::Vector3;
+use support::control_loop::ControlLoop;
 use support::friction_cone::slip;
 use support::random::Random;
 use support::reference_cases::{close, value};
@@ -30,7 +31,7 @@ fn wrong<const D: usize>(grasp: &Grasp<D>, external: &Wrench<D>, answer: &Distri
 fn an_empty_batch_has_no_rows_and_the_next_solve_answers() {
     let fingers = [(-1.0, 1.0), (1.0, -1.0)]
         .map(|(x, n)| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)));
-    let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers).unwrap(), Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&Grasp::<3>::new(&fingers).unwrap(), Criterion::Max).unwrap();
     for parallel in [false, true] {
         let batch = distributor.solve_many(&[], parallel).unwrap();
         assert!(batch.status.is_empty() && batch.forces.is_empty());
@@ -54,7 +55,7 @@ fn true_cones_balance_wrenches_on_their_boundary_or_say_that_they_cannot() {
         let mut options = DistributionOptions::default();
         options.rtol = 1e-6;
         for criterion in BOTH {
-            let distributor = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+            let distributor = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
             for k in 0..4 {
                 let mut external = Wrench::<6>::zeros();
                 let mut spent = 0.0;
@@ -115,7 +116,7 @@ fn ill_conditioned_grasps_answer_right_or_not_at_all() {
         let Ok(grasp) = Grasp::<6>::new(&contacts) else { continue };
         let wrenches = grasp.primitive_wrenches().unwrap().to_vec();
         for criterion in BOTH {
-            let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+            let distributor = ControlLoop::new(&grasp, criterion).unwrap();
             for k in 0..12 {
                 let mut external = Wrench::<6>::from_fn(|_, _| 2.0 * random.next() - 1.0);
                 if k % 4 > 0 {
@@ -155,7 +156,7 @@ fn no_finger_pulls_where_another_direction_is_weak() {
             .collect();
         let grasp = Grasp::<3>::new(&contacts).unwrap();
         for criterion in BOTH {
-            let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+            let distributor = ControlLoop::new(&grasp, criterion).unwrap();
             let refused = distributor.solve(&Wrench::<3>::new(1.0, -bad, 0.0));
             assert!(matches!(refused, Err(Error::InfeasibleWrench { .. })), "{e} {bad}: {refused:?}");
             assert!(distributor.solve(&Wrench::<3>::new(1.0, bad, 0.0)).is_ok());
@@ -168,7 +169,7 @@ fn what_cannot_be_computed_with_is_refused_and_never_solved_with_nan() {
     let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
         Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).max_normal_force(1e-100)
     });
-    let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers).unwrap(), Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&Grasp::<3>::new(&fingers).unwrap(), Criterion::Max).unwrap();
     for load in [1e300, 1e100, 1e-310, 5e-324] {
         let refused = distributor.solve(&Wrench::<3>::new(0.0, -load, 0.0));
         assert!(
@@ -191,7 +192,7 @@ fn cones_of_any_limit_keep_forces_in_their_interior() {
             .collect();
         let grasp = Grasp::<6>::new(&contacts).unwrap();
         for criterion in BOTH {
-            let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+            let distributor = ControlLoop::new(&grasp, criterion).unwrap();
             for k in 0..60 {
                 let external = Wrench::<6>::from_fn(|row, _| limit * (f64::from(k) + 1.7 * row as f64).sin());
                 let answer = distributor.solve(&external).unwrap();
@@ -218,7 +219,7 @@ fn true_cones_beside_general_extreme_forces_sum_up_their_coefficients() {
     let mut options = DistributionOptions::default();
     options.rtol = 1e-7;
     for criterion in BOTH {
-        let distributor = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+        let distributor = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
         for k in 0..40 {
             let external = Wrench::<6>::from_fn(|row, _| (f64::from(k) + 1.7 * row as f64).sin());
             let answer = distributor.solve(&external).unwrap();
@@ -256,7 +257,7 @@ fn the_tie_break_reaches_the_least_sum_however_many_pivots_it_takes() {
             .zip(&bounds)
             .map(|(wrenches, bound)| wrenches[case % 8] * (bound + 0.1 * random.next()).min(1.0))
             .sum::<Wrench<6>>();
-        let distributor = ForceDistributor::with_options(&grasp, Criterion::Max, options.clone()).unwrap();
+        let distributor = ControlLoop::with_options(&grasp, Criterion::Max, options.clone()).unwrap();
         let answer = distributor.solve(&external).unwrap();
         if !close(answer.sigma_max, 1.0, 1e-9) {
             continue;
@@ -265,7 +266,7 @@ fn the_tie_break_reaches_the_least_sum_however_many_pivots_it_takes() {
         most = most.max(answer.pivots);
         // The sum alone, at a maximum that cannot be less: a weight so large that nothing else counts.
         options.weight = 1e3;
-        let weighed = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
+        let weighed = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
         let least = weighed.solve(&external).unwrap();
         if close(least.sigma_max, 1.0, 1e-9) {
             assert!(
@@ -300,7 +301,7 @@ fn preloaded_forces_do_not_depend_on_history_on_soft_and_symmetric_grasps() {
         let mut options = DistributionOptions::default();
         options.min_normal = (0..contacts.len()).map(|i| [0.1, 0.25, 0.0][i % 3]).collect();
         for criterion in BOTH {
-            let warm = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+            let warm = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
             for _ in 0..12 {
                 let grid = |x: f64| if symmetric { (4.0 * x).round() / 4.0 } else { x };
                 let mut external: Wrench<6> =
@@ -309,7 +310,7 @@ fn preloaded_forces_do_not_depend_on_history_on_soft_and_symmetric_grasps() {
                     external -= wrenches[grasp.edges(i).unwrap().start] * *bound;
                 }
                 let Ok(answer) = warm.solve(&external) else { continue };
-                let fresh = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+                let fresh = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
                 let fresh = fresh.solve(&external).unwrap();
                 let largest = fresh.forces.iter().map(ContactForce::amax).fold(0.0, f64::max);
                 for (f, g) in answer.forces.iter().zip(&fresh.forces) {

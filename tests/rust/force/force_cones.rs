@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use graspforce::{
-    Contact, ContactForce, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Wrench,
-};
+use graspforce::{Contact, ContactForce, Criterion, DistributionOptions, Error, Grasp, Wrench};
 use nalgebra::Vector3;
+use support::control_loop::ControlLoop;
 use support::friction_cone::load;
 use support::reference_cases::{close, numbers, reference, spatial_cases};
 
@@ -13,10 +12,10 @@ fn cones(contacts: &[Contact]) -> Grasp<6> {
     Grasp::new(&contacts.iter().cloned().map(Contact::cone).collect::<Vec<_>>()).unwrap()
 }
 
-fn with_tolerance(grasp: &Grasp<6>, criterion: Criterion, tolerance: f64) -> ForceDistributor<6> {
+fn with_tolerance(grasp: &Grasp<6>, criterion: Criterion, tolerance: f64) -> ControlLoop<6> {
     let mut options = DistributionOptions::default();
     options.rtol = tolerance;
-    ForceDistributor::with_options(grasp, criterion, options).unwrap()
+    ControlLoop::with_options(grasp, criterion, options).unwrap()
 }
 
 /// Balance, and forces strictly within their cones.
@@ -87,8 +86,7 @@ fn more_edges_approach_the_true_cone_from_above_and_with_their_square() {
             for (edges, grasp) in &pyramids {
                 let more = 1.0 / (PI / *edges as f64).cos() - 1.0;
                 let most = answer.sigma + more * (answer.sigma + pushed.norm() / radius);
-                let sigma =
-                    ForceDistributor::new(grasp, Criterion::Max).unwrap().solve(external).unwrap().sigma;
+                let sigma = ControlLoop::new(grasp, Criterion::Max).unwrap().solve(external).unwrap().sigma;
                 assert!(
                     answer.sigma <= sigma * (1.0 + 1e-8) && sigma <= most * (1.0 + 1e-8),
                     "{} {edges}: {} {sigma} {most}",

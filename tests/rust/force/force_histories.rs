@@ -1,7 +1,8 @@
 //! One answer: the forces depend on the wrench, not on what was solved before, and move with it.
 
-use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Status, Wrench};
+use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Status, Wrench};
 use nalgebra::Vector3;
+use support::control_loop::ControlLoop;
 use support::reference_cases::spatial_cases;
 
 /// A square of fingers around a disc: symmetric, so that neither maximum nor sum determines the forces.
@@ -33,10 +34,10 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 fn forces_do_not_depend_on_what_was_solved_before() {
     for (index, grasp) in grasps().iter().enumerate() {
         for criterion in [Criterion::Sum, Criterion::Max] {
-            let [forth, back] = [(); 2].map(|()| ForceDistributor::new(grasp, criterion).unwrap());
+            let [forth, back] = [(); 2].map(|()| ControlLoop::new(grasp, criterion).unwrap());
             let size = grasp.num_contacts() * grasp.force_dim();
             let steps: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.0157).collect();
-            let solve = |distributor: &ForceDistributor<6>, t: f64| {
+            let solve = |distributor: &ControlLoop<6>, t: f64| {
                 let mut forces = vec![0.0; size];
                 distributor.solve_into(&path(t), &mut forces).unwrap();
                 forces
@@ -45,7 +46,7 @@ fn forces_do_not_depend_on_what_was_solved_before() {
             let mut again: Vec<_> = steps.iter().rev().map(|t| solve(&back, *t)).collect();
             again.reverse();
             for ((t, a), b) in steps.iter().zip(&there).zip(&again) {
-                let cold = solve(&ForceDistributor::new(grasp, criterion).unwrap(), *t);
+                let cold = solve(&ControlLoop::new(grasp, criterion).unwrap(), *t);
                 let scale = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                 let worst = largest_difference(a, b).max(largest_difference(a, &cold));
                 assert!(worst <= 1e-9 * scale, "grasp {index}, {criterion:?}, t = {t}: {worst:e} of {scale}");
@@ -59,7 +60,7 @@ fn forces_move_in_proportion_to_the_step() {
     for (index, grasp) in grasps().iter().enumerate() {
         for criterion in [Criterion::Sum, Criterion::Max] {
             let jump = |steps: u32| {
-                let distributor = ForceDistributor::new(grasp, criterion).unwrap();
+                let distributor = ControlLoop::new(grasp, criterion).unwrap();
                 let size = grasp.num_contacts() * grasp.force_dim();
                 let mut last = vec![0.0; size];
                 distributor.solve_into(&path(0.0), &mut last).unwrap();
@@ -83,7 +84,7 @@ fn forces_move_in_proportion_to_the_step() {
 fn symmetric_forces_answer_symmetric_wrenches() {
     let grasp = square(8);
     for criterion in [Criterion::Sum, Criterion::Max] {
-        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        let distributor = ControlLoop::new(&grasp, criterion).unwrap();
         let answer = distributor.solve(&Wrench::<6>::new(0.0, 0.0, -1.0, 0.0, 0.0, 0.0)).unwrap();
         for force in answer.world_forces(&grasp) {
             // Each carries a quarter of the weight, and all press as hard as any.
@@ -96,7 +97,7 @@ fn symmetric_forces_answer_symmetric_wrenches() {
 #[test]
 fn a_batch_is_its_rows_one_by_one_in_parallel_or_not() {
     for grasp in grasps() {
-        let distributor = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
+        let distributor = ControlLoop::new(&grasp, Criterion::Max).unwrap();
         let mut wrenches: Vec<_> = (0..1000).map(|k| path(f64::from(k) * 0.01)).collect();
         wrenches[17] = Wrench::zeros();
         wrenches[500][2] = f64::NAN;
@@ -119,34 +120,47 @@ fn a_batch_is_its_rows_one_by_one_in_parallel_or_not() {
 }
 
 #[test]
-fn two_threads_get_right_answers_or_are_told_that_the_distributor_is_busy() {
-    let grasp = square(8);
-    let distributor = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
-    let solved = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..4)
-            .map(|offset| {
-                let distributor = &distributor;
-                scope.spawn(move || {
-                    let mut solved = 0;
-                    for k in 0..5000 {
-                        let external = path(f64::from(k * 4 + offset) * 0.001);
-                        match distributor.solve(&external) {
-                            Ok(answer) => {
-                                let value = answer.dual.dot(&-external);
-                                assert!((value - answer.sigma_max).abs() <= 1e-9 * value);
-                                solved += 1;
-                            }
-                            Err(graspforce::Error::Busy) => {}
-                            Err(error) => panic!("{error}"),
-                        }
-                    }
-                    solved
-                })
-            })
-            .collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).sum::<u32>()
+fn threads_share_a_distributor_and_each_gets_right_answers_in_its_own_workspace() {
+    let distributor = ForceDistributor::new(&square(8), Criterion::Max).unwrap();
+    std::thread::scope(|scope| {
+        for offset in 0..4 {
+            let distributor = &distributor;
+            scope.spawn(move || {
+                let mut workspace = distributor.workspace();
+                for k in 0..5000 {
+                    let external = path(f64::from(k * 4 + offset) * 0.001);
+                    let answer = distributor.solve(&mut workspace, &external).unwrap();
+                    let value = answer.dual.dot(&-external);
+                    assert!((value - answer.sigma_max).abs() <= 1e-9 * value);
+                }
+            });
+        }
     });
-    assert!(solved > 0);
+}
+
+#[test]
+fn a_workspace_of_another_distributor_changes_no_answer() {
+    let mut lower_bounds = DistributionOptions::default();
+    lower_bounds.min_normal = vec![0.05];
+    let cones: Vec<_> = square(8).contacts().iter().map(|contact| contact.clone().cone()).collect();
+    let distributors: Vec<_> = [square(8), Grasp::new(&cones).unwrap()]
+        .iter()
+        .flat_map(|grasp| {
+            let bounded = ForceDistributor::with_options(grasp, Criterion::Max, lower_bounds.clone());
+            [Criterion::Max, Criterion::Sum]
+                .map(|criterion| ForceDistributor::new(grasp, criterion).unwrap())
+                .into_iter()
+                .chain([bounded.unwrap()])
+        })
+        .collect();
+    let mut wandering = distributors[0].workspace();
+    for k in 0..10 {
+        let external = path(f64::from(k));
+        for distributor in &distributors {
+            let cold = distributor.solve(&mut distributor.workspace(), &external).unwrap();
+            assert_eq!(distributor.solve(&mut wandering, &external).unwrap(), cold);
+        }
+    }
 }
 
 #[test]
@@ -159,13 +173,13 @@ fn contacts_that_slide_a_little_keep_the_answer_of_a_new_distributor() {
             .collect();
         Grasp::<6>::new(&contacts).unwrap()
     };
-    let mut distributor = ForceDistributor::new(&moved(0.0), Criterion::Max).unwrap();
+    let mut distributor = ControlLoop::new(&moved(0.0), Criterion::Max).unwrap();
     for k in 0..200 {
         let grasp = moved(0.0005 * f64::from(k));
         distributor.update(&grasp).unwrap();
         let external = path(0.02 * f64::from(k));
         let kept = distributor.solve(&external).unwrap();
-        let fresh = ForceDistributor::new(&grasp, Criterion::Max).unwrap().solve(&external).unwrap();
+        let fresh = ControlLoop::new(&grasp, Criterion::Max).unwrap().solve(&external).unwrap();
         for (a, b) in kept.forces.iter().zip(&fresh.forces) {
             assert!((a - b).amax() <= 1e-9 * fresh.sigma_max.max(1.0), "{k}: {a} {b}");
         }

@@ -1,10 +1,9 @@
 //! Laws of force distribution on random grasps, and agreement with an interior-point solver.
 
-use graspforce::{
-    Contact, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Method, Wrench, WrenchSet,
-};
+use graspforce::{Contact, Criterion, DistributionOptions, Error, Grasp, Method, Wrench, WrenchSet};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
+use support::control_loop::ControlLoop;
 use support::interior_point::interior_point;
 use support::reference_cases::{assert_sound, close, seeded, value};
 
@@ -36,7 +35,7 @@ fn shares() -> impl Strategy<Value = Vec<f64>> {
 
 fn sigma(contacts: &[Contact], criterion: Criterion, external: &Wrench<6>) -> f64 {
     let grasp = Grasp::<6>::new(contacts).unwrap();
-    let answer = ForceDistributor::new(&grasp, criterion).unwrap().solve(external).unwrap();
+    let answer = ControlLoop::new(&grasp, criterion).unwrap().solve(external).unwrap();
     value(criterion, &answer)
 }
 
@@ -48,7 +47,7 @@ proptest! {
         let grasp = Grasp::<6>::new(&c).unwrap();
         let external = balanced(&grasp, &s);
         for criterion in BOTH {
-            let answer = ForceDistributor::new(&grasp, criterion).unwrap().solve(&external).unwrap();
+            let answer = ControlLoop::new(&grasp, criterion).unwrap().solve(&external).unwrap();
             assert_sound(&grasp, &external, &answer);
             if external.amax() > 0.0 {
                 // The bound, once more, from the oracle alone.
@@ -75,8 +74,8 @@ proptest! {
         let mut options = DistributionOptions::default();
         options.method = Method::Enumerated;
         for criterion in BOTH {
-            let implicit = ForceDistributor::new(&grasp, criterion).unwrap();
-            let enumerated = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+            let implicit = ControlLoop::new(&grasp, criterion).unwrap();
+            let enumerated = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
             let external = balanced(&grasp, &s);
             let (a, b) = (implicit.solve(&external).unwrap(), enumerated.solve(&external).unwrap());
             prop_assert!(close(a.sigma, b.sigma, 1e-9), "{} {}", a.sigma, b.sigma);
@@ -94,7 +93,7 @@ proptest! {
         let external = balanced(&grasp, &s);
         let factor = 2_f64.powi(exponent);
         for criterion in BOTH {
-            let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+            let distributor = ControlLoop::new(&grasp, criterion).unwrap();
             let (once, scaled) = (distributor.solve(&external).unwrap(), distributor.solve(&(external * factor)).unwrap());
             prop_assert!(close(once.sigma * factor, scaled.sigma, 1e-10));
         }
@@ -162,7 +161,7 @@ proptest! {
         let grasp = Grasp::<6>::new(&spread).unwrap();
         let external = balanced(&grasp, &s);
         for criterion in BOTH {
-            let answer = ForceDistributor::new(&grasp, criterion).unwrap().solve(&external).unwrap();
+            let answer = ControlLoop::new(&grasp, criterion).unwrap().solve(&external).unwrap();
             assert_sound(&grasp, &external, &answer);
         }
     }
@@ -172,7 +171,7 @@ proptest! {
         let grasp = Grasp::<6>::new(&c).unwrap();
         let external = Wrench::<6>::from(w);
         for criterion in BOTH {
-            match ForceDistributor::new(&grasp, criterion).unwrap().solve(&external) {
+            match ControlLoop::new(&grasp, criterion).unwrap().solve(&external) {
                 Ok(answer) => assert_sound(&grasp, &external, &answer),
                 Err(Error::InfeasibleWrench { direction, .. }) => {
                     let e = Wrench::<6>::from_row_slice(&direction);
@@ -193,7 +192,7 @@ proptest! {
         let solve = |weight: f64| {
             let mut options = DistributionOptions::default();
             options.weight = weight;
-            ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap().solve(&external).unwrap()
+            ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap().solve(&external).unwrap()
         };
         let answers = [solve(0.0), solve(weights.0), solve(weights.1)];
         for pair in answers.windows(2) {
@@ -208,7 +207,7 @@ proptest! {
 #[test]
 fn a_wrench_that_is_not_finite_is_refused_by_name_and_value() {
     let grasp = Grasp::<6>::new(&[Contact::new(Vector3::x(), -Vector3::x())]).unwrap();
-    let distributor = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&grasp, Criterion::Max).unwrap();
     for bad in [f64::NAN, f64::INFINITY] {
         let mut external = Wrench::<6>::zeros();
         external[4] = bad;

@@ -1,11 +1,11 @@
 //! Lower bounds on normal forces: agreement with an interior-point solver, and the laws of the answer.
 
 use graspforce::{
-    Contact, Criterion, Distribution, DistributionOptions, Error, ForceDistributor, ForceModel, Grasp,
-    Method, Wrench,
+    Contact, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Method, Wrench,
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use support::control_loop::ControlLoop;
 use support::friction_cone::slip;
 use support::interior_point::interior_point;
 use support::reference_cases::{close, seeded, value};
@@ -42,11 +42,11 @@ fn balanced(grasp: &Grasp<6>, bounds: &[f64], shares: &[f64]) -> Wrench<6> {
     -total
 }
 
-fn distributor(grasp: &Grasp<6>, criterion: Criterion, bounds: &[f64], weight: f64) -> ForceDistributor<6> {
+fn distributor(grasp: &Grasp<6>, criterion: Criterion, bounds: &[f64], weight: f64) -> ControlLoop<6> {
     let mut options = DistributionOptions::default();
     options.min_normal = bounds[..grasp.num_contacts()].to_vec();
     options.weight = weight;
-    ForceDistributor::with_options(grasp, criterion, options).unwrap()
+    ControlLoop::with_options(grasp, criterion, options).unwrap()
 }
 
 fn assert_sound(grasp: &Grasp<6>, external: &Wrench<6>, bounds: &[f64], answer: &Distribution<6>) {
@@ -159,7 +159,7 @@ proptest! {
             let mut options = DistributionOptions::default();
             options.rtol = 1e-6;
             options.min_normal = low[..c.len()].to_vec();
-            let exact = ForceDistributor::with_options(&cones, criterion, options).unwrap();
+            let exact = ControlLoop::with_options(&cones, criterion, options).unwrap();
             let exact = exact.solve(&external).unwrap();
             let linear = distributor(&grasp, criterion, &low, 0.0).solve(&external).unwrap();
             prop_assert!(exact.sigma <= linear.sigma * (1.0 + 2e-6));
@@ -189,7 +189,7 @@ fn fingers_that_hold_press_against_each_other_without_a_wrench() {
     let mut options = DistributionOptions::default();
     options.min_normal = vec![0.25, 0.5];
     for criterion in BOTH {
-        let d = ForceDistributor::with_options(&grasp, criterion, options.clone()).unwrap();
+        let d = ControlLoop::with_options(&grasp, criterion, options.clone()).unwrap();
         let answer = d.solve(&Wrench::<3>::zeros()).unwrap();
         assert!(close(answer.forces[0][0], 2.0, 1e-12) && close(answer.sigma_sum, 1.0, 1e-12));
         let mut forces = [0.0; 4];
@@ -199,7 +199,7 @@ fn fingers_that_hold_press_against_each_other_without_a_wrench() {
     // One finger alone cannot hold anything.
     let grasp = Grasp::<3>::new(&fingers[..1]).unwrap();
     options.min_normal = vec![0.25];
-    let d = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
+    let d = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
     let mut forces = [7.0; 2];
     for refused in [d.solve(&Wrench::<3>::zeros()).err(), d.solve_into(&Wrench::zeros(), &mut forces).err()] {
         assert!(matches!(refused, Some(Error::InfeasibleWrench { .. })), "{refused:?}");
@@ -223,7 +223,7 @@ fn bounds_that_make_no_sense_are_refused_by_name() {
         let grasp = Grasp::<6>::new(&[contact]).unwrap();
         let mut options = DistributionOptions::default();
         (options.min_normal, options.method) = (bounds, method);
-        let refused = ForceDistributor::with_options(&grasp, Criterion::Max, options).err();
+        let refused = ControlLoop::with_options(&grasp, Criterion::Max, options).err();
         assert!(matches!(refused, Some(Error::InvalidInput { argument: "min_normal", .. })), "{refused:?}");
     }
 }

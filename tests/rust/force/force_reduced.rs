@@ -1,6 +1,7 @@
 //! The reduction of section 4.2: fewer points, the same answers.
 
-use graspforce::{Criterion, DistributionOptions, ForceDistributor, Method, Wrench};
+use graspforce::{Criterion, DistributionOptions, Method, Wrench};
+use support::control_loop::ControlLoop;
 use support::reference_cases::close;
 use support::tile::{OPTIMUM, tile, wrench};
 
@@ -17,8 +18,8 @@ fn a_reduced_set_answers_like_the_whole_and_says_when_it_cannot() {
     let mut options = DistributionOptions::default();
     options.method = Method::Reduced;
     options.samples = samples();
-    let reduced = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
-    let implicit = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
+    let reduced = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
+    let implicit = ControlLoop::new(&grasp, Criterion::Max).unwrap();
     let kept = reduced.reduced_points().unwrap().len();
     // Those on the hyperplanes of the samples; print says 275 of 14,640, with other friction.
     assert_eq!(kept, 405);
@@ -36,7 +37,7 @@ fn a_reduced_set_answers_like_the_whole_and_says_when_it_cannot() {
     assert!(fell_back <= 40, "{fell_back}");
     println!("{kept} of 14640 points kept, {fell_back} of 1000 answers by the whole set");
     for t in 1..=10 {
-        assert!(!reduced.clone().solve(&wrench(f64::from(t))).unwrap().fell_back, "sample {t}");
+        assert!(!reduced.cold().solve(&wrench(f64::from(t))).unwrap().fell_back, "sample {t}");
     }
     // Completed until the origin is interior, every wrench has an answer.
     assert!(reduced.solve(&Wrench::<6>::new(0.0, 1.0, 0.0, 0.0, 0.3, 0.0)).is_ok());

@@ -1,21 +1,16 @@
 //! Force distribution against the reference answers: linear programs solved by `HiGHS`.
 
-use graspforce::{
-    Criterion, Distribution, DistributionOptions, Error, ForceDistributor, Grasp, Method, Wrench,
-};
+use graspforce::{Criterion, Distribution, DistributionOptions, Error, Grasp, Method, Wrench};
+use support::control_loop::ControlLoop;
 use support::reference_cases::{assert_sound, close, numbers, racket, reference, spatial_cases, value};
 
 /// Enumerations larger than this are left to the implicit method.
 const SMALL: usize = 20_000;
 
-fn distributor<const D: usize>(
-    grasp: &Grasp<D>,
-    criterion: Criterion,
-    method: Method,
-) -> ForceDistributor<D> {
+fn distributor<const D: usize>(grasp: &Grasp<D>, criterion: Criterion, method: Method) -> ControlLoop<D> {
     let mut options = DistributionOptions::default();
     options.method = method;
-    ForceDistributor::with_options(grasp, criterion, options).unwrap()
+    ControlLoop::with_options(grasp, criterion, options).unwrap()
 }
 
 fn assert_separates(grasp: &Grasp<6>, external: &Wrench<6>, result: Result<Distribution<6>, Error>) {

@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use graspforce::{Contact, Criterion, Distribution, DistributionOptions, ForceDistributor, Grasp, Wrench};
+use graspforce::{Contact, Criterion, Distribution, DistributionOptions, Grasp, Wrench};
 use nalgebra::Vector3;
+use support::control_loop::ControlLoop;
 use support::friction_cone::slip;
 use support::random::Random;
 
@@ -48,7 +49,7 @@ fn a_weight_with_lower_bounds_leaves_the_least_squares_of_the_optimal_face_whate
     let external = Wrench::<3>::new(-2.7, 3.9, -3.0);
     let mut random = Random(3);
     for past in 0..40 {
-        let distributor = ForceDistributor::with_options(&grasp, Criterion::Max, options.clone()).unwrap();
+        let distributor = ControlLoop::with_options(&grasp, Criterion::Max, options.clone()).unwrap();
         for _ in 0..past % 5 {
             let other = external + Wrench::<3>::from_fn(|_, _| random.next() - 0.5) * 4.0;
             let _ = distributor.solve(&other);
@@ -64,7 +65,7 @@ fn soft_fingers_of_many_edges_are_solved_within_milliseconds() {
     for edges in [16, 24, 40] {
         let grasp = octahedron(edges);
         for criterion in BOTH {
-            let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+            let distributor = ControlLoop::new(&grasp, criterion).unwrap();
             let mut forces = vec![0.0; 24];
             let mut slowest = Duration::ZERO;
             for k in 0..300 {
@@ -88,12 +89,12 @@ fn soft_fingers_of_many_edges_answer_from_any_past_alike_and_within_their_cones(
     for edges in [8, 16, 25] {
         let grasp = octahedron(edges);
         for criterion in BOTH {
-            let warm = ForceDistributor::new(&grasp, criterion).unwrap();
+            let warm = ControlLoop::new(&grasp, criterion).unwrap();
             for k in 0..60 {
                 let external = path(k, 60);
                 let (answer, fresh) = (
                     warm.solve(&external).unwrap(),
-                    ForceDistributor::new(&grasp, criterion).unwrap().solve(&external).unwrap(),
+                    ControlLoop::new(&grasp, criterion).unwrap().solve(&external).unwrap(),
                 );
                 let resultant: Wrench<6> = answer.contact_wrenches(&grasp).iter().sum();
                 assert!((resultant + external).amax() <= 1e-9);
@@ -118,7 +119,7 @@ fn facets_and_coefficients_give_the_same_forces() {
         .collect();
     let listed = Grasp::<6>::new(&listed).unwrap();
     for criterion in BOTH {
-        let [a, b] = [&soft, &listed].map(|grasp| ForceDistributor::new(grasp, criterion).unwrap());
+        let [a, b] = [&soft, &listed].map(|grasp| ControlLoop::new(grasp, criterion).unwrap());
         for k in 0..60 {
             let (a, b) = (a.solve(&path(k, 60)).unwrap(), b.solve(&path(k, 60)).unwrap());
             for (f, g) in a.forces.iter().zip(&b.forces) {
@@ -134,7 +135,7 @@ fn contacts_by_the_dozen_share_a_load_equally() {
     let contacts: Vec<_> = octahedron.contacts().iter().cycle().take(120).cloned().collect();
     let grasp = Grasp::<6>::new(&contacts).unwrap();
     for criterion in BOTH {
-        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        let distributor = ControlLoop::new(&grasp, criterion).unwrap();
         let answer = distributor.solve(&Wrench::<6>::new(0.0, 0.2, -1.0, 0.0, 0.0, 0.0)).unwrap();
         for (i, force) in answer.forces.iter().enumerate() {
             assert!((force - answer.forces[i % 6]).amax() < 1e-9, "{criterion:?} {i}");
@@ -161,7 +162,7 @@ fn a_large_weight_over_true_cones_reaches_its_tolerance() {
         for weight in [1.0, 1e3, 1e6] {
             let mut options = DistributionOptions::default();
             (options.weight, options.rtol) = (weight, 1e-7);
-            let weighted = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
+            let weighted = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
             let answer = weighted.solve(&external).unwrap();
             assert!(answer.gap <= 1e-7, "{case} {weight:e}: {:e}", answer.gap);
         }

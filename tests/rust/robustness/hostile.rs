@@ -1,12 +1,12 @@
 //! What fuzzing found, each as the law it broke: numbers nobody means are answered finitely, or refused.
 
 use graspforce::{
-    CandidateSearch, Contact, ContactForce, Criterion, DistributionOptions, Error, ForceDistributor,
-    ForceModel, Grasp, GraspOptions, Metric, MinkowskiSum, QualityOptions, QualityWorkspace, Status,
-    TriangleTree, Wrench,
+    CandidateSearch, Contact, ContactForce, Criterion, DistributionOptions, Error, ForceModel, Grasp,
+    GraspOptions, Metric, MinkowskiSum, QualityOptions, QualityWorkspace, Status, TriangleTree, Wrench,
 };
 use nalgebra::{SMatrix, Vector3};
 use support::balance::assert_balanced;
+use support::control_loop::ControlLoop;
 
 fn spatial(contacts: &[([f64; 3], [f64; 3])]) -> Vec<Contact> {
     contacts.iter().map(|(r, n)| Contact::new(Vector3::from(*r), Vector3::from(*n))).collect()
@@ -45,7 +45,7 @@ fn the_direction_of_the_smallest_quality_has_unit_length() {
 
 #[test]
 fn a_wrench_whose_forces_would_overflow_is_refused_also_in_a_known_region() {
-    let distributor = ForceDistributor::new(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max).unwrap();
     let weight = Wrench::<6>::new(0.0, 0.0, -1.0, 0.0, 0.0, 0.0);
     distributor.solve(&weight).unwrap();
     let mut forces = vec![7.0; 12];
@@ -70,7 +70,7 @@ fn a_wrench_whose_forces_would_overflow_is_refused_also_in_a_known_region() {
 fn a_weight_that_leaves_nothing_of_the_maximum_is_refused() {
     let mut options = DistributionOptions::default();
     options.weight = 2.8e101;
-    let refused = ForceDistributor::with_options(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max, options);
+    let refused = ControlLoop::with_options(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max, options);
     assert!(matches!(refused, Err(Error::InvalidInput { argument: "weight", .. })));
 }
 
@@ -86,7 +86,7 @@ fn contacts_with_listed_forces_beside_true_cones_count_by_multiples_of_their_for
     let grasp = Grasp::<6>::new(&contacts).unwrap();
     let mut solved = 0;
     for criterion in [Criterion::Max, Criterion::Sum] {
-        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        let distributor = ControlLoop::new(&grasp, criterion).unwrap();
         for k in 0..50 {
             let external =
                 Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8) * 7.0 + f64::from(k) + 0.3));
@@ -132,7 +132,7 @@ fn forces_over_true_cones_balance_also_beside_a_contact_that_is_far_away() {
     let grasp = Grasp::<6>::new(&contacts).unwrap();
     let mut options = DistributionOptions::default();
     options.rtol = 1e-6;
-    let distributor = ForceDistributor::with_options(&grasp, Criterion::Sum, options).unwrap();
+    let distributor = ControlLoop::with_options(&grasp, Criterion::Sum, options).unwrap();
     let external = Wrench::<6>::new(7.1875, 7.1875, 0.0, 0.0, 0.0, 6.8125);
     match distributor.solve(&external) {
         Ok(found) => assert_balanced(&grasp, &external, &found),
@@ -156,7 +156,7 @@ fn what_only_a_contact_a_billion_times_weaker_balances_is_not_called_infeasible(
     ])
     .unwrap();
     for criterion in [Criterion::Max, Criterion::Sum] {
-        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        let distributor = ControlLoop::new(&grasp, criterion).unwrap();
         for external in [[1.1875, 1.1875, 5.3125], [2.4375, 0.875, 4.1875], [1.1875, 0.6, 0.0]] {
             let external = Wrench::<3>::from(external);
             match distributor.solve(&external) {
@@ -209,8 +209,8 @@ fn sizes_that_would_fill_memory_are_refused_before_it_is_taken() {
 #[test]
 fn hundreds_of_equal_contacts_are_balanced_at_once() {
     let contacts: Vec<_> = cage().iter().cycle().take(1200).cloned().collect();
-    let distributor = ForceDistributor::new(&Grasp::<6>::new(&contacts).unwrap(), Criterion::Max).unwrap();
-    let four = ForceDistributor::new(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&Grasp::<6>::new(&contacts).unwrap(), Criterion::Max).unwrap();
+    let four = ControlLoop::new(&Grasp::<6>::new(&cage()).unwrap(), Criterion::Max).unwrap();
     let external = Wrench::<6>::new(0.1, 0.2, -1.0, 0.0, 0.1, 0.0);
     let start = std::time::Instant::now();
     let (many, few) = (distributor.solve(&external).unwrap(), four.solve(&external).unwrap());
@@ -249,7 +249,7 @@ fn a_strong_contact_never_pulls_however_small_its_share_is_beside_a_weak_one() {
     ];
     let grasp = Grasp::<3>::new(&contacts).unwrap();
     for criterion in [Criterion::Max, Criterion::Sum] {
-        let distributor = ForceDistributor::new(&grasp, criterion).unwrap();
+        let distributor = ControlLoop::new(&grasp, criterion).unwrap();
         for external in [[1.1875, -3.1875, 0.0], [8.6e-217, 1.1875, 1.1875], [1.1875, -2.5, 0.0]] {
             let Ok(found) = distributor.solve(&Wrench::<3>::from(external)) else { continue };
             let largest = found.forces.iter().map(ContactForce::amax).fold(0.0, f64::max);
@@ -274,7 +274,7 @@ fn forces_that_drown_in_the_torsion_of_an_immense_one_are_no_answer() {
         force([5.3125, 0.0, 1.1875, 1.1875]),
         force([1.1875, 1.1875, 4.0625, 3.25]),
     ]);
-    let distributor = ForceDistributor::new(&Grasp::<6>::new(&[contact]).unwrap(), Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&Grasp::<6>::new(&[contact]).unwrap(), Criterion::Max).unwrap();
     let external = Wrench::<6>::new(-2.75, 1.1875, 1.1875, 0.0, 0.0, 0.0);
     let refused = distributor.solve(&external);
     assert!(matches!(refused, Err(Error::NotConverged { .. })), "{refused:?}");
@@ -284,7 +284,7 @@ fn forces_that_drown_in_the_torsion_of_an_immense_one_are_no_answer() {
 fn a_wrench_beyond_what_can_be_squared_is_refused_also_after_one_that_was_balanced() {
     let position = Vector3::new(4.97e-316, 0.0, 0.0);
     let grasp = Grasp::<3>::new(&[Contact::new(position, -position)]).unwrap();
-    let distributor = ForceDistributor::new(&grasp, Criterion::Max).unwrap();
+    let distributor = ControlLoop::new(&grasp, Criterion::Max).unwrap();
     distributor.solve(&Wrench::<3>::new(5.3125, -0.0625, 0.0)).unwrap();
     let refused = distributor.solve(&Wrench::<3>::new(5.3125, -0.0625, -3e306));
     assert!(matches!(refused, Err(Error::InvalidInput { .. })), "{refused:?}");
@@ -315,7 +315,7 @@ fn a_witness_along_which_a_weak_contact_pushes_is_none_whatever_solver_found_it(
         for least in [vec![], vec![1e-3]] {
             let mut options = DistributionOptions::default();
             options.min_normal = least;
-            let distributor = ForceDistributor::with_options(&grasp, Criterion::Max, options).unwrap();
+            let distributor = ControlLoop::with_options(&grasp, Criterion::Max, options).unwrap();
             let found = distributor.solve(&external);
             assert!(!matches!(found, Err(Error::InfeasibleWrench { .. })), "{found:?}");
         }

@@ -3,9 +3,11 @@
 //! - [`problems`] and [`tile`]: seeded grasps, and the paper's Example 2; [`random`]: a cheap sequence of numbers.
 //! - [`reference_cases`]: the answers in `tests/reference`, and what any answer must satisfy.
 //! - [`balance`], [`friction_cone`], [`interior_point`]: independent checks of contact forces.
+//! - [`control_loop`]: a distributor with one workspace.
 #![allow(missing_docs, clippy::missing_panics_doc, reason = "helpers of tests: a failed check is a panic")]
 
 pub mod balance;
+pub mod control_loop;
 pub mod friction_cone;
 pub mod interior_point;
 pub mod problems;

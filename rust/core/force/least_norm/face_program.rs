@@ -7,9 +7,9 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::force::least_norm::solver::{Constraints, LeastNormLaw, Solutions};
+use crate::force::least_norm::solver::{Constraints, LeastNormSolution, Solutions};
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::linear_cones::optimal_face::{ContactStatus, Face};
+use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::grasp::contact::ContactForce;
 
 /// Unknowns beyond which the level is left out: its cost grows with their cube.
@@ -22,7 +22,7 @@ pub(crate) const COEFFICIENT_WEIGHT: f64 = 1e-5;
 /// A face of optimal forces, and what they have to keep on it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FaceProgram<'a> {
-    pub(crate) face: &'a Face,
+    pub(crate) face: &'a OptimalFace,
     /// Which components of a contact force exist.
     pub(crate) components: &'a [usize],
     pub(crate) interiors: &'a [Option<Interior>],
@@ -48,12 +48,12 @@ pub(crate) enum Chosen {
     /// Nothing: balance determines the forces.
     Determined,
     /// Coefficients of the active extreme forces in the face's order, then the level, if the face is limited.
-    LeastNorm(LeastNormLaw),
+    LeastNorm(LeastNormSolution),
 }
 
 impl FaceProgram<'_> {
     /// The forces of least norm that balance the wrench. `column` gives an extreme force and its wrench. `None` where
-    /// rounding gets the better of it, or where there are too many unknowns.
+    /// rounding prevents it, or where there are too many unknowns.
     pub(crate) fn solve<const R: usize>(
         &self,
         balance: &Balance,
@@ -74,11 +74,11 @@ impl FaceProgram<'_> {
     /// How far the forces themselves may move in the directions that the equations leave free.
     pub(crate) fn freedom<const R: usize>(
         &self,
-        law: &LeastNormLaw,
+        chosen: &LeastNormSolution,
         column: impl Fn(usize, u32) -> (SVector<f64, R>, ContactForce),
     ) -> f64 {
         let rows = self.components.len() * self.limits.len();
-        (self.objective(column).rows(0, rows) * &law.null).amax()
+        (self.objective(column).rows(0, rows) * &chosen.null).amax()
     }
 
     fn unknowns(&self) -> usize {

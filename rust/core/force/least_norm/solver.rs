@@ -8,18 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::force::least_norm::active_planes::ActivePlanes;
 use crate::interrupt;
-
-/// Relative size below which rows are dependent.
-const DEPENDENT: f64 = 1e-11;
-
-/// Relative size below which a gradient is rounding of the wrenches.
-pub(crate) const UNMOVED: f64 = 1e-9;
-
-/// Constraints may be violated by this, relative to the bounds and the solution.
-const VIOLATED: f64 = 1e-12;
-
-/// What the solution may miss of its constraints and multipliers, relative to parameters and solution.
-const UNSATISFIED: f64 = 1e-10;
+use crate::tolerances::{DEPENDENT, UNMOVED, UNSATISFIED, VIOLATED};
 
 /// Solutions steeper than this in their parameters, relative to the steepest that the equations need, are rounding.
 const STEEPEST: f64 = 1e6;
@@ -78,7 +67,7 @@ pub(crate) struct Solutions {
 
 /// The solution as a function of the parameters, as long as its constraints and multipliers are not negative.
 #[derive(Debug, Clone)]
-pub(crate) struct LeastNormLaw {
+pub(crate) struct LeastNormSolution {
     /// One row for each unknown, one column for each parameter.
     pub(crate) solution: DMatrix<f64>,
     /// Multipliers of the active constraints.
@@ -99,14 +88,14 @@ impl Solutions {
         self.null.ncols() == 0
     }
 
-    /// The solution of least `|A x|` that keeps the constraints, at the parameters `at`. `None` where rounding gets the
-    /// better of it, where it was interrupted, or where there is no choice.
+    /// The solution of least `|A x|` that keeps the constraints, at the parameters `at`. `None` where rounding
+    /// prevents it, where it was interrupted, or where there is no choice.
     pub(crate) fn least_norm(
         self,
         objective: &DMatrix<f64>,
         constraints: &Constraints,
         at: &DVector<f64>,
-    ) -> Option<LeastNormLaw> {
+    ) -> Option<LeastNormSolution> {
         let Self { equations, right, range, null } = self;
         if null.ncols() == 0 {
             return None;
@@ -123,7 +112,7 @@ impl Solutions {
         let accepted = satisfied(constraints, &solution, &multipliers, at)
             && (&equations * (&solution - &particular)).amax() <= UNSATISFIED
             && solution.amax() <= STEEPEST * particular.amax();
-        accepted.then_some(LeastNormLaw { solution, multipliers, null })
+        accepted.then_some(LeastNormSolution { solution, multipliers, null })
     }
 }
 

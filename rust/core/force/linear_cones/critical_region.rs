@@ -9,27 +9,10 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
-
-/// How much of a wrench may be left unbalanced, relative to the whole: rounding of whoever computed it.
-pub(crate) const UNBALANCED: f64 = 1e-10;
-
-/// Multipliers may be too large for double precision to keep the tolerance; past this gap that is no answer.
-pub(crate) const LOOSEST: f64 = 1e-6;
+use crate::tolerances::{LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, STEEP, UNBALANCED_WRENCH};
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
-const MOST_CANCELLED: f64 = LOOSEST / ROUNDINGS;
-
-/// Roundings of the largest term that a sum is off by, with a margin.
-pub(crate) const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
-
-/// Wrenches farther from a ray than rounding are not on it: what [`UNBALANCED`] allows, over this.
-const RAY: f64 = 2e4;
-
-/// What rounding leaves between the two ways of computing a ray's objective.
-const RAY_GAP: f64 = 1e-13;
-
-/// Laws whose forces change by more than this, relative to the wrench's and their own size, are steep.
-const STEEP: f64 = 1e6;
+const MOST_CANCELLED: f64 = LOOSEST_GAP / ROUNDED_GAP;
 
 /// How many rows are multiplied at a time.
 const LANES: usize = 4;
@@ -106,9 +89,9 @@ impl<const R: usize> Rows<R> {
     }
 }
 
-/// A region of wrenches with one linear law of forces.
+/// Wrenches whose least forces are one linear map `F b` of `b = -w_ext`.
 #[derive(Debug, Clone)]
-pub(crate) struct Region<const R: usize> {
+pub(crate) struct CriticalRegion<const R: usize> {
     /// `K`: normalised forces, slacks and multipliers, none of which may be negative.
     pub(crate) conditions: Rows<R>,
     /// Forces, not divided by any limit, that may not be negative either: rows only where limits are far apart.
@@ -120,14 +103,14 @@ pub(crate) struct Region<const R: usize> {
     /// `F`: the components of each contact force that exist, contact by contact.
     pub(crate) forces: Rows<R>,
     /// The normalised normal force of each contact.
-    pub(crate) normals: Rows<R>,
+    pub(crate) shares: Rows<R>,
     /// What the forces minimise.
     pub(crate) objective: Objective,
     /// `z_b`: the objective is `z_b . b`.
     pub(crate) dual: SVector<f64, R>,
     /// `p(z_b)`, one up to rounding; the objective's lower bound is `z_b . b / p(z_b)`.
     pub(crate) reach: f64,
-    /// The relative gap up to which the law counts as an answer.
+    /// The relative gap up to which the forces count as an answer.
     pub(crate) tolerance: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
@@ -135,13 +118,13 @@ pub(crate) struct Region<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
-    /// Whether the law is that of one basis, because rounding hides what else is optimal.
+    /// Whether the forces are those of one basis, because rounding hides other optimal ones.
     pub(crate) basic: bool,
     /// The multipliers and the gap that were proven where the region is one ray.
     pub(crate) proven: Option<(SVector<f64, R>, f64)>,
 }
 
-impl<const R: usize> Region<R> {
+impl<const R: usize> CriticalRegion<R> {
     pub(crate) fn with_capacity(
         objective: Objective,
         contacts: usize,
@@ -156,7 +139,7 @@ impl<const R: usize> Region<R> {
             strengths: strengths.to_vec(),
             equations: Rows::with_capacity(R),
             forces: Rows::with_capacity(force_dim * contacts),
-            normals: Rows::with_capacity(contacts),
+            shares: Rows::with_capacity(contacts),
             objective,
             dual: SVector::zeros(),
             reach: 1.0,
@@ -175,7 +158,7 @@ impl<const R: usize> Region<R> {
         &mut self,
         b: &SVector<f64, R>,
         forces: impl Iterator<Item = f64>,
-        normals: &[f64],
+        shares: &[f64],
         proven: (SVector<f64, R>, f64),
         units: &SVector<f64, R>,
     ) {
@@ -186,23 +169,23 @@ impl<const R: usize> Region<R> {
         for force in forces {
             self.forces.push(&(along * force));
         }
-        for normal in normals {
-            self.normals.push(&(along * *normal));
+        for share in shares {
+            self.shares.push(&(along * *share));
         }
         for k in 0..R {
             let mut row = along * -b[k];
             row[k] += 1.0;
-            self.equations.push(&(row * (units[k] * RAY)));
+            self.equations.push(&(row * (units[k] * UNBALANCED_WRENCH / RAY_WIDTH)));
         }
-        let (most, sum) = normals.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
+        let (most, sum) = shares.iter().fold((0.0, 0.0), |(most, sum), n| (f64::max(most, *n), sum + n));
         self.dual = along * self.objective.value(most, sum);
         self.units = *units;
         (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
         self.proven = Some(proven);
     }
 
-    /// Whether a change of the wrench that is nearly nothing changes the forces by as much as they are: such a law follows
-    /// rounding of the contacts' positions.
+    /// Whether tiny changes of the wrench change the forces by as much as they are: such forces follow rounding of the
+    /// contacts' positions.
     pub(crate) fn is_steep(&self, b: &SVector<f64, R>) -> bool {
         let unit = self.units.map(f64::recip);
         let size = b.component_mul(&self.units).amax();
@@ -226,12 +209,12 @@ impl<const R: usize> Region<R> {
         self.pushes.clear();
         self.equations.clear();
         self.forces.clear();
-        self.normals.clear();
+        self.shares.clear();
         self.proven = None;
         self.basic = false;
     }
 
-    /// Whether the law gives least forces at `b`: none negative by more than `inside`, relative to the objective
+    /// Whether the region holds the least forces at `b`: none negative by more than `inside`, relative to the objective
     /// and to the largest force, and the objective within the tolerance of its lower bound.
     #[inline]
     pub(crate) fn answers(&self, b: &SVector<f64, R>, inside: f64) -> bool {
@@ -246,7 +229,7 @@ impl<const R: usize> Region<R> {
             && (self.equations.count == 0 || self.balances(b))
     }
 
-    /// Whether no share of a law whose multipliers are not yet written is negative by more than `inside`, and no force.
+    /// Whether no share and no force is negative by more than `inside`; multipliers need not be written yet.
     pub(crate) fn nonnegative(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let (largest, sum) = self.totals(b);
         let floor = -inside * self.objective.value(largest, sum);
@@ -257,7 +240,7 @@ impl<const R: usize> Region<R> {
     /// that is nothing beside the share of a weak one may be more than all its force.
     fn pushes(&self, b: &SVector<f64, R>, inside: f64) -> bool {
         let mut largest: f64 = 0.0;
-        for (block, strengths) in self.normals.blocks.iter().zip(self.strengths.chunks(LANES)) {
+        for (block, strengths) in self.shares.blocks.iter().zip(self.strengths.chunks(LANES)) {
             let forces = block.times(b).into_iter().zip(strengths).map(|(share, strength)| share * strength);
             largest = forces.fold(largest, f64::max);
         }
@@ -268,7 +251,7 @@ impl<const R: usize> Region<R> {
     #[inline]
     pub(crate) fn totals(&self, b: &SVector<f64, R>) -> (f64, f64) {
         let (mut largest, mut sum) = ([0.0_f64; LANES], [0.0; LANES]);
-        for block in &self.normals.blocks {
+        for block in &self.shares.blocks {
             let product = block.times(b);
             for lane in 0..LANES {
                 largest[lane] = if product[lane] > largest[lane] { product[lane] } else { largest[lane] };
@@ -293,7 +276,7 @@ impl<const R: usize> Region<R> {
 
     /// Whether the part of `b` outside the span of the forces is rounding.
     fn balances(&self, b: &SVector<f64, R>) -> bool {
-        let largest = UNBALANCED * b.component_mul(&self.units).norm();
+        let largest = UNBALANCED_WRENCH * b.component_mul(&self.units).norm();
         // A wrench whose length overflows would pass with anything.
         largest.is_finite() && self.equations.all(b, |x| x.abs() <= largest)
     }

@@ -1,36 +1,32 @@
-//! From an optimal basis to the critical region around a wrench: which law the forces obey there, and whether it is an
-//! answer.
+//! Builds the critical region around a wrench from an optimal basis.
 //!
-//! The multipliers describe a face of optimal solutions. If its unknowns are independent, the forces on it are unique;
-//! else the third level chooses among them; where rounding gets the better of both, the forces of the basis itself
-//! are least as well. A law is accepted only if its forces balance the wrench, push, and attain the objective that the
-//! multipliers prove.
+//! The multipliers `z_b` of Eq. 26 describe the face of optimal solutions. If its unknowns are independent, the forces
+//! are unique. Otherwise the third level chooses among them. Where rounding prevents both, the forces of the basis
+//! itself are used (Eq. 31): they are least, too. The linear map of the forces is accepted only if its forces balance
+//! the wrench, push, and attain the objective that the multipliers prove.
 
 use nalgebra::SVector;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::imbalance;
+use crate::force::certificate::{imbalance, loosened};
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::linear_cones::critical_region::{LOOSEST, ROUNDINGS, Region, UNBALANCED};
+use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::force_law::{self, Extremes};
-use crate::force::linear_cones::optimal_face::Face;
+use crate::force::linear_cones::optimal_face::OptimalFace;
 use crate::force::simplex::pricing::{ImplicitColumns, Objective};
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::{ContactForce, contact_force};
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
-use crate::tolerances::FEASIBILITY_TOLERANCE;
-
-/// How negative a normalised force may be in the region that was just read off for a wrench.
-const FEASIBLE: f64 = 1e-9;
+use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION, UNBALANCED_WRENCH};
 
 /// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
 const FAR_APART: f64 = 100.0;
 
 /// What turns the multipliers of a grasp into its contact forces.
 #[derive(Debug, Clone)]
-pub(crate) struct RegionReader<const D: usize> {
+pub(crate) struct CriticalRegionBuilder<const D: usize> {
     extreme_forces: Vec<ContactForce>,
     components: &'static [usize],
     interiors: Vec<Option<Interior>>,
@@ -41,26 +37,26 @@ pub(crate) struct RegionReader<const D: usize> {
     tolerance: f64,
 }
 
-/// What is written down on the way to a region, to be reused.
+/// Buffers of the builder.
 #[derive(Debug, Clone)]
-pub(crate) struct Page<const D: usize> {
-    face: Face,
+pub(crate) struct BuilderWorkspace<const D: usize> {
+    face: OptimalFace,
     coefficients: Vec<SVector<f64, D>>,
     /// Components of the forces, contact by contact.
     forces: Vec<f64>,
 }
 
-impl<const D: usize> Page<D> {
+impl<const D: usize> BuilderWorkspace<D> {
     pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
         Self {
-            face: Face::with_capacity(contacts, edges),
+            face: OptimalFace::with_capacity(contacts, edges),
             coefficients: Vec::with_capacity(edges),
             forces: vec![0.0; 4 * contacts],
         }
     }
 }
 
-impl<const D: usize> RegionReader<D> {
+impl<const D: usize> CriticalRegionBuilder<D> {
     /// For a grasp with listed extreme forces.
     pub(crate) fn new(grasp: &Grasp<D>, tolerance: f64) -> Self {
         let interior = |contact| Interior::new(grasp, contact, grasp.finite_forces());
@@ -80,30 +76,30 @@ impl<const D: usize> RegionReader<D> {
         self.components
     }
 
-    /// A region with room for any law of the grasp.
-    pub(crate) fn blank(&self, objective: Objective) -> Region<D> {
+    /// A region with room for any force map of the grasp.
+    pub(crate) fn blank(&self, objective: Objective) -> CriticalRegion<D> {
         // A condition for each extreme force or each facet of its cone, whichever are more.
         let surplus: usize = self.interiors.iter().flatten().map(Interior::surplus).sum();
         let (contacts, edges) = (self.maps.len(), self.extreme_forces.len() + surplus);
-        Region::with_capacity(objective, contacts, edges, self.components.len(), &self.strengths)
+        CriticalRegion::with_capacity(objective, contacts, edges, self.components.len(), &self.strengths)
     }
 
     /// Writes the region in which the simplex's answer for `b` lies, or says why it is none.
     pub(crate) fn read(
         &self,
-        region: &mut Region<D>,
+        region: &mut CriticalRegion<D>,
         simplex: &mut Simplex<D>,
         columns: &ImplicitColumns<D>,
         equilibration: &Equilibration<D>,
-        page: &mut Page<D>,
+        buffers: &mut BuilderWorkspace<D>,
         b: &Wrench<D>,
     ) -> Result<()> {
-        let mut mismatch = self.write_law(region, simplex, columns, equilibration, page, b);
+        let mut mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         if mismatch.is_nan() || mismatch > self.trusted(simplex) {
             // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
             simplex.refactorise();
             simplex.refresh_multipliers();
-            mismatch = self.write_law(region, simplex, columns, equilibration, page, b);
+            mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         }
         // A third level that was interrupted has chosen nothing.
         interrupt::check()?;
@@ -118,9 +114,9 @@ impl<const D: usize> RegionReader<D> {
         let size = z.lp_norm(1) / columns.objective.unit();
         region.tolerance = loosened(self.tolerance, size.max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
-        let unbalanced = self.imbalance(region, b, &mut page.forces);
+        let unbalanced = self.imbalance(region, b, &mut buffers.forces);
         let balanced = unbalanced <= FEASIBILITY_TOLERANCE;
-        if mismatch <= self.trusted(simplex) && region.answers(b, FEASIBLE) && balanced {
+        if mismatch <= self.trusted(simplex) && region.answers(b, NEGATIVE_IN_NEW_REGION) && balanced {
             return Ok(());
         }
         if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
@@ -137,18 +133,18 @@ impl<const D: usize> RegionReader<D> {
         Err(Error::NotConverged { solver: "simplex", iterations: simplex.pivots, unmet })
     }
 
-    /// The linear law of the forces on the face that the multipliers describe. Returns how far it is from
+    /// Writes the linear map of the forces on the face that the multipliers describe. Returns how far it is from
     /// balance and from the multipliers' objective at the simplex's target.
-    fn write_law(
+    fn write_forces(
         &self,
-        region: &mut Region<D>,
+        region: &mut CriticalRegion<D>,
         simplex: &Simplex<D>,
         columns: &ImplicitColumns<D>,
         equilibration: &Equilibration<D>,
-        page: &mut Page<D>,
+        buffers: &mut BuilderWorkspace<D>,
         b: &Wrench<D>,
     ) -> f64 {
-        let Page { face, coefficients, .. } = page;
+        let BuilderWorkspace { face, coefficients, .. } = buffers;
         let extremes = Extremes {
             forces: &self.extreme_forces,
             components: self.components,
@@ -158,38 +154,38 @@ impl<const D: usize> RegionReader<D> {
         let map = equilibration.matrix();
         face.read(columns, simplex, &self.interiors);
         let trusted = self.trusted(simplex);
-        let mismatch = |face: &Face, coefficients: &[SVector<f64, D>]| {
+        let mismatch = |face: &OptimalFace, coefficients: &[SVector<f64, D>]| {
             let unbalanced = force_law::unbalanced(face, columns, coefficients, &simplex.target);
             (unbalanced, unbalanced.max(force_law::duality_gap(face, columns, coefficients, simplex)))
         };
         region.unique = false;
-        if let Some(level) = force_law::unique_law(face, columns, equilibration.rank, coefficients) {
+        if let Some(level) = force_law::unique_forces(face, columns, equilibration.rank, coefficients) {
             let (unbalanced, mismatch) = mismatch(face, coefficients);
-            if mismatch <= trusted && unbalanced <= UNBALANCED {
+            if mismatch <= trusted && unbalanced <= UNBALANCED_WRENCH {
                 force_law::write_region(region, face, coefficients, &level, map, extremes);
-                if region.nonnegative(b, FEASIBLE) {
+                if region.nonnegative(b, NEGATIVE_IN_NEW_REGION) {
                     region.unique = true;
                     return mismatch;
                 }
             }
         }
-        if let Some(law) = force_law::least_squares_law(face, columns, simplex, extremes, &self.limits) {
-            let (_, mismatch) = mismatch(face, &law.coefficients);
+        if let Some(chosen) = force_law::least_norm_forces(face, columns, simplex, extremes, &self.limits) {
+            let (_, mismatch) = mismatch(face, &chosen.coefficients);
             if mismatch <= trusted {
-                force_law::write_region(region, face, &law.coefficients, &law.level, map, extremes);
-                for multiplier in &law.multipliers {
+                force_law::write_region(region, face, &chosen.coefficients, &chosen.level, map, extremes);
+                for multiplier in &chosen.multipliers {
                     region.conditions.push(&map.tr_mul(multiplier));
                 }
-                for equation in &law.equations {
+                for equation in &chosen.equations {
                     region.equations.push(&map.tr_mul(equation));
                 }
-                if region.nonnegative(b, FEASIBLE) {
+                if region.nonnegative(b, NEGATIVE_IN_NEW_REGION) {
                     return mismatch;
                 }
             }
         }
         face.read_basis(columns, simplex);
-        let level = force_law::basic_law(face, simplex, coefficients);
+        let level = force_law::basis_forces(face, simplex, coefficients);
         force_law::write_region(region, face, coefficients, &level, map, extremes);
         region.basic = true;
         for row in (0..equilibration.rank).filter(|&row| simplex.basis.artificial[row]) {
@@ -199,7 +195,7 @@ impl<const D: usize> RegionReader<D> {
     }
 
     /// How far the forces themselves, in N and N m, are from balance.
-    fn imbalance(&self, region: &Region<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
+    fn imbalance(&self, region: &CriticalRegion<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
         region.forces.multiply(b, forces);
         let rows = forces.chunks(self.components.len());
         imbalance(
@@ -210,18 +206,12 @@ impl<const D: usize> RegionReader<D> {
         )
     }
 
-    /// How far a law may be from balance and from the multipliers' objective, at the simplex's target.
+    /// How far the forces may be from balance and from the multipliers' objective, at the simplex's target.
     fn trusted(&self, simplex: &Simplex<D>) -> f64 {
         let z = simplex.multipliers[0].lp_norm(1);
         let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));
-        self.tolerance.min(1e-9).max(rounding.min(LOOSEST))
+        self.tolerance.min(1e-9).max(rounding.min(LOOSEST_GAP))
     }
-}
-
-/// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
-/// better.
-pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
-    tolerance.max((ROUNDINGS * size).min(LOOSEST))
 }
 
 /// The largest force that each contact exerts at a share of one, if they are far apart.

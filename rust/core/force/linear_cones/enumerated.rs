@@ -1,32 +1,28 @@
 //! The paper's own two phases (section 4): the points of the wrench set offline, then `z_b` and the points
 //! on its hyperplane online.
 //!
-//! Clarabel solves Eq. 26 to about eight digits (of more points than it can take in, the simplex method does). That is enough to tell which points lie on the supporting
-//! hyperplane; the simplex restricted to these finishes with a basic solution, and every other point is then
-//! checked against the multipliers, so that the answer is exact over the whole set.
+//! Clarabel solves Eq. 26 to about eight digits; for more than [`MAX_INTERIOR`] points the simplex method does. That is
+//! enough to tell which points lie on the supporting hyperplane. The simplex restricted to these finishes with a basic
+//! solution. Every other point is then checked against the multipliers, so the answer is exact over the whole set.
 
 use nalgebra::SVector;
 
 use crate::error::Result;
 use crate::force::equilibration::Equilibration;
-use crate::force::linear_cones::critical_region::UNBALANCED;
 use crate::force::linear_cones::interior_point_lp::{self, HalfSpaces};
-use crate::force::linear_cones::program::tied_gain;
-use crate::force::simplex::pricing::{Column, OPTIMAL, Objective, Pricing, UNUSED};
-use crate::force::simplex::primal::{Outcome, Simplex, TIE, Target};
+use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED, tied_cost, tied_gain};
+use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::grasp::Grasp;
 use crate::interrupt;
+use crate::tolerances::{NEAR_HYPERPLANE, OPTIMAL_COST, UNBALANCED_WRENCH};
 use crate::wrench_set::minkowski_sum::MinkowskiSum;
-
-/// How far from the hyperplane of the interior-point `z_b` a point may lie to take part.
-const ACTIVE: f64 = 1e-5;
 
 /// Points that the interior-point solver is given: beyond, one of its iterations takes longer than the simplex method
 /// does altogether, and cannot be interrupted.
 const MAX_INTERIOR: usize = 20_000;
 
 /// Points priced before asking whether to stop: some ten microseconds.
-const POINTS_BETWEEN_LOOKS: usize = 1 << 12;
+const POINTS_BETWEEN_CHECKS: usize = 1 << 12;
 
 /// Rounds of adding the points that the multipliers violate; after the last, all points take part.
 const MAX_ROUNDS: usize = 20;
@@ -109,7 +105,7 @@ impl<const D: usize> Enumeration<D> {
                 k if k < rank => wrench[k] = 1.0,
                 _ => wrench.rows_range_mut(..rank).fill(-1.0),
             }
-            let target = Target { wrench, rank, tolerance: SVector::repeat(UNBALANCED) };
+            let target = Target { wrench, rank, tolerance: SVector::repeat(UNBALANCED_WRENCH) };
             for _ in 0..MAX_COMPLETION {
                 let separating = if kept.is_empty() {
                     wrench
@@ -148,7 +144,8 @@ impl<const D: usize> Enumeration<D> {
             active.clear();
             let near = (0_u32..).zip(&self.points);
             active.extend(
-                near.filter(|(_, p)| p.wrench.dot(&z) >= p.costs[0] * (1.0 - ACTIVE)).map(|(j, _)| j),
+                near.filter(|(_, p)| p.wrench.dot(&z) >= p.costs[0] * (1.0 - NEAR_HYPERPLANE))
+                    .map(|(j, _)| j),
             );
         }
         if active.is_empty() {
@@ -179,7 +176,7 @@ impl<const D: usize> Enumeration<D> {
     /// Adds the points whose reduced cost is wrong in either level; `false` if there are none.
     fn add_violated(&self, z: &[SVector<f64, D>; 2], active: &mut Vec<u32>) -> bool {
         let before = active.len();
-        let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
+        let tolerance = tied_cost(&z[0]);
         let second = tied_gain(&z[1]);
         active.extend((0_u32..).zip(&self.points).filter_map(|(j, point)| {
             let gain = point.wrench.dot(&z[0]) - point.costs[0];
@@ -214,7 +211,7 @@ struct Restricted<'a, const D: usize> {
 impl<const D: usize> Restricted<'_, D> {
     fn best(&self, value: impl Fn(&Column<D>) -> f64, edges: &mut [u32]) -> Column<D> {
         let mut winner = (f64::NEG_INFINITY, self.active.first().copied().unwrap_or(0));
-        for chunk in self.active.chunks(POINTS_BETWEEN_LOOKS) {
+        for chunk in self.active.chunks(POINTS_BETWEEN_CHECKS) {
             for &j in chunk {
                 let value = value(&self.all.points[j as usize]);
                 if value > winner.0 {
@@ -232,7 +229,7 @@ impl<const D: usize> Restricted<'_, D> {
 
 impl<const D: usize> Pricing<D> for Restricted<'_, D> {
     fn optimality(&self) -> f64 {
-        OPTIMAL * self.all.objective.unit()
+        OPTIMAL_COST * self.all.objective.unit()
     }
 
     fn furthest(&self, z: &SVector<f64, D>, discount: f64, edges: &mut [u32]) -> Column<D> {

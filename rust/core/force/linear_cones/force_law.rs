@@ -1,4 +1,4 @@
-//! The linear law of a face: normalised forces as functions of the wrench (Eqs. 4 and 11).
+//! The forces on an optimal face as a linear map of the wrench (Eqs. 4 and 11).
 //!
 //! The unknowns are the common level `s` of the saturated contacts and the coefficients `lambda_ih` of the
 //! active extreme forces; of each saturated contact one coefficient follows from the others. Usually there
@@ -8,17 +8,14 @@
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
-use crate::force::least_norm::solver::UNMOVED;
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::linear_cones::critical_region::Region;
-use crate::force::linear_cones::optimal_face::{ContactStatus, Face};
+use crate::force::linear_cones::critical_region::CriticalRegion;
+use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::force::simplex::basis::invert;
 use crate::force::simplex::pricing::ImplicitColumns;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
-
-/// Unknowns whose columns are dependent up to this are not determined by the equations.
-const DEPENDENT: f64 = 1e-11;
+use crate::tolerances::{DEPENDENT, UNMOVED};
 
 /// What turns coefficients into forces.
 #[derive(Debug, Clone, Copy)]
@@ -33,12 +30,12 @@ pub(crate) struct Extremes<'a> {
     pub(crate) interiors: &'a [Option<Interior>],
 }
 
-/// The unique law of a face, if its unknowns are independent: coefficients of each active extreme force, in
+/// The unique forces on a face, if its unknowns are independent: coefficients of each active extreme force, in
 /// the face's order, and of the common level.
 ///
 /// `rank` rows of the equilibrated wrenches are not zero.
-pub(crate) fn unique_law<const R: usize>(
-    face: &Face,
+pub(crate) fn unique_forces<const R: usize>(
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     rank: usize,
     coefficients: &mut Vec<SVector<f64, R>>,
@@ -81,7 +78,7 @@ pub(crate) fn unique_law<const R: usize>(
     Some(level)
 }
 
-/// The law that the third level selects at the wrench that the simplex just balanced.
+/// The forces that the third level selects at the wrench that the simplex just balanced.
 #[derive(Debug, Clone)]
 pub(crate) struct LeastSquaresLaw<const R: usize> {
     /// One row for each active extreme force in the face's order.
@@ -94,10 +91,10 @@ pub(crate) struct LeastSquaresLaw<const R: usize> {
     pub(crate) equations: Vec<SVector<f64, R>>,
 }
 
-/// The forces of least norm on a face as a law of the wrench. `limits` are the `f_i^U`. `None` if nothing is left to
-/// choose, or if rounding gets the better of it.
-pub(crate) fn least_squares_law<const R: usize>(
-    face: &Face,
+/// The forces of least norm on a face as a linear map of the wrench. `limits` are the `f_i^U`. `None` if nothing is left
+/// to choose, or if rounding prevents it.
+pub(crate) fn least_norm_forces<const R: usize>(
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     simplex: &Simplex<R>,
     extremes: Extremes<'_>,
@@ -109,26 +106,26 @@ pub(crate) fn least_squares_law<const R: usize>(
     let wrench = |edge: u32| columns.wrenches[edge as usize];
     let balance = Balance { right: DMatrix::identity(R, R), at };
     let chosen = program.solve(&balance, |_, edge| (wrench(edge), forces[edge as usize]))?;
-    let Chosen::LeastNorm(law) = chosen else { return None };
+    let Chosen::LeastNorm(least) = chosen else { return None };
     let row = |matrix: &DMatrix<f64>, k: usize| SVector::<f64, R>::from_fn(|j, _| matrix[(k, j)]);
     let edges: Vec<u32> = (0..face.statuses.len()).flat_map(|i| face.edges(i)).copied().collect();
-    let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&law.solution, k)).collect();
+    let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&least.solution, k)).collect();
     let mut unspanned = SMatrix::<f64, R, R>::identity();
     for (&edge, coefficient) in edges.iter().zip(&coefficients) {
         unspanned -= wrench(edge) * coefficient.transpose();
     }
     let rows = unspanned.row_iter().map(|row| row.transpose());
     Some(LeastSquaresLaw {
-        level: if face.limited { row(&law.solution, edges.len()) } else { SVector::zeros() },
-        multipliers: (0..law.multipliers.nrows()).map(|k| row(&law.multipliers, k)).collect(),
+        level: if face.limited { row(&least.solution, edges.len()) } else { SVector::zeros() },
+        multipliers: (0..least.multipliers.nrows()).map(|k| row(&least.multipliers, k)).collect(),
         equations: rows.filter(|rest| rest.amax() > UNMOVED).collect(),
         coefficients,
     })
 }
 
-/// The law of one basis, whatever else is optimal: `alpha = B^-1 b`, added up over the columns (Eq. 31).
-pub(crate) fn basic_law<const R: usize>(
-    face: &Face,
+/// The forces of one basis, one of several optima perhaps: `alpha = B^-1 b`, added up over the columns (Eq. 31).
+pub(crate) fn basis_forces<const R: usize>(
+    face: &OptimalFace,
     simplex: &Simplex<R>,
     coefficients: &mut Vec<SVector<f64, R>>,
 ) -> SVector<f64, R> {
@@ -144,9 +141,9 @@ pub(crate) fn basic_law<const R: usize>(
     rows().map(level).sum()
 }
 
-/// How far a law is from balancing the wrench that the simplex balanced.
+/// How far the forces are from balancing the wrench that the simplex balanced.
 pub(crate) fn unbalanced<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     coefficients: &[SVector<f64, R>],
     target: &SVector<f64, R>,
@@ -156,9 +153,9 @@ pub(crate) fn unbalanced<const R: usize>(
     (forces.sum::<SVector<f64, R>>() - target).amax()
 }
 
-/// How far a law's objective at the simplex's target is from the multipliers' (Eq. 26), relative.
+/// How far the forces' objective at the simplex's target is from the multipliers' (Eq. 26), relative.
 pub(crate) fn duality_gap<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     coefficients: &[SVector<f64, R>],
     simplex: &Simplex<R>,
@@ -178,7 +175,7 @@ pub(crate) fn duality_gap<const R: usize>(
 /// The columns of the unknowns, completed by unit vectors in the rows that are zero; `None` unless there are
 /// as many unknowns as equations.
 fn unknowns<const R: usize>(
-    face: &Face,
+    face: &OptimalFace,
     columns: &ImplicitColumns<R>,
     rank: usize,
 ) -> Option<SMatrix<f64, R, R>> {
@@ -213,11 +210,11 @@ fn unknowns<const R: usize>(
     Some(matrix)
 }
 
-/// Writes the law into a region, in the coordinates of the caller's wrench: `map` takes `-w_ext` there to the
+/// Writes the forces into a region, in the coordinates of the caller's wrench: `map` takes `-w_ext` there to the
 /// coordinates of the coefficients.
 pub(crate) fn write_region<const R: usize>(
-    region: &mut Region<R>,
-    face: &Face,
+    region: &mut CriticalRegion<R>,
+    face: &OptimalFace,
     coefficients: &[SVector<f64, R>],
     level: &SVector<f64, R>,
     map: &SMatrix<f64, R, R>,
@@ -267,6 +264,6 @@ pub(crate) fn write_region<const R: usize>(
         for &component in extremes.components {
             region.forces.push(&force[component]);
         }
-        region.normals.push(&normal);
+        region.shares.push(&normal);
     }
 }

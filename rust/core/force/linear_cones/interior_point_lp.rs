@@ -1,4 +1,4 @@
-//! `z_b` of Eq. 26 by Clarabel's interior-point method: what the enumerated method asks online.
+//! `z_b` of Eq. 26 by Clarabel's interior-point method: the online start of the enumerated method.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -11,7 +11,7 @@ pub(crate) struct HalfSpaces<I> {
     pub(crate) rank: usize,
 }
 
-/// `z_b` of Eq. 26: maximises `target . z` over the half-spaces. `None` unless Clarabel is content.
+/// `z_b` of Eq. 26: maximises `target . z` over the half-spaces. `None` unless Clarabel reports a solution.
 pub(crate) fn furthest_dual<'a>(
     target: &[f64],
     half_spaces: HalfSpaces<impl Iterator<Item = (&'a [f64], f64)> + Clone>,

@@ -1,9 +1,9 @@
 //! Force distribution over finitely many extreme forces.
 //!
 //! - [`program`]: from a wrench to its critical region: remembered, by dual pivots, or from a cold start.
-//! - [`critical_region`]: the wrenches that one affine force law answers; [`critical_region_builder`] reads it off a basis.
-//! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: forces as a linear map
-//!   of the wrench.
+//! - [`critical_region`]: wrenches whose least forces are one linear map of the wrench; [`critical_region_builder`]
+//!   builds it from an optimal basis.
+//! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: the linear map.
 //! - [`cone_interior`]: contacts whose force lies inside its cone.
 //! - [`enumerated`]: all points of the set (Eqs. 26 and 31) and the reduction of section 4.2; [`interior_point_lp`] is
 //!   its start by Clarabel.

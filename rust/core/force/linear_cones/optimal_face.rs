@@ -8,11 +8,9 @@
 use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED};
-use crate::force::simplex::primal::{Simplex, TIE};
-
-/// Levels below this share of their sum do not count as used.
-const UNUSED_LEVEL: f64 = 1e-11;
+use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED, tied_cost};
+use crate::force::simplex::primal::Simplex;
+use crate::tolerances::UNUSED_LEVEL;
 
 /// How hard a contact presses in every optimal solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +25,7 @@ pub(crate) enum ContactStatus {
 
 /// Statuses of the contacts and the extreme forces they may use, counted over all contacts.
 #[derive(Debug, Clone)]
-pub(crate) struct Face {
+pub(crate) struct OptimalFace {
     pub(crate) statuses: Vec<ContactStatus>,
     /// Whether a contact's edges are coordinates of forces anywhere inside its cone.
     pub(crate) inside: Vec<bool>,
@@ -37,7 +35,7 @@ pub(crate) struct Face {
     pub(crate) limited: bool,
 }
 
-impl Face {
+impl OptimalFace {
     pub(crate) fn with_capacity(contacts: usize, edges: usize) -> Self {
         Self {
             statuses: Vec::with_capacity(contacts),
@@ -160,7 +158,7 @@ impl Face {
         z: &[SVector<f64, R>; 2],
         contact: usize,
     ) -> ContactStatus {
-        let tolerance = 2.0 * TIE.max(2e-15 * z[0].lp_norm(1));
+        let tolerance = 2.0 * tied_cost(&z[0]);
         let (best, edge) = columns.best(contact, &z[0]);
         let threshold = if columns.objective == Objective::Sum { 1.0 } else { columns.objective.weight() };
         if best < threshold - tolerance {
@@ -180,7 +178,7 @@ impl Face {
         if columns.objective != Objective::MaxThenSum {
             return status;
         }
-        let tolerance = 10.0 * TIE.max(2e-15 * z[1].lp_norm(1));
+        let tolerance = 10.0 * tied_cost(&z[1]);
         let gain = |edge: u32| columns.wrenches[edge as usize].dot(&z[1]) - 1.0;
         let best = self.edges[start..].iter().map(|&edge| gain(edge)).fold(f64::NEG_INFINITY, f64::max);
         let mut kept = start;

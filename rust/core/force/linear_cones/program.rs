@@ -1,25 +1,27 @@
-//! Force distribution over finitely many extreme forces: from a wrench to the critical region it lies in.
+//! Force distribution over finitely many extreme forces (Eqs. 24 and 26): finds the critical region of a wrench.
 //!
 //! A wrench is looked up in the regions of the last answers; failing that, the dual simplex continues from the
 //! last basis for a few pivots; failing that, the primal simplex starts afresh. Whatever way leads to the
-//! multipliers, the region is then read off the face they describe, so the forces do not depend on it.
+//! multipliers, the region is then built from the optimal face they describe, so the forces do not depend on it.
 
 use nalgebra::SVector;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::Found;
+use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::double_double::DoubleDoubleProgram;
+use crate::force::double_double::choice::MAX_UNKNOWNS;
 use crate::force::equilibration::Equilibration;
-use crate::force::linear_cones::critical_region::Region;
-use crate::force::linear_cones::critical_region_builder::{Page, RegionReader};
+use crate::force::linear_cones::critical_region::CriticalRegion;
+use crate::force::linear_cones::critical_region_builder::{BuilderWorkspace, CriticalRegionBuilder};
 use crate::force::linear_cones::enumerated::Enumeration;
-use crate::force::precise::Precise;
-use crate::force::precise::choice::MAX_UNKNOWNS;
 use crate::force::simplex::basis::Basis;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED};
-use crate::force::simplex::primal::{Outcome, Simplex, TIE, Target};
+use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
+use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::solution::{DistributionOptions, Method};
+use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::{DOUBTFUL_GAP, NEGATIVE_IN_KNOWN_REGION};
 
 /// Regions remembered for wrenches that jump back.
 const REMEMBERED: usize = 16;
@@ -27,13 +29,7 @@ const REMEMBERED: usize = 16;
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 2;
 
-/// A gap that rounding alone does not leave: the face was told from multipliers that are off.
-const DOUBTFUL_GAP: f64 = 1e-11;
-
-/// How negative a normalised force may be, relative to the objective, before it is another region's.
-const INSIDE: f64 = 1e-11;
-
-/// What does not change while solving.
+/// The program of a grasp with listed extreme forces; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearProgram<const D: usize> {
     equilibration: Equilibration<D>,
@@ -41,19 +37,18 @@ pub(crate) struct LinearProgram<const D: usize> {
     enumeration: Option<Enumeration<D>>,
     /// The points kept by the reduction of section 4.2.
     pub(crate) reduced: Option<Vec<u32>>,
-    reader: RegionReader<D>,
-    precise: Precise<D>,
+    builder: CriticalRegionBuilder<D>,
+    precise: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct LinearWorkspace<const D: usize> {
     simplex: Simplex<D>,
-    page: Page<D>,
+    buffers: BuilderWorkspace<D>,
     active: Vec<u32>,
     remembered: Vec<Remembered<D>>,
     latest: usize,
-    found: Found,
     /// Whether the reduced set gave the last answer that was not known already.
     pub(crate) confirmed: bool,
     clock: u64,
@@ -61,7 +56,7 @@ pub(crate) struct LinearWorkspace<const D: usize> {
 
 #[derive(Debug, Clone)]
 struct Remembered<const D: usize> {
-    region: Region<D>,
+    region: CriticalRegion<D>,
     basis: Basis<D>,
     used: u64,
 }
@@ -77,7 +72,7 @@ impl<const D: usize> Remembered<D> {
 
 impl<const D: usize> LinearWorkspace<D> {
     /// The region of the last wrench.
-    pub(crate) fn latest(&self) -> &Region<D> {
+    pub(crate) fn latest(&self) -> &CriticalRegion<D> {
         &self.remembered[self.latest].region
     }
 
@@ -113,8 +108,8 @@ impl<const D: usize> LinearProgram<D> {
             equilibration,
             enumeration,
             reduced,
-            reader: RegionReader::new(grasp, options.rtol),
-            precise: Precise::new(grasp, objective, &[], options.rtol),
+            builder: CriticalRegionBuilder::new(grasp, options.rtol),
+            precise: DoubleDoubleProgram::new(grasp, objective, &[], options.rtol),
         })
     }
 
@@ -127,14 +122,13 @@ impl<const D: usize> LinearProgram<D> {
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
         let unknown =
-            Remembered { region: self.reader.blank(self.objective()), basis: Basis::new(contacts), used: 0 };
+            Remembered { region: self.builder.blank(self.objective()), basis: Basis::new(contacts), used: 0 };
         LinearWorkspace {
             simplex: Simplex::new(contacts),
-            page: Page::with_capacity(contacts, edges + D * contacts),
+            buffers: BuilderWorkspace::with_capacity(contacts, edges + D * contacts),
             active: Vec::new(),
             remembered: vec![unknown; REMEMBERED],
             latest: 0,
-            found: Found::new(contacts),
             confirmed: true,
             clock: 0,
         }
@@ -160,44 +154,69 @@ impl<const D: usize> LinearProgram<D> {
         self.columns.contacts == other.columns.contacts && self.equilibration.rank == other.equilibration.rank
     }
 
+    /// Writes the forces for `b = -w_ext`, which is not zero. `components` are those that exist.
+    pub(crate) fn solve(
+        &self,
+        workspace: &mut LinearWorkspace<D>,
+        b: &Wrench<D>,
+        components: &[usize],
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        let (region, pivots) = self.locate(workspace, b, forces)?;
+        let mut rows = vec![0.0; forces.shares.len() * components.len()];
+        region.forces.multiply(b, &mut rows);
+        for (force, row) in forces.forces.iter_mut().zip(rows.chunks(components.len())) {
+            *force = contact_force(row, components);
+        }
+        region.shares.multiply(b, &mut forces.shares);
+        forces.unique = region.unique;
+        let (largest, sum) = region.totals(b);
+        let (dual, gap) = region.proof(b);
+        let sigma = self.objective().value(largest, sum);
+        Ok(Certificate { sigma, dual, gap, pivots, fell_back: region.fell_back })
+    }
+
     /// The region of `b = -w_ext`, and the pivots it took to find it. `b` is not zero.
     #[inline]
     pub(crate) fn locate<'a>(
         &self,
         workspace: &'a mut LinearWorkspace<D>,
         b: &Wrench<D>,
-    ) -> Result<(&'a Region<D>, usize)> {
+        forces: &mut ContactForces,
+    ) -> Result<(&'a CriticalRegion<D>, usize)> {
         let latest = workspace.latest;
-        if workspace.remembered[latest].region.answers(b, INSIDE) {
+        if workspace.remembered[latest].region.answers(b, NEGATIVE_IN_KNOWN_REGION) {
             return Ok((&workspace.remembered[latest].region, 0));
         }
-        self.locate_elsewhere(workspace, b)
+        self.locate_elsewhere(workspace, b, forces)
     }
 
     fn locate_elsewhere<'a>(
         &self,
         workspace: &'a mut LinearWorkspace<D>,
         b: &Wrench<D>,
-    ) -> Result<(&'a Region<D>, usize)> {
+        forces: &mut ContactForces,
+    ) -> Result<(&'a CriticalRegion<D>, usize)> {
         workspace.clock += 1;
         let clock = workspace.clock;
         workspace.remembered[workspace.latest].used = clock - 1;
-        let found = workspace.remembered.iter().position(|known| known.region.answers(b, INSIDE));
-        let (slot, pivots) = if let Some(slot) = found {
+        let known =
+            workspace.remembered.iter().position(|known| known.region.answers(b, NEGATIVE_IN_KNOWN_REGION));
+        let (slot, pivots) = if let Some(slot) = known {
             (slot, 0)
         } else {
             workspace.simplex.pivots = 0;
             let slot = match self.solve_in_doubles(workspace, b) {
-                Err(Error::NotConverged { .. }) => self.decide(workspace, b)?,
+                Err(Error::NotConverged { .. }) => self.decide(workspace, b, forces)?,
                 Err(Error::InfeasibleWrench { direction, .. })
                     if !self.precise.clearly_separated(&direction, b) =>
                 {
-                    self.decide(workspace, b)?
+                    self.decide(workspace, b, forces)?
                 }
                 // What the third level could not tell, it tells from the objective alone.
                 Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;
-                    match self.decide(workspace, b) {
+                    match self.decide(workspace, b, forces) {
                         Err(Error::Interrupted) => return Err(Error::Interrupted),
                         decided => decided.unwrap_or(slot),
                     }
@@ -211,15 +230,15 @@ impl<const D: usize> LinearProgram<D> {
         Ok((&workspace.remembered[slot].region, pivots))
     }
 
-    /// Whether the law of a region follows rounding, so that 32 digits and the third level choose better forces.
-    fn is_doubtful(&self, region: &Region<D>, b: &Wrench<D>) -> bool {
+    /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
+    fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
         self.columns.wrenches.len() <= MAX_UNKNOWNS
             && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
     }
 
     fn solve_in_doubles(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
         let target = self.equilibration.reachable(b)?.target;
-        let solved = self.solve(workspace, &target).and_then(|()| self.remember(workspace, b));
+        let solved = self.find_basis(workspace, &target).and_then(|()| self.remember(workspace, b));
         if !matches!(solved, Err(Error::NotConverged { .. })) {
             return solved;
         }
@@ -234,24 +253,29 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     /// Solves in 32 digits, and remembers the ray of the wrench.
-    fn decide(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
+    fn decide(
+        &self,
+        workspace: &mut LinearWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<usize> {
         interrupt::check()?;
-        let LinearWorkspace { simplex, remembered, found, .. } = workspace;
-        let answer = self.precise.solve(b, found)?;
+        let LinearWorkspace { simplex, remembered, .. } = workspace;
+        let answer = self.precise.solve(b, forces)?;
         simplex.pivots += answer.pivots;
         let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.forget();
-        let components = self.reader.components();
-        let rows = found.forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
+        let components = self.builder.components();
+        let rows = forces.forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
         let units = self.equilibration.units();
-        known.region.write_ray(b, rows, &found.normals, (answer.dual, answer.gap), units);
+        known.region.write_ray(b, rows, &forces.shares, (answer.dual, answer.gap), units);
         known.region.fell_back = self.reduced.is_some();
         Ok(slot)
     }
 
     /// Leaves an optimal basis in the workspace's simplex.
-    fn solve(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
+    fn find_basis(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
         let LinearWorkspace { simplex, active, remembered, latest, .. } = workspace;
         let outcome = if let (Some(enumeration), Some(kept)) = (&self.enumeration, &self.reduced) {
             let outcome = enumeration.solve_reduced(simplex, target, kept);
@@ -279,7 +303,7 @@ impl<const D: usize> LinearProgram<D> {
     /// Whether no point of the whole set improves the objective or its tie-break.
     fn confirms(&self, simplex: &mut Simplex<D>) -> bool {
         let z = &simplex.multipliers;
-        let tolerance = TIE.max(2e-15 * z[0].lp_norm(1));
+        let tolerance = tied_cost(&z[0]);
         let column = self.columns.furthest(&z[0], 1.0, &mut simplex.entering);
         let tied = self.columns.tie_break(z, tolerance, &mut simplex.entering);
         column.wrench.dot(&z[0]) - column.costs[0] <= tolerance
@@ -288,22 +312,18 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Writes the region of the simplex's answer for `b` over the one that was not used for the longest time.
     fn remember(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
-        let LinearWorkspace { simplex, page, remembered, confirmed, .. } = workspace;
+        let LinearWorkspace { simplex, buffers, remembered, confirmed, .. } = workspace;
         let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
         known.region.fell_back = !*confirmed;
-        let read = self.reader.read(&mut known.region, simplex, &self.columns, &self.equilibration, page, b);
+        let read =
+            self.builder.read(&mut known.region, simplex, &self.columns, &self.equilibration, buffers, b);
         if read.is_err() {
             known.forget();
         }
         read.map(|()| slot)
     }
-}
-
-/// Tied columns that gain less than this are no improvement of the tie-break.
-pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
-    1e-9_f64.max(1e-12 * z.lp_norm(1))
 }
 
 /// The wrenches that choose the reduced set, as right-hand sides.
@@ -316,8 +336,10 @@ fn sample_targets<const D: usize>(
             let reason = format!("{} components, expected {D}", sample.len());
             return Err(Error::InvalidInput { argument: "samples", row: Some(row), reason });
         }
-        equilibration.reachable(&-Wrench::<D>::from_column_slice(sample)).map(|found| found.target).map_err(
-            |error| match error {
+        equilibration
+            .reachable(&-Wrench::<D>::from_column_slice(sample))
+            .map(|reachable| reachable.target)
+            .map_err(|error| match error {
                 Error::InvalidInput { .. } => {
                     let reason = format!(
                         "{sample:?} has no direction, or lies outside 1e-140 to 1e140; check the units"
@@ -325,8 +347,7 @@ fn sample_targets<const D: usize>(
                     Error::InvalidInput { argument: "samples", row: Some(row), reason }
                 }
                 error => error,
-            },
-        )
+            })
     };
     samples.iter().enumerate().map(target).collect()
 }

@@ -11,8 +11,9 @@ use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED};
-use crate::force::true_cones::columns::{ConeContact, best_of};
+use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
+use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, edges_reaching, furthest_edge};
 
 /// Rows of the program: at most six of the wrench and the one that makes combinations convex.
 pub(crate) const ROWS: usize = 7;
@@ -28,6 +29,8 @@ const HOLDS: u32 = 0;
 pub(crate) struct PreloadColumns<const D: usize> {
     pub(crate) objective: Objective,
     pub(crate) contacts: Vec<ConeContact<D>>,
+    /// The extreme forces' wrenches of each contact, in blocks that fill vector registers; none of a true cone.
+    pub(crate) blocks: Vec<Vec<EdgeBlock<D>>>,
     /// `c_i / c_max`.
     pub(crate) least: Vec<f64>,
     /// The number of each contact's first extreme force, counted over all contacts.
@@ -51,6 +54,15 @@ pub(crate) struct Share {
 }
 
 impl<const D: usize> PreloadColumns<D> {
+    /// The wrenches of listed extreme forces in blocks, contact by contact.
+    pub(crate) fn blocks(contacts: &[ConeContact<D>]) -> Vec<Vec<EdgeBlock<D>>> {
+        let of = |contact: &ConeContact<D>| match contact {
+            ConeContact::Finite { wrenches, .. } => edge_blocks(wrenches).collect(),
+            ConeContact::Cone { .. } => Vec::new(),
+        };
+        contacts.iter().map(of).collect()
+    }
+
     /// The part of a multiplier that belongs to the wrench.
     pub(crate) fn wrench_part(&self, z: &SVector<f64, ROWS>) -> SVector<f64, D> {
         SVector::from_fn(|k, _| if k < self.rank { z[k] } else { 0.0 })
@@ -65,8 +77,8 @@ impl<const D: usize> PreloadColumns<D> {
     pub(crate) fn values(&self, z: &SVector<f64, D>) -> (f64, f64) {
         let weight = self.objective.weight();
         let (mut pressing, mut holding) = (0.0_f64, 0.0);
-        for (contact, &least) in self.contacts.iter().zip(&self.least) {
-            let value = contact.support(z).0 - weight;
+        for (contact, &least) in self.least.iter().enumerate() {
+            let value = self.support(contact, z).0 - weight;
             if self.objective == Objective::Sum {
                 pressing = pressing.max(value);
                 holding += least * value;
@@ -97,16 +109,18 @@ impl<const D: usize> PreloadColumns<D> {
         }
     }
 
-    fn best(&self, contact: usize, z: &SVector<f64, D>) -> (f64, SVector<f64, D>, u32) {
+    /// `h_i(z)` and the edge that attains it; zero for a true cone.
+    pub(crate) fn support(&self, contact: usize, z: &SVector<f64, D>) -> (f64, usize) {
         match &self.contacts[contact] {
-            ConeContact::Finite { wrenches, .. } => {
-                let (value, edge) = best_of(wrenches, z);
-                (value, wrenches[edge], edge as u32)
-            }
-            cone @ ConeContact::Cone { .. } => {
-                let (value, wrench) = cone.support(z);
-                (value, wrench, 0)
-            }
+            ConeContact::Finite { .. } => furthest_edge(&self.blocks[contact], z),
+            cone @ ConeContact::Cone { .. } => (cone.support(z).0, 0),
+        }
+    }
+
+    fn point(&self, contact: usize, edge: usize, z: &SVector<f64, D>) -> SVector<f64, D> {
+        match &self.contacts[contact] {
+            ConeContact::Finite { wrenches, .. } => wrenches[edge],
+            cone @ ConeContact::Cone { .. } => cone.support(z).1,
         }
     }
 
@@ -118,29 +132,24 @@ impl<const D: usize> PreloadColumns<D> {
         })
     }
 
-    /// Builds the column in which each contact does what `choice` says: its wrench, its edge, and whether to
-    /// press at all.
-    fn assemble(
-        &self,
-        holds: bool,
-        slots: &mut [u32],
-        mut choice: impl FnMut(usize) -> (SVector<f64, D>, u32, bool),
-    ) -> Column<ROWS> {
-        slots.fill(UNUSED);
+    /// Builds the column whose slots hold each contact's edge, marked `RAISED` where the contact presses.
+    fn assemble(&self, holds: bool, z: &SVector<f64, D>, slots: &mut [u32]) -> Column<ROWS> {
         let m = self.contacts.len();
         let (mut wrench, mut total, mut count) = (SVector::<f64, D>::zeros(), 0.0, 0);
         for (contact, slot) in slots.iter_mut().enumerate().take(m) {
-            let (point, edge, raised) = choice(contact);
+            let (edge, raised) = (*slot & !RAISED, *slot & RAISED != 0);
             let normal = match (raised, holds) {
                 (true, _) => 1.0,
                 (false, true) => self.least[contact],
                 (false, false) => 0.0,
             };
             if normal > 0.0 {
-                wrench += point * normal;
+                wrench += self.point(contact, edge as usize, z) * normal;
                 total += normal;
                 count += 1;
-                *slot = if holds && raised { edge | RAISED } else { edge };
+                *slot = if holds { *slot } else { edge };
+            } else {
+                *slot = UNUSED;
             }
         }
         let costs = match (holds, self.objective) {
@@ -149,11 +158,14 @@ impl<const D: usize> PreloadColumns<D> {
             (true, Objective::MaxThenSum) => [0.0, total],
             (true, Objective::Weighted(weight)) => [weight * total, 0.0],
         };
-        if holds {
-            slots[m] = HOLDS;
-        }
+        slots[m] = if holds { HOLDS } else { UNUSED };
         Column { wrench: self.widened(&wrench, holds), costs, direction: SVector::zeros() }
     }
+}
+
+/// A contact's edge, marked where the contact presses.
+fn slot(edge: usize, raised: bool) -> u32 {
+    edge as u32 | if raised { RAISED } else { 0 }
 }
 
 impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
@@ -164,9 +176,12 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
         let (mut pressing, mut holding) = (0.0, multiplier[self.rank]);
         let mut best = (f64::NEG_INFINITY, 0);
         for (contact, &least) in self.least.iter().enumerate() {
-            let value = self.best(contact, &z).0 - weight;
+            let (value, edge) = self.support(contact, &z);
+            let value = value - weight;
+            let raised = value > 0.0 && !sum;
             pressing += value.max(0.0);
-            holding += if value > 0.0 && !sum { value } else { least * value };
+            holding += if raised { value } else { least * value };
+            slots[contact] = slot(edge, raised);
             if value > best.0 {
                 best = (value, contact);
             }
@@ -174,11 +189,10 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
         let single = sum || best.0 <= 0.0;
         let pressing = if single { best.0 } else { pressing } - discount;
         let holds = holding > pressing;
-        let mut column = self.assemble(holds, slots, |contact| {
-            let (value, wrench, edge) = self.best(contact, &z);
-            let presses = if single && !holds { contact == best.1 } else { value > weight && !sum };
-            (wrench, edge, presses)
-        });
+        if single && !holds {
+            slots[best.1] |= RAISED;
+        }
+        let mut column = self.assemble(holds, &z, slots);
         column.direction = *multiplier;
         column
     }
@@ -195,24 +209,16 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
         let z = multipliers.map(|z| self.wrench_part(&z));
         // Pressing columns take part only where they are optimal for the objective; holding ones always are.
         let presses = self.values(&z[0]).0 >= 1.0 - tolerance;
-        let choose = |contact: usize| {
-            let (value, edge, gain) = self.tied(contact, &z, tolerance);
-            (value > tolerance || (value >= -tolerance && gain > 0.0), edge, gain)
-        };
         let (mut pressing, mut holding) = (0.0, multipliers[1][self.rank]);
         for (contact, &least) in self.least.iter().enumerate() {
-            let (raised, _, gain) = choose(contact);
+            let (value, edge, gain) = self.tied(contact, &z, tolerance);
+            let raised = value > tolerance || (value >= -tolerance && gain > 0.0);
             pressing += if raised { gain } else { 0.0 };
             holding += if raised { gain } else { least * gain };
+            slots[contact] = slot(edge, raised);
         }
         let holds = !presses || holding > pressing;
-        let column = self.assemble(holds, slots, |contact| {
-            let (raised, edge, _) = choose(contact);
-            let ConeContact::Finite { wrenches, .. } = &self.contacts[contact] else {
-                return (SVector::zeros(), 0, false);
-            };
-            (wrenches[edge], edge as u32, raised)
-        });
+        let column = self.assemble(holds, &z[0], slots);
         (column.wrench.amax() > 0.0).then_some(column)
     }
 
@@ -227,10 +233,10 @@ impl<const D: usize> PreloadColumns<D> {
         let ConeContact::Finite { wrenches, .. } = &self.contacts[contact] else {
             return (f64::NEG_INFINITY, 0, 0.0);
         };
-        let (value, edge) = best_of(wrenches, &z[0]);
-        let ties = wrenches.iter().enumerate().filter(|(_, w)| w.dot(&z[0]) >= value - tolerance);
-        let (edge, gain) = ties
-            .map(|(edge, w)| (edge, w.dot(&z[1]) - 1.0))
+        let (blocks, count) = (&self.blocks[contact], wrenches.len());
+        let (value, edge) = furthest_edge(blocks, &z[0]);
+        let (edge, gain) = edges_reaching(blocks, count, &z[0], value - tolerance)
+            .map(|edge| (edge, wrenches[edge].dot(&z[1]) - 1.0))
             .fold((edge, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
         (value, edge, gain)
     }

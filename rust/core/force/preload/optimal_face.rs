@@ -4,16 +4,16 @@
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
-use crate::force::linear_cones::optimal_face::{ContactStatus, Face};
+use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::force::preload::columns::{PreloadColumns, ROWS};
-use crate::force::simplex::pricing::Objective;
-use crate::force::simplex::primal::{Simplex, TIE};
+use crate::force::simplex::pricing::{Objective, tied_cost};
+use crate::force::simplex::primal::Simplex;
 use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
 
 /// An extreme force that a solution uses, counted at its contact, and its coefficient.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Used {
+pub(crate) struct UsedEdge {
     pub(crate) contact: usize,
     pub(crate) edge: usize,
     pub(crate) level: f64,
@@ -30,15 +30,15 @@ pub(crate) struct Bounds {
 
 impl<const D: usize> PreloadColumns<D> {
     /// Solves the third level at an optimal simplex state; `used` holds the basic solution and is replaced.
-    /// Returns whether there was nothing to choose, or `None` where rounding gets the better of it.
-    pub(crate) fn settle(
+    /// Returns whether there was nothing to choose, or `None` where rounding prevents it.
+    pub(crate) fn choose_least_norm(
         &self,
         simplex: &Simplex<ROWS>,
         bounds: Bounds,
-        face: &mut Face,
-        used: &mut Vec<Used>,
+        face: &mut OptimalFace,
+        used: &mut Vec<UsedEdge>,
     ) -> Option<bool> {
-        self.read_face(simplex, bounds, used, face);
+        self.optimal_face(simplex, bounds, used, face);
         let z = simplex.multipliers.map(|z| self.wrench_part(&z));
         // Where pressing on does not pay, the largest lower bound is the level.
         let held =
@@ -56,14 +56,14 @@ impl<const D: usize> PreloadColumns<D> {
         let right = DMatrix::from_column_slice(D, 1, wrench.as_slice());
         let column = |contact, edge| self.column(contact, edge);
         let chosen = program.solve(&Balance { right, at: DVector::repeat(1, 1.0) }, column)?;
-        let Chosen::LeastNorm(law) = chosen else { return Some(true) };
-        let unique = program.freedom(&law, column) <= 1e-9;
+        let Chosen::LeastNorm(least_norm) = chosen else { return Some(true) };
+        let unique = program.freedom(&least_norm, column) <= 1e-9;
         used.clear();
-        let mut levels = law.solution.iter();
+        let mut levels = least_norm.solution.iter();
         for contact in 0..self.contacts.len() {
             for (&edge, &level) in face.edges(contact).iter().zip(&mut levels) {
                 let level = if face.inside[contact] { level } else { level.max(0.0) };
-                used.push(Used { contact, edge: edge as usize - self.starts[contact], level });
+                used.push(UsedEdge { contact, edge: edge as usize - self.starts[contact], level });
             }
         }
         Some(unique)
@@ -81,7 +81,13 @@ impl<const D: usize> PreloadColumns<D> {
     }
 
     /// How hard the contacts press, and the edges they may use. `basic` is the basic solution.
-    fn read_face(&self, simplex: &Simplex<ROWS>, bounds: Bounds, basic: &[Used], face: &mut Face) {
+    fn optimal_face(
+        &self,
+        simplex: &Simplex<ROWS>,
+        bounds: Bounds,
+        basic: &[UsedEdge],
+        face: &mut OptimalFace,
+    ) {
         let z = simplex.multipliers.map(|z| self.wrench_part(&z));
         let [first, second] = tolerances(&z);
         let threshold = if self.objective == Objective::Sum { 1.0 } else { self.objective.weight() };
@@ -128,5 +134,5 @@ impl<const D: usize> PreloadColumns<D> {
 
 /// Reduced costs of the objective and of the tie-break that are zero but for rounding.
 fn tolerances<const D: usize>(z: &[SVector<f64, D>; 2]) -> [f64; 2] {
-    [2.0 * TIE.max(2e-15 * z[0].lp_norm(1)), 10.0 * TIE.max(2e-15 * z[1].lp_norm(1))]
+    [2.0 * tied_cost(&z[0]), 10.0 * tied_cost(&z[1])]
 }

@@ -1,23 +1,21 @@
-//! Force distribution with a preload: no contact presses with less than its lower bound.
+//! Force distribution with a preload: no normal force is below its lower bound.
 //!
-//! The program is not homogeneous, so there are no regions to remember: each wrench is solved by the simplex
+//! The program is not homogeneous, so there are no critical regions to remember: each wrench is solved by the simplex
 //! over the columns of [`PreloadColumns`], from the last basis where that is a few pivots away. It takes true
 //! cones as well as listed extreme forces.
 
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, Demand, Found};
+use crate::force::certificate::{Certificate, ContactForces, Demand, loosened};
+use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::linear_cones::critical_region::UNBALANCED;
-use crate::force::linear_cones::critical_region_builder::loosened;
-use crate::force::linear_cones::optimal_face::Face;
-use crate::force::precise::Precise;
+use crate::force::linear_cones::optimal_face::OptimalFace;
 use crate::force::preload::columns::{PreloadColumns, ROWS};
-use crate::force::preload::optimal_face::{Bounds, Used};
+use crate::force::preload::optimal_face::{Bounds, UsedEdge};
 use crate::force::simplex::basis::Basis;
-use crate::force::simplex::pricing::{OPTIMAL, Objective};
+use crate::force::simplex::pricing::Objective;
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::solution::{DistributionOptions, Method, check_wrench};
 use crate::force::true_cones::columns::ConeContact;
@@ -25,11 +23,12 @@ use crate::force::true_cones::program::spanning_wrenches;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::{OPTIMAL_COST, UNBALANCED_WRENCH};
 
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 8;
 
-/// What does not change while solving.
+/// The program of a grasp with lower bounds; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct PreloadProgram<const D: usize> {
     equilibration: Equilibration<D>,
@@ -39,18 +38,18 @@ pub(crate) struct PreloadProgram<const D: usize> {
     largest: f64,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
-    precise: Precise<D>,
+    precise: DoubleDoubleProgram<D>,
     /// The program without lower bounds, which tells whether they are to blame.
-    unbounded: Precise<D>,
+    unbounded: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct PreloadWorkspace {
     simplex: Simplex<ROWS>,
     last: Basis<ROWS>,
-    used: Vec<Used>,
-    face: Face,
+    used: Vec<UsedEdge>,
+    face: OptimalFace,
 }
 
 impl PreloadWorkspace {
@@ -107,10 +106,12 @@ impl<const D: usize> PreloadProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let largest = bounds.iter().copied().fold(0.0, f64::max);
-        let contacts = (0..grasp.num_contacts()).map(|i| ConeContact::new(grasp, i, &equilibration));
+        let contacts: Vec<_> =
+            (0..grasp.num_contacts()).map(|i| ConeContact::new(grasp, i, &equilibration)).collect();
         let columns = PreloadColumns {
             objective,
-            contacts: contacts.collect(),
+            blocks: PreloadColumns::blocks(&contacts),
+            contacts,
             least: bounds.iter().map(|bound| bound / largest).collect(),
             starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
             interiors: (0..grasp.num_contacts())
@@ -118,11 +119,11 @@ impl<const D: usize> PreloadProgram<D> {
                 .collect(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             rank: equilibration.rank,
-            threshold: objective.unit() * if grasp.is_finite() { OPTIMAL } else { 0.5 * tolerance },
+            threshold: objective.unit() * if grasp.is_finite() { OPTIMAL_COST } else { 0.5 * tolerance },
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
-        let precise = Precise::new(grasp, objective, bounds, tolerance);
-        let unbounded = Precise::new(grasp, objective, &[], tolerance);
+        let precise = DoubleDoubleProgram::new(grasp, objective, bounds, tolerance);
+        let unbounded = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
         Self { equilibration, columns, least, largest, maps, tolerance, precise, unbounded }
     }
 
@@ -132,7 +133,7 @@ impl<const D: usize> PreloadProgram<D> {
             simplex: Simplex::new(contacts + 1),
             last: Basis::new(contacts + 1),
             used: Vec::new(),
-            face: Face::with_capacity(contacts, 0),
+            face: OptimalFace::with_capacity(contacts, 0),
         }
     }
 
@@ -141,10 +142,10 @@ impl<const D: usize> PreloadProgram<D> {
         &self,
         workspace: &mut PreloadWorkspace,
         b: &Wrench<D>,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
-        let answer = self.solve_in_doubles(workspace, b, found);
+        let answer = self.solve_in_doubles(workspace, b, forces);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
             Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
@@ -153,14 +154,14 @@ impl<const D: usize> PreloadProgram<D> {
         let answer = if unclear {
             interrupt::check()?;
             let spent = workspace.simplex.pivots;
-            let decided = self.precise.solve(b, found);
+            let decided = self.precise.solve(b, forces);
             decided.map(|answer| Certificate { pivots: answer.pivots + spent, ..answer })
         } else {
             answer
         };
         match answer {
             Err(Error::InfeasibleWrench { direction, .. }) => {
-                let lower_bounds = b.amax() == 0.0 || self.unbounded.solve(b, found).is_ok();
+                let lower_bounds = b.amax() == 0.0 || self.unbounded.solve(b, forces).is_ok();
                 Err(Error::InfeasibleWrench { direction, lower_bounds })
             }
             answer => answer,
@@ -171,17 +172,17 @@ impl<const D: usize> PreloadProgram<D> {
         &self,
         workspace: &mut PreloadWorkspace,
         b: &Wrench<D>,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
         workspace.simplex.pivots = 0;
         let (target, scale) = self.target(b)?;
         let PreloadWorkspace { simplex, last, used, face } = workspace;
         let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
-        let mut answer = self.finish(outcome, simplex, (used, face), b, scale, found);
+        let mut answer = self.finish(outcome, simplex, (used, face), b, scale, forces);
         if matches!(answer, Err(Error::NotConverged { .. })) {
             // Whatever led there, a start from nothing may end on better numbers.
             let outcome = simplex.cold(&self.columns, &target);
-            answer = self.finish(outcome, simplex, (used, face), b, scale, found);
+            answer = self.finish(outcome, simplex, (used, face), b, scale, forces);
         }
         match answer {
             Ok(_) => last.copy_from(&simplex.basis),
@@ -195,23 +196,23 @@ impl<const D: usize> PreloadProgram<D> {
         &self,
         outcome: Outcome<ROWS>,
         simplex: &Simplex<ROWS>,
-        (used, face): (&mut Vec<Used>, &mut Face),
+        (used, face): (&mut Vec<UsedEdge>, &mut OptimalFace),
         b: &Wrench<D>,
         scale: f64,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&self.columns.wrench_part(&z)));
         }
         self.basic_solution(simplex, used);
-        self.write(simplex, used, scale, found);
-        found.unique = false;
+        self.write(simplex, used, scale, forces);
+        forces.unique = false;
         if outcome == Outcome::Optimal && self.columns.is_finite() {
-            let (most, _) = found.totals();
+            let (most, _) = forces.totals();
             let bounds = Bounds { least: self.largest / scale, most: most / scale };
-            if let Some(unique) = self.columns.settle(simplex, bounds, face, used) {
-                self.write(simplex, used, scale, found);
-                found.unique = unique;
+            if let Some(unique) = self.columns.choose_least_norm(simplex, bounds, face, used) {
+                self.write(simplex, used, scale, forces);
+                forces.unique = unique;
             }
             // A third level that was interrupted has chosen nothing.
             interrupt::check()?;
@@ -228,14 +229,14 @@ impl<const D: usize> PreloadProgram<D> {
             ),
         };
         let proof = self.lower_bound(&simplex.multipliers[0], b);
-        found.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
+        forces.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
     }
 
     /// The right-hand side: the wrench, and the convexity of holding columns, scaled to a largest of one.
     fn target(&self, b: &Wrench<D>) -> Result<(Target<ROWS>, f64)> {
         let rank = self.equilibration.rank;
         let mut wrench = SVector::<f64, ROWS>::zeros();
-        let (mut scale, mut tolerance) = (self.largest, SVector::repeat(UNBALANCED));
+        let (mut scale, mut tolerance) = (self.largest, SVector::repeat(UNBALANCED_WRENCH));
         if b.amax() > 0.0 {
             let reachable = self.equilibration.reachable(b)?;
             scale = scale.max(reachable.scale);
@@ -252,7 +253,7 @@ impl<const D: usize> PreloadProgram<D> {
     /// The multiplier in physical coordinates, and what it proves.
     fn lower_bound(&self, multiplier: &SVector<f64, ROWS>, b: &Wrench<D>) -> (Wrench<D>, f64) {
         let z = self.columns.wrench_part(multiplier);
-        let values = self.columns.contacts.iter().map(|contact| contact.support(&z).0);
+        let values = (0..self.columns.contacts.len()).map(|i| self.columns.support(i, &z).0);
         let z = z / self.columns.objective.reach(values).max(1.0);
         let (_, holding) = self.columns.values(&z);
         let dual = self.equilibration.dual(&z);
@@ -265,7 +266,7 @@ impl<const D: usize> PreloadProgram<D> {
     }
 
     /// The levels of the basis, added up edge by edge; true cones are left to `write`.
-    fn basic_solution(&self, simplex: &Simplex<ROWS>, used: &mut Vec<Used>) {
+    fn basic_solution(&self, simplex: &Simplex<ROWS>, used: &mut Vec<UsedEdge>) {
         used.clear();
         if !self.columns.is_finite() {
             return;
@@ -273,23 +274,23 @@ impl<const D: usize> PreloadProgram<D> {
         for row in (0..ROWS).filter(|&row| !simplex.basis.artificial[row]) {
             for share in self.columns.shares(simplex.basis.edges(row)) {
                 let level = simplex.levels[row].max(0.0) * share.normal;
-                let same = |u: &&mut Used| u.contact == share.contact && u.edge == share.edge;
+                let same = |u: &&mut UsedEdge| u.contact == share.contact && u.edge == share.edge;
                 if let Some(known) = used.iter_mut().find(same) {
                     known.level += level;
                 } else {
-                    used.push(Used { contact: share.contact, edge: share.edge, level });
+                    used.push(UsedEdge { contact: share.contact, edge: share.edge, level });
                 }
             }
         }
     }
 
-    fn write(&self, simplex: &Simplex<ROWS>, used: &[Used], scale: f64, found: &mut Found) {
-        found.clear();
+    fn write(&self, simplex: &Simplex<ROWS>, used: &[UsedEdge], scale: f64, forces: &mut ContactForces) {
+        forces.clear();
         if self.columns.is_finite() {
             for u in used {
-                if let ConeContact::Finite { forces, .. } = &self.columns.contacts[u.contact] {
-                    found.forces[u.contact] += forces[u.edge] * (u.level * scale);
-                    found.normals[u.contact] += u.level * scale;
+                if let ConeContact::Finite { forces: extreme, .. } = &self.columns.contacts[u.contact] {
+                    forces.forces[u.contact] += extreme[u.edge] * (u.level * scale);
+                    forces.shares[u.contact] += u.level * scale;
                 }
             }
             return;
@@ -298,8 +299,8 @@ impl<const D: usize> PreloadProgram<D> {
             let z = self.columns.wrench_part(&simplex.basis.directions.column(row).into());
             for share in self.columns.shares(simplex.basis.edges(row)) {
                 let level = simplex.levels[row] * scale * share.normal;
-                found.forces[share.contact] += self.columns.force(&share, &z) * level;
-                found.normals[share.contact] += level;
+                forces.forces[share.contact] += self.columns.force(&share, &z) * level;
+                forces.shares[share.contact] += level;
             }
         }
     }

@@ -9,6 +9,7 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::{Column, Pricing};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::tolerances::SMALLEST_PIVOT;
 
 /// Newton steps along one direction; each lands on another column, and three are usual.
 const MAX_STEPS: usize = 30;
@@ -43,7 +44,7 @@ impl<const R: usize> Simplex<R> {
             // Nothing reaches along e: the wrench looks infeasible, which the first phase tells best.
             let column = self.entering_column(pricing, &e)?;
             let direction = self.basis.inverse * column.wrench;
-            if direction[row] > -1e-9 * direction.amax() {
+            if direction[row] > -SMALLEST_PIVOT * direction.amax() {
                 return None;
             }
             self.exchange(row, &column, &direction);

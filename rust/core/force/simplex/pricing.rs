@@ -10,11 +10,9 @@ use std::ops::Range;
 use nalgebra::SVector;
 
 use crate::grasp::Grasp;
+use crate::tolerances::{OPTIMAL_COST, ROUNDED_COST, TIED_COST};
 use crate::wrench_set::Criterion;
 use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
-
-/// Reduced costs below this, relative to the cost of a column, are no improvement.
-pub(crate) const OPTIMAL: f64 = 1e-12;
 
 /// Marks a contact that a column does not use.
 pub(crate) const UNUSED: u32 = u32::MAX;
@@ -47,6 +45,16 @@ pub(crate) trait Pricing<const R: usize> {
 
     /// Reduced costs below this are no improvement.
     fn optimality(&self) -> f64;
+}
+
+/// Columns of this reduced cost or less optimise the objective, as far as multipliers of this size tell.
+pub(crate) fn tied_cost<const R: usize>(z: &SVector<f64, R>) -> f64 {
+    TIED_COST.max(ROUNDED_COST * z.lp_norm(1))
+}
+
+/// Tied columns that gain less than this are no improvement of the tie-break.
+pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
+    1e-9_f64.max(1e-12 * z.lp_norm(1))
 }
 
 /// What a column costs and how contacts combine to one.
@@ -196,7 +204,7 @@ impl<const R: usize> ImplicitColumns<R> {
 
 impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
     fn optimality(&self) -> f64 {
-        OPTIMAL * self.objective.unit()
+        OPTIMAL_COST * self.objective.unit()
     }
 
     fn furthest(&self, z: &SVector<f64, R>, discount: f64, edges: &mut [u32]) -> Column<R> {

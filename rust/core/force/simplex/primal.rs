@@ -10,8 +10,9 @@ use std::cmp::Ordering;
 use nalgebra::SVector;
 
 use crate::force::simplex::basis::Basis;
-use crate::force::simplex::pricing::{Column, Pricing};
+use crate::force::simplex::pricing::{Column, Pricing, tied_cost};
 use crate::interrupt;
+use crate::tolerances::{SMALLEST_PIVOT, TIED_COST, TIED_LEVELS};
 
 /// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
 pub(crate) const MAX_PIVOTS: usize = 1000;
@@ -19,20 +20,11 @@ pub(crate) const MAX_PIVOTS: usize = 1000;
 /// Pivots after which rounding in the updated inverse is cleared.
 const REFACTORISE_EVERY: usize = 50;
 
-/// Columns whose first reduced cost is this small share the optimum of the objective.
-pub(crate) const TIE: f64 = 1e-11;
-
-/// Pivot elements below this share of the largest are not trusted.
-const PIVOT: f64 = 1e-9;
-
-/// Levels that differ by this share of the largest are equal up to rounding.
-const ROUNDING: f64 = 1e-14;
-
 /// Pivots after which ties in the ratio test are decided so that no cycle is possible.
-const PATIENCE: usize = 100;
+const LEXICOGRAPHIC_AFTER: usize = 100;
 
 /// How often the objective may undo what the tie-break did, before it has the last word.
-const MAX_UNDONE: usize = 20;
+const MAX_REVERSALS: usize = 20;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,7 +173,7 @@ impl<const R: usize> Simplex<R> {
             let length = along.lp_norm(1);
             for z in [along, -along] {
                 let column = pricing.furthest(&z, 0.0, &mut self.entering);
-                if column.wrench.dot(&z) > PIVOT * length {
+                if column.wrench.dot(&z) > SMALLEST_PIVOT * length {
                     let direction = self.basis.inverse * column.wrench;
                     self.pivot(row, &column, &direction);
                     break;
@@ -197,7 +189,7 @@ impl<const R: usize> Simplex<R> {
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
         let mut threshold = pricing.optimality();
         let mut polished = true;
-        let (mut doubtful, mut tied, mut undone) = (0, false, 0);
+        let (mut doubtful, mut tied, mut reversals) = (0, false, 0);
         let first = self.pivots;
         while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
@@ -218,17 +210,17 @@ impl<const R: usize> Simplex<R> {
                     continue;
                 }
                 // Where rounding lets the two costs undo each other, the objective has the last word.
-                if undone > MAX_UNDONE {
+                if reversals > MAX_REVERSALS {
                     return Outcome::Optimal;
                 }
-                let tolerance = TIE.max(2e-15 * noise);
+                let tolerance = tied_cost(&self.multipliers[0]);
                 let Some(better) = self.tie_break(pricing, tolerance) else { return Outcome::Optimal };
                 (tied, column) = (true, better);
                 threshold = threshold.max(2.0 * tolerance);
             } else if tied {
                 tied = false;
-                undone += 1;
-                threshold = if undone > MAX_UNDONE { pricing.optimality() } else { threshold };
+                reversals += 1;
+                threshold = if reversals > MAX_REVERSALS { pricing.optimality() } else { threshold };
             }
             let direction = self.basis.inverse * column.wrench;
             let Some(row) = self.leaving_row(&direction, rank) else { return Outcome::Stalled };
@@ -243,23 +235,23 @@ impl<const R: usize> Simplex<R> {
         let column = pricing.tie_break(&self.multipliers, tolerance, &mut self.entering)?;
         let reach = column.wrench.dot(&self.multipliers[1]);
         let noise = 1e-13 * self.multipliers[1].lp_norm(1);
-        (reach - column.costs[1] > TIE.max(noise)).then_some(column)
+        (reach - column.costs[1] > TIED_COST.max(noise)).then_some(column)
     }
 
     /// The ratio test. Rows that are as close up to rounding leave the choice to the largest pivot element; a
     /// solve that takes suspiciously long decides lexicographically on the rows of the inverse instead, which
     /// excludes cycles. An artificial column before row `rank` leaves rather than change its level.
     fn leaving_row(&self, direction: &SVector<f64, R>, rank: usize) -> Option<usize> {
-        let smallest = (PIVOT * direction.amax()).max(f64::MIN_POSITIVE);
+        let smallest = (SMALLEST_PIVOT * direction.amax()).max(f64::MIN_POSITIVE);
         if let Some(row) = (0..rank).find(|&r| self.basis.artificial[r] && direction[r].abs() > smallest) {
             return Some(row);
         }
         let ratio = |row: usize| self.levels[row].max(0.0) / direction[row];
-        let rounding = ROUNDING * self.levels.amax();
+        let rounding = TIED_LEVELS * self.levels.amax();
         let rows = || (0..R).filter(|&row| direction[row] > smallest);
         let bound = rows().map(|row| ratio(row) + rounding / direction[row]).fold(f64::INFINITY, f64::min);
         let near = rows().filter(|&row| ratio(row) <= bound);
-        if self.pivots < PATIENCE {
+        if self.pivots < LEXICOGRAPHIC_AFTER {
             return near.max_by(|&a, &b| direction[a].total_cmp(&direction[b]));
         }
         near.reduce(|best, row| {

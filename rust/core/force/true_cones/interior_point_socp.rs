@@ -10,12 +10,12 @@ use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
 
-/// What the interior-point solver found over true cones, repaired where that is possible without search.
+/// The interior-point solver's forces, moved into their cones.
 pub(crate) struct LeastForces<const D: usize> {
     /// Forces within their cones.
     pub(crate) forces: Vec<ContactForce>,
     /// Their normalised normal forces.
-    pub(crate) normals: Vec<f64>,
+    pub(crate) shares: Vec<f64>,
     /// What they balance: the target but for the solver's tolerance.
     pub(crate) wrench: SVector<f64, D>,
     /// The multiplier of the balance.
@@ -86,21 +86,21 @@ pub(crate) fn least_forces<const D: usize>(
     if !x.iter().chain(z).all(|value| value.is_finite()) {
         return None;
     }
-    let mut found = LeastForces {
+    let mut least = LeastForces {
         forces: Vec::with_capacity(contacts.len()),
-        normals: Vec::with_capacity(contacts.len()),
+        shares: Vec::with_capacity(contacts.len()),
         wrench: SVector::zeros(),
         dual: SVector::from_fn(|k, _| if k < rank { -z[k] } else { 0.0 }),
     };
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
         let mut y = x[start..start + block.len()].to_vec();
         let force = within(contact, &mut y);
-        found.wrench += block.iter().zip(&y).map(|(column, y)| column * *y).sum::<SVector<f64, D>>();
+        least.wrench += block.iter().zip(&y).map(|(column, y)| column * *y).sum::<SVector<f64, D>>();
         let finite = matches!(contact, ConeContact::Finite { .. });
-        found.normals.push(if finite { y.iter().sum() } else { y[0] });
-        found.forces.push(force);
+        least.shares.push(if finite { y.iter().sum() } else { y[0] });
+        least.forces.push(force);
     }
-    Some(found)
+    Some(least)
 }
 
 /// Nonzero entries of the constraints; `next` is the first row that is not in use.

@@ -7,10 +7,9 @@
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, Demand, Found};
+use crate::force::certificate::{Certificate, ContactForces, Demand, loosened};
+use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
-use crate::force::linear_cones::critical_region_builder::loosened;
-use crate::force::precise::Precise;
 use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
@@ -23,17 +22,17 @@ use crate::interrupt;
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 12;
 
-/// What does not change while solving.
+/// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ConeColumns<D>,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
-    precise: Precise<D>,
+    precise: DoubleDoubleProgram<D>,
 }
 
-/// What does.
+/// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
@@ -50,7 +49,7 @@ impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
-        let precise = Precise::new(grasp, objective, &[], tolerance);
+        let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
         Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance, precise }
     }
 
@@ -59,14 +58,14 @@ impl<const D: usize> ConeProgram<D> {
         ConeWorkspace { simplex: Simplex::new(contacts), last: Basis::new(contacts) }
     }
 
-    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `found`.
+    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `forces`.
     pub(crate) fn solve(
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        let answer = self.solve_in_doubles(workspace, b, found);
+        let answer = self.solve_in_doubles(workspace, b, forces);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
             Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
@@ -77,17 +76,17 @@ impl<const D: usize> ConeProgram<D> {
         }
         interrupt::check()?;
         let spent = workspace.simplex.pivots;
-        match self.precise.solve(b, found) {
+        match self.precise.solve(b, forces) {
             Ok(answer) => Ok(Certificate { pivots: answer.pivots + spent, ..answer }),
             Err(error @ Error::NotConverged { .. }) => {
                 let Ok(Reachable { target, scale }) = self.equilibration.reachable(b) else {
                     return Err(error);
                 };
                 let simplex = &mut workspace.simplex;
-                let Some(z) = self.fall_back(simplex, &target, scale, found) else {
+                let Some(z) = self.fall_back(simplex, &target, scale, forces) else {
                     return Err(error);
                 };
-                let better = self.certify(&z, b, found, simplex.pivots).or(Err(error))?;
+                let better = self.certify(&z, b, forces, simplex.pivots).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),
@@ -98,7 +97,7 @@ impl<const D: usize> ConeProgram<D> {
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
         let ConeWorkspace { simplex, last } = workspace;
         simplex.pivots = 0;
@@ -107,9 +106,9 @@ impl<const D: usize> ConeProgram<D> {
         if let Outcome::Infeasible(z) = outcome {
             return Err(self.equilibration.infeasible(&z));
         }
-        found.clear();
-        self.add_up(simplex, scale, found);
-        let answer = self.certify(&simplex.multipliers[0], b, found, simplex.pivots);
+        forces.clear();
+        self.add_up(simplex, scale, forces);
+        let answer = self.certify(&simplex.multipliers[0], b, forces, simplex.pivots);
         match answer {
             Ok(_) => last.copy_from(&simplex.basis),
             Err(_) => last.artificial = [true; D],
@@ -117,12 +116,12 @@ impl<const D: usize> ConeProgram<D> {
         answer
     }
 
-    /// What the forces found are worth beside the bound that `z` proves once it is scaled to reach one.
+    /// What the forces are worth beside the bound that `z` proves once it is scaled to reach one.
     fn certify(
         &self,
         z: &SVector<f64, D>,
         b: &Wrench<D>,
-        found: &Found,
+        forces: &ContactForces,
         pivots: usize,
     ) -> Result<Certificate<D>> {
         let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
@@ -135,7 +134,7 @@ impl<const D: usize> ConeProgram<D> {
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
-        found.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
+        forces.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
     }
 
     /// Asks the interior-point solver, and returns its multiplier. What its forces leave unbalanced is balanced by
@@ -145,35 +144,35 @@ impl<const D: usize> ConeProgram<D> {
         simplex: &mut Simplex<D>,
         target: &Target<D>,
         scale: f64,
-        found: &mut Found,
+        forces: &mut ContactForces,
     ) -> Option<SVector<f64, D>> {
         let ConeColumns { objective, contacts, .. } = &self.columns;
         let least = least_forces(contacts, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
         let rest = target.wrench - least.wrench;
         let size = rest.amax();
-        found.clear();
-        for (i, (force, normal)) in least.forces.iter().zip(&least.normals).enumerate() {
-            found.forces[i] = force * scale;
-            found.normals[i] = normal * scale;
+        forces.clear();
+        for (i, (force, share)) in least.forces.iter().zip(&least.shares).enumerate() {
+            forces.forces[i] = force * scale;
+            forces.shares[i] = share * scale;
         }
         if size > 0.0 {
             let rest = Target { wrench: rest / size, ..*target };
             simplex.cold(&self.columns, &rest);
-            self.add_up(simplex, scale * size, found);
+            self.add_up(simplex, scale * size, forces);
         }
         simplex.pivots += spent;
         Some(least.dual)
     }
 
-    fn add_up(&self, simplex: &Simplex<D>, scale: f64, found: &mut Found) {
+    fn add_up(&self, simplex: &Simplex<D>, scale: f64, forces: &mut ContactForces) {
         for row in (0..D).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z: SVector<f64, D> = simplex.basis.directions.column(row).into();
             let level = simplex.levels[row] * scale;
             for (contact, edge) in simplex.basis.edges(row).iter().enumerate() {
                 if *edge != UNUSED {
-                    found.forces[contact] += self.columns.force(contact, &z) * level;
-                    found.normals[contact] += level;
+                    forces.forces[contact] += self.columns.force(contact, &z) * level;
+                    forces.shares[contact] += level;
                 }
             }
         }
@@ -225,7 +224,7 @@ mod tests {
             let mut workspace = program.workspace();
             for k in 0..6 {
                 let b = Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8 * 7 + k) + 0.3));
-                let mut least = Found::new(5);
+                let mut least = ContactForces::new(5);
                 let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
                 let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
                 let z = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();

@@ -1,4 +1,4 @@
-//! The third level where doubles cannot tell the face of optimal solutions: least squares with rows that weigh.
+//! The third level where doubles cannot tell the optimal face: least squares with weighted rows.
 //!
 //! With the optimal objective known, the least `sum_i |f_i|^2 / f_i^U^2` is a nonnegative least-squares problem: balance
 //! and objective are rows of a large weight (Lawson and Hanson, "Solving Least Squares Problems", chapters 22 and 23).
@@ -7,19 +7,17 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS};
 use crate::force::least_norm::face_program::COEFFICIENT_WEIGHT;
-use crate::force::precise::columns::{PreciseColumns, ROWS};
 use crate::force::simplex::pricing::Objective;
 use crate::interrupt;
+use crate::tolerances::LOST_OBJECTIVE;
 
 /// How much more balance and objective weigh than the forces.
 const WEIGHT: f64 = 1e5;
 
 /// Rounds in which what is left over is corrected.
 const ROUNDS: usize = 4;
-
-/// Extreme forces that lose more than this share of the objective cannot take part.
-const ACTIVE: f64 = 1e-3;
 
 /// Extreme forces beyond which the level is left out.
 pub(crate) const MAX_UNKNOWNS: usize = 400;
@@ -37,7 +35,7 @@ pub(crate) struct Optimum<'a> {
 
 /// The coefficient of each extreme force that takes part: contact, edge, level.
 pub(crate) fn least_squares_levels(
-    columns: &PreciseColumns,
+    columns: &DoubleDoubleColumns,
     components: &[usize],
     limits: &[f64],
     optimum: &Optimum<'_>,
@@ -49,7 +47,7 @@ pub(crate) fn least_squares_levels(
         let reach = |w: &[f64; 6]| w.iter().zip(optimum.multiplier).map(|(w, z)| w * z).sum::<f64>();
         let best = wrenches.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
         let needed = if columns.objective() == Objective::Sum { 1.0 } else { 0.0 };
-        let least = best.max(needed) - ACTIVE;
+        let least = best.max(needed) - LOST_OBJECTIVE;
         let taking_part = wrenches.iter().enumerate().filter(|(_, w)| reach(w) >= least);
         unknowns.extend(taking_part.map(|(edge, _)| (contact, edge)));
     }

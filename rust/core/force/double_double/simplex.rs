@@ -1,25 +1,21 @@
-//! The simplex method in 32 digits: what decides where doubles cannot.
+//! The simplex method in 32 digits, with a price on what stays unbalanced.
 //!
 //! Nearly degenerate grasps (feet whose heights differ by rounding, loads through the edge of their support) make
-//! bases of columns that differ by a billionth. Here what may stay unbalanced is a variable of its own, one for each
-//! component of the wrench, at a price: `min c . alpha + price |s|_1` subject to `P alpha + s = b`. Multipliers are then
-//! no larger than the price. The price starts low and rises until what is left over is rounding; at the last price the
-//! feasibility tolerance may be used. Where even that does not do, the least that must be left over is computed, and
-//! the multiplier that proves it is the witness: it is at most one in every component.
+//! bases of columns that differ by a billionth. Therefore the imbalance `s` is a variable of each row, at a price:
+//! `min c . alpha + price |s|_1` subject to `P alpha + s = b`. Multipliers are then no larger than the price. The price
+//! starts low and rises until `s` is rounding. At the last price `s` may reach the feasibility tolerance. If that does
+//! not suffice, the least possible `|s|_1` is computed. The multiplier that proves it is the witness of infeasibility.
 
-use crate::force::precise::columns::{Point, PreciseColumns, ROWS, Share, Vector};
+use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::FEASIBILITY_TOLERANCE;
+use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOT_32_DIGITS};
 
 /// Pivots after which a solve gives up.
 const MAX_PIVOTS: usize = 3000;
 
 /// Pivots of one price after which ties in the ratio test are decided so that no cycle is possible.
-const LEXICOGRAPHIC: usize = 60;
-
-/// What is left over of a wrench that was computed in doubles.
-const ROUNDING: f64 = 5e-16;
+const LEXICOGRAPHIC_AFTER: usize = 60;
 
 /// Prices of what is left over, relative to a wrench and an objective of one.
 const FIRST_PRICE: f64 = 1e3;
@@ -28,9 +24,6 @@ const HIGHEST_PRICE: f64 = 1e20;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
-
-/// Pivot elements below this share of the largest are rounding.
-const PIVOT: f64 = 1e-24;
 
 /// How a solve ended.
 #[derive(Debug)]
@@ -53,8 +46,8 @@ enum Member {
 
 /// Basis, levels and multipliers.
 #[derive(Debug)]
-pub(crate) struct PreciseSimplex<'a> {
-    columns: &'a PreciseColumns,
+pub(crate) struct DoubleDoubleSimplex<'a> {
+    columns: &'a DoubleDoubleColumns,
     target: Vector,
     members: Vec<Member>,
     inverse: [Vector; ROWS],
@@ -67,9 +60,9 @@ fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
     a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-impl<'a> PreciseSimplex<'a> {
+impl<'a> DoubleDoubleSimplex<'a> {
     /// `target` is scaled to a largest component of one.
-    pub(crate) fn new(columns: &'a PreciseColumns, target: &[f64]) -> Self {
+    pub(crate) fn new(columns: &'a DoubleDoubleColumns, target: &[f64]) -> Self {
         let mut simplex = Self {
             columns,
             target: [DoubleDouble::ZERO; ROWS],
@@ -99,7 +92,7 @@ impl<'a> PreciseSimplex<'a> {
             let left = self.left_over();
             let highest = LAST_PRICE * self.objective().max(1.0);
             let last = price >= highest;
-            if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDING } {
+            if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH } {
                 return Outcome::Balanced;
             }
             if last {
@@ -215,7 +208,7 @@ impl<'a> PreciseSimplex<'a> {
             };
             let mut direction = [DoubleDouble::ZERO; ROWS];
             direction.iter_mut().zip(&self.inverse).take(rows).for_each(|(x, row)| *x = inner(row, &column));
-            let Some(row) = self.leaving_row(&direction, self.pivots - first > LEXICOGRAPHIC) else {
+            let Some(row) = self.leaving_row(&direction, self.pivots - first > LEXICOGRAPHIC_AFTER) else {
                 return false;
             };
             self.pivot(row, &direction);
@@ -231,7 +224,7 @@ impl<'a> PreciseSimplex<'a> {
     fn leaving_row(&self, direction: &Vector, lexicographic: bool) -> Option<usize> {
         let rows = self.columns.rows();
         let largest = direction.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
-        let smallest = largest.times(PIVOT);
+        let smallest = largest.times(SMALLEST_PIVOT_32_DIGITS);
         let mut best: Option<(usize, DoubleDouble)> = None;
         for row in (0..rows).filter(|&row| direction[row] > smallest) {
             let ratio = self.levels[row].max(DoubleDouble::ZERO) / direction[row];

@@ -1,14 +1,15 @@
 //! Columns of the force distribution program for the simplex method in 32 digits.
 //!
-//! Coordinates are physical ones over the largest force and the largest torque of one contact, so that what is left
-//! unbalanced means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
-//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in `preload_columns`.
+//! Coordinates are physical ones over the largest force and the largest torque of one contact, so that an
+//! imbalance means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
+//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in [`preload`](crate::force::preload).
 
 use crate::force::equilibration::units;
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
 use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::{PUSHING, ROUNDED_SUPPORT};
 use crate::wrench_set::cone_support;
 
 /// Six rows of the wrench and the one that makes combinations convex.
@@ -20,12 +21,6 @@ pub(crate) type Vector = [DoubleDouble; ROWS];
 /// What the maximum's tie-break by the sum weighs beside it: less than the tolerance of the objective, and far more than
 /// rounding in 32 digits.
 const TIE_BREAK: f64 = 1e-12;
-
-/// A wrench this far along a direction, relative to both their lengths, pushes along it.
-const PUSHES: f64 = 1e-9;
-
-/// How far a value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
-const ROUGH: f64 = 1e-14;
 
 /// The wrenches of one contact.
 #[derive(Debug, Clone)]
@@ -52,7 +47,7 @@ pub(crate) struct Point {
 
 /// The wrench set, and what its points cost.
 #[derive(Debug, Clone)]
-pub(crate) struct PreciseColumns {
+pub(crate) struct DoubleDoubleColumns {
     reaches: Vec<Reach>,
     objective: Objective,
     /// Lower bounds over the largest of them; none where empty.
@@ -79,7 +74,7 @@ pub(crate) fn dot(wrench: &[f64; 6], z: &Vector) -> DoubleDouble {
         .fold(DoubleDouble::ZERO, |sum, (w, z)| if *w == 0.0 { sum } else { sum + z.times(*w) })
 }
 
-impl PreciseColumns {
+impl DoubleDoubleColumns {
     /// `least` holds the lower bounds over the largest of them, or nothing.
     pub(crate) fn new<const D: usize>(
         grasp: &Grasp<D>,
@@ -158,7 +153,7 @@ impl PreciseColumns {
                 let size: f64 = rough.iter().map(|x| x.abs()).sum();
                 let product = |w: &[f64; 6]| w.iter().zip(&rough).map(|(w, z)| w * z).sum::<f64>();
                 let furthest = wrenches.iter().map(product).fold(f64::NEG_INFINITY, f64::max);
-                let near = |w: &[f64; 6]| product(w) >= furthest - ROUGH * size;
+                let near = |w: &[f64; 6]| product(w) >= furthest - ROUNDED_SUPPORT * size;
                 let candidates = wrenches.iter().enumerate().filter(|(_, w)| near(w));
                 let (value, edge) = candidates
                     .map(|(edge, w)| (dot(w, z), edge))
@@ -205,7 +200,7 @@ impl PreciseColumns {
         let length =
             |row: &[f64; 6]| row.iter().zip(units).fold(0.0_f64, |length, (x, unit)| length.hypot(x / unit));
         let size = z.iter().zip(units).fold(0.0_f64, |size, (z, unit)| size.hypot(z.value() * unit));
-        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHES * length(w) * size;
+        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHING * length(w) * size;
         (0..self.reaches.len()).find(|&contact| match &self.reaches[contact] {
             Reach::Finite { wrenches, .. } => wrenches.iter().any(pushes),
             Reach::Cone { .. } => pushes(&self.best(contact, z).wrench),

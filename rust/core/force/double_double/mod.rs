@@ -1,41 +1,34 @@
-//! Least forces where doubles cannot decide: solved in 32 digits, within the feasibility tolerance.
+//! The program of Eqs. 24 and 26 in 32 digits (pairs of doubles), where doubles cannot decide.
 //!
-//! What comes back is exactly optimal for the wrench that its forces balance, and that wrench differs from the given one
-//! by no more than the tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
+//! The forces are exactly optimal for the wrench that they balance. That wrench differs from the given one by no more
+//! than the feasibility tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
+//!
+//! - [`simplex`]: the simplex method with a price on imbalance; [`columns`]: its columns.
+//! - [`choice`]: the third level as a nonnegative least-squares problem.
 
 pub(crate) mod choice;
 pub(crate) mod columns;
 pub(crate) mod simplex;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, Found};
-use crate::force::linear_cones::critical_region::LOOSEST;
-use crate::force::precise::choice::{Optimum, least_squares_levels};
-use crate::force::precise::columns::{PreciseColumns, ROWS, Vector};
-use crate::force::precise::simplex::{Outcome, PreciseSimplex};
+use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::double_double::choice::{Optimum, least_squares_levels};
+use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
+use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::FEASIBILITY_TOLERANCE;
-
-/// How far the objective of chosen forces may be above the least.
-const CHOSEN_GAP: f64 = 5e-10;
-
-/// How much farther from balance chosen forces may be.
-const CHOSEN_REST: f64 = 1e-11;
-
-/// Witnesses of doubles whose margin is larger than this, and along which nothing reaches farther than rounding, need
-/// no proof in 32 digits.
-const CLEAR_MARGIN: f64 = 1e-6;
-const CLEAR_REACH: f64 = 4e-15;
+use crate::tolerances::{
+    CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, FEASIBILITY_TOLERANCE, LOOSEST_GAP,
+};
 
 const SOLVER: &str = "simplex in 32 digits";
 
 /// The program of one grasp and objective.
 #[derive(Debug, Clone)]
-pub(crate) struct Precise<const D: usize> {
-    columns: PreciseColumns,
+pub(crate) struct DoubleDoubleProgram<const D: usize> {
+    columns: DoubleDoubleColumns,
     components: &'static [usize],
     limits: Vec<f64>,
     maps: Vec<ContactMap<D>>,
@@ -46,13 +39,13 @@ pub(crate) struct Precise<const D: usize> {
     tolerance: f64,
 }
 
-impl<const D: usize> Precise<D> {
+impl<const D: usize> DoubleDoubleProgram<D> {
     /// `bounds` are the lower bounds of normalised normal forces; none where empty.
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         let least: Vec<f64> = bounds.iter().map(|bound| bound / largest).collect();
         Self {
-            columns: PreciseColumns::new(grasp, objective, least.clone(), tolerance),
+            columns: DoubleDoubleColumns::new(grasp, objective, least.clone(), tolerance),
             components: grasp.force_components(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             maps: grasp.maps().to_vec(),
@@ -62,8 +55,8 @@ impl<const D: usize> Precise<D> {
         }
     }
 
-    /// Least forces for `b = -w_ext`, written in `found`.
-    pub(crate) fn solve(&self, b: &Wrench<D>, found: &mut Found) -> Result<Certificate<D>> {
+    /// Least forces for `b = -w_ext`, written in `forces`.
+    pub(crate) fn solve(&self, b: &Wrench<D>, forces: &mut ContactForces) -> Result<Certificate<D>> {
         let units = &self.columns.units;
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
         let stalled =
@@ -76,7 +69,7 @@ impl<const D: usize> Precise<D> {
         if self.largest > 0.0 {
             target[D] = self.largest / size;
         }
-        let mut simplex = PreciseSimplex::new(&self.columns, &target);
+        let mut simplex = DoubleDoubleSimplex::new(&self.columns, &target);
         match simplex.solve() {
             Outcome::Balanced => {}
             Outcome::Infeasible(witness) => {
@@ -90,19 +83,19 @@ impl<const D: usize> Precise<D> {
             }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        Self::add_up(&simplex, size, found);
+        Self::add_up(&simplex, size, forces);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
             *b = DoubleDouble::from(*t) - DoubleDouble::from(rest);
         }
         let z = simplex.multiplier.map(DoubleDouble::value);
-        let mut certificate = self.certify(&z, &balanced, size, found, simplex.pivots);
-        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), found, simplex.pivots) {
+        let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
+        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
             certificate = better;
         }
-        self.check_torques(b, found, simplex.pivots)?;
-        let allowed = self.tolerance.max(LOOSEST);
+        self.check_torques(b, forces, simplex.pivots)?;
+        let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
@@ -112,10 +105,10 @@ impl<const D: usize> Precise<D> {
 
     /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
     /// torques that forces of this size exert at the longest arm.
-    fn check_torques(&self, b: &Wrench<D>, found: &Found, pivots: usize) -> Result<()> {
+    fn check_torques(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
         let split = if D == 3 { 2 } else { 3 };
         let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
-        for (map, f) in self.maps.iter().zip(&found.forces) {
+        for (map, f) in self.maps.iter().zip(&forces.forces) {
             rest -= map * f;
             force += f.fixed_rows::<3>(0).amax();
             torsion += f[3].abs();
@@ -130,7 +123,7 @@ impl<const D: usize> Precise<D> {
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
 
-    /// Whether a direction that doubles found separates `b` from all the grasp can balance, beyond any doubt.
+    /// Whether a direction that doubles computed separates `b` from all the grasp can balance, beyond any doubt.
     pub(crate) fn clearly_separated(&self, direction: &[f64], b: &Wrench<D>) -> bool {
         let units = &self.columns.units;
         let (mut z, mut largest) = ([0.0; ROWS], 0.0_f64);
@@ -148,13 +141,13 @@ impl<const D: usize> Precise<D> {
         still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(simplex: &PreciseSimplex<'_>, size: f64, found: &mut Found) {
-        found.clear();
-        found.unique = false;
+    fn add_up(simplex: &DoubleDoubleSimplex<'_>, size: f64, forces: &mut ContactForces) {
+        forces.clear();
+        forces.unique = false;
         for (level, share) in simplex.shares() {
             let level = level * share.normal * size;
-            found.forces[share.contact] += share.force * level;
-            found.normals[share.contact] += level;
+            forces.forces[share.contact] += share.force * level;
+            forces.shares[share.contact] += level;
         }
     }
 
@@ -164,7 +157,7 @@ impl<const D: usize> Precise<D> {
         z: &[f64; ROWS],
         balanced: &Vector,
         size: f64,
-        found: &Found,
+        forces: &ContactForces,
         pivots: usize,
     ) -> Certificate<D> {
         let objective = self.columns.objective();
@@ -185,7 +178,7 @@ impl<const D: usize> Precise<D> {
             let free = if objective == Objective::Sum { self.least.iter().sum() } else { 1.0 };
             bound += self.largest * (free - holding.value());
         }
-        let (largest, sum) = found.totals();
+        let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);
         let dual = Wrench::<D>::from_fn(|k, _| z[k] * shrink * self.columns.units[k]);
         let gap = if sigma > 0.0 { (1.0 - bound / sigma).abs() } else { 0.0 };
@@ -199,18 +192,18 @@ impl<const D: usize> Precise<D> {
         balanced: &Vector,
         size: f64,
         left_over: f64,
-        found: &mut Found,
+        forces: &mut ContactForces,
         pivots: usize,
     ) -> Option<Certificate<D>> {
         if !self.least.is_empty() {
             return None;
         }
-        let (largest, sum) = found.totals();
+        let (largest, sum) = forces.totals();
         let wanted = balanced.map(DoubleDouble::value);
         let optimum =
             Optimum { target: &wanted, multiplier: z, sigma_max: largest / size, sigma_sum: sum / size };
         let levels = least_squares_levels(&self.columns, self.components, &self.limits, &optimum)?;
-        let mut chosen = Found::new(found.forces.len());
+        let mut chosen = ContactForces::new(forces.forces.len());
         let mut rest = *balanced;
         for (contact, edge, level) in levels {
             let (wrenches, forces) = self.columns.listed(contact)?;
@@ -219,7 +212,7 @@ impl<const D: usize> Precise<D> {
             }
             let force: ContactForce = forces[edge];
             chosen.forces[contact] += force * (level * size);
-            chosen.normals[contact] += level * size;
+            chosen.shares[contact] += level * size;
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
@@ -232,7 +225,7 @@ impl<const D: usize> Precise<D> {
         let before = self.columns.objective().value(largest, sum);
         let kept = certificate.sigma <= before * (1.0 + CHOSEN_GAP) && certificate.gap <= self.tolerance;
         kept.then(|| {
-            *found = chosen;
+            *forces = chosen;
             certificate
         })
     }

@@ -1,0 +1,115 @@
+//! The buffers in which a distributor solves, with the bases and critical regions of earlier wrenches.
+
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::linear_cones::program::{LinearProgram, LinearWorkspace};
+use crate::force::preload::program::{PreloadProgram, PreloadWorkspace};
+use crate::force::true_cones::program::{ConeProgram, ConeWorkspace};
+use crate::grasp::{Grasp, Wrench};
+
+/// The memory of a [`ForceDistributor`](crate::ForceDistributor): buffers, and the bases and regions of earlier
+/// wrenches, from which the next solve starts.
+///
+/// [`ForceDistributor::workspace`](crate::ForceDistributor::workspace) creates it. A distributor that is given the
+/// workspace of another one replaces it by a new one of its own. The answers do not depend on what it remembers.
+#[derive(Debug, Clone)]
+pub struct ForceWorkspace<const D: usize> {
+    /// Belongs to one distributor and its clones.
+    grasp: Arc<Grasp<D>>,
+    pub(crate) solver: Solver<D>,
+    pub(crate) forces: ContactForces,
+}
+
+/// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds.
+#[derive(Debug, Clone)]
+pub(crate) enum Program<const D: usize> {
+    Linear(Arc<LinearProgram<D>>),
+    Cone(Arc<ConeProgram<D>>),
+    Preload(Arc<PreloadProgram<D>>),
+}
+
+/// A program with the memory that belongs to it.
+#[derive(Debug, Clone)]
+pub(crate) enum Solver<const D: usize> {
+    Linear(Arc<LinearProgram<D>>, Box<LinearWorkspace<D>>),
+    Cone(Arc<ConeProgram<D>>, Box<ConeWorkspace<D>>),
+    Preload(Arc<PreloadProgram<D>>, Box<PreloadWorkspace>),
+}
+
+impl<const D: usize> ForceWorkspace<D> {
+    pub(crate) fn new(grasp: &Arc<Grasp<D>>, program: &Program<D>) -> Self {
+        let solver = match program {
+            Program::Linear(program) => Solver::Linear(Arc::clone(program), Box::new(program.workspace())),
+            Program::Cone(program) => Solver::Cone(Arc::clone(program), Box::new(program.workspace())),
+            Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
+        };
+        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()) }
+    }
+
+    /// Whether it was created for this grasp by the distributor that holds it.
+    pub(crate) fn belongs_to(&self, grasp: &Arc<Grasp<D>>) -> bool {
+        Arc::ptr_eq(&self.grasp, grasp)
+    }
+
+    /// Forgets earlier wrenches, so that the next solve starts cold. The answers do not change.
+    pub fn forget(&mut self) {
+        match &mut self.solver {
+            Solver::Linear(_, workspace) => workspace.forget(),
+            Solver::Cone(_, workspace) => workspace.forget(),
+            Solver::Preload(_, workspace) => workspace.forget(),
+        }
+    }
+
+    /// Leaves least forces for `b = -w_ext` in the workspace.
+    pub(crate) fn solve(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
+        let Self { grasp, solver, forces } = self;
+        match solver {
+            Solver::Linear(program, workspace) => {
+                program.solve(workspace, b, grasp.force_components(), forces)
+            }
+            Solver::Cone(program, workspace) => program.solve(workspace, b, forces),
+            Solver::Preload(program, workspace) => program.solve(workspace, b, forces),
+        }
+    }
+
+    /// Writes rows of the components that exist, and returns the objective.
+    pub(crate) fn solve_into(&mut self, b: &Wrench<D>, rows: &mut [f64]) -> Result<f64> {
+        let Self { grasp, solver, forces } = self;
+        let certificate = match solver {
+            Solver::Linear(program, workspace) => {
+                let (region, _) = program.locate(workspace, b, forces)?;
+                region.forces.multiply(b, rows);
+                return Ok(region.dual.dot(b));
+            }
+            Solver::Cone(program, workspace) => program.solve(workspace, b, forces)?,
+            Solver::Preload(program, workspace) => program.solve(workspace, b, forces)?,
+        };
+        let components = grasp.force_components();
+        for (row, force) in rows.chunks_mut(components.len()).zip(&forces.forces) {
+            for (x, &component) in row.iter_mut().zip(components) {
+                *x = force[component];
+            }
+        }
+        Ok(certificate.sigma)
+    }
+
+    /// The largest share of the last solve and the sum of its shares.
+    pub(crate) fn totals(&self, b: &Wrench<D>) -> (f64, f64) {
+        match &self.solver {
+            Solver::Linear(_, workspace) => workspace.latest().totals(b),
+            Solver::Cone(..) | Solver::Preload(..) => self.forces.totals(),
+        }
+    }
+
+    /// Starts from the last basis of another workspace, if both programs number the same edges in the same way.
+    pub(crate) fn adopt(&mut self, other: &Self) {
+        if let (Solver::Linear(program, workspace), Solver::Linear(before, last)) =
+            (&mut self.solver, &other.solver)
+            && program.matches(before)
+        {
+            program.adopt(workspace, last);
+        }
+    }
+}
