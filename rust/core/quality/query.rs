@@ -16,7 +16,7 @@ use crate::convex::expanding_polytope::{
     DEFAULT_MAX_FACETS, Expansion, Limits, POLISH, Polytope, Progress, Radius, Thinnest,
 };
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
-use crate::convex::rounding::{along, of_set};
+use crate::convex::rounding::{Rounding, along, of_contacts};
 use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
@@ -63,6 +63,8 @@ pub(crate) struct Question<'a, const D: usize> {
     limits: Limits,
     /// No wrench is longer: what counts as large.
     pub(crate) scale: f64,
+    /// What rounding may have done to each component of a contact's wrenches, and of the center.
+    rounding: (Vec<Wrench<D>>, Wrench<D>),
 }
 
 impl<'a, const D: usize> Question<'a, D> {
@@ -89,7 +91,9 @@ impl<'a, const D: usize> Question<'a, D> {
         if weight >= REPRESENTABLE.end {
             return Err(Error::input("center", reason(weight)));
         }
-        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight })
+        let lost = center.map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED);
+        let rounding = (of_contacts(grasp, &metric), lost);
+        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
     }
 
     pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {
@@ -112,18 +116,15 @@ impl<'a, const D: usize> Question<'a, D> {
     }
 
     /// What rounding may have done to each component of the set's points.
-    pub(crate) fn uncertain(&self, criterion: Criterion) -> Wrench<D> {
-        let uncertain = of_set(self.grasp, criterion, &self.metric);
-        let center =
-            self.center.map_or_else(Wrench::zeros, |(center, _)| self.metric.magnitude(&center.abs()));
-        uncertain + center * ROUNDED
+    pub(crate) fn uncertain(&self) -> Wrench<D> {
+        SetRounding { query: self, criterion: self.set.criterion() }.of_any_point()
     }
 
     pub(crate) fn answer(&self, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
         if let Some(quality) = self.separated() {
             return quality;
         }
-        workspace.polytope.allow(self.uncertain(self.set.criterion()));
+        workspace.polytope.allow(self.uncertain());
         let first = self.expand(self.first_size(), &self.limits, workspace);
         self.conclude(first, workspace)
     }
@@ -131,7 +132,7 @@ impl<'a, const D: usize> Question<'a, D> {
     /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
     pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
         let limits = Limits { stop_below, ..self.limits };
-        workspace.polytope.allow(self.uncertain(self.set.criterion()));
+        workspace.polytope.allow(self.uncertain());
         let first = self.expand(self.first_size(), &limits, workspace);
         let (upper, direction) = match first {
             Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
@@ -151,10 +152,10 @@ impl<'a, const D: usize> Question<'a, D> {
         *symmetric = false;
         let mut oracle = |z: &Wrench<D>| self.support(z);
         polytope.start(size);
-        let early = Limits { max_facets: EARLY.min(limits.max_facets), ..*limits };
+        let early = Limits { max_facets: EARLY.min(limits.max_facets / 2), ..*limits };
         let mut progress = polytope.grow(&early, &mut oracle);
         let mut known = None;
-        if matches!(progress, Progress::Full(_)) && early.max_facets < limits.max_facets {
+        if matches!(progress, Progress::Full(_)) {
             let thinnest = *polytope.thinnest();
             if thinnest.upper <= size {
                 return Expansion::Pierced(thinnest);
@@ -291,7 +292,7 @@ impl<'a, const D: usize> Question<'a, D> {
 
     /// What is uncertain of `p(z)`.
     fn lost_along(&self, z: &Wrench<D>) -> f64 {
-        along(z, &self.uncertain(self.set.criterion()))
+        SetRounding { query: self, criterion: self.set.criterion() }.of_support(z).0
     }
 
     /// Without a center, where the origin is not inside.
@@ -306,10 +307,10 @@ impl<'a, const D: usize> Question<'a, D> {
 
     /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
     fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
-        let uncertain = self.uncertain(self.set.criterion());
+        let rounding = SetRounding { query: self, criterion: self.set.criterion() };
         let negligible = NEGLIGIBLE * self.scale;
         let nearest =
-            nearest_point(self.outer_rtol(), negligible, usize::MAX, &uncertain, |z| self.support(z));
+            nearest_point(self.outer_rtol(), negligible, usize::MAX, &rounding, |z| self.support(z));
         if nearest.upper <= 2.0 * negligible && nearest.lower <= 0.0 {
             return self.on_boundary(&unresolved.direction, unresolved.upper, &nearest, closure);
         }
@@ -318,8 +319,8 @@ impl<'a, const D: usize> Question<'a, D> {
 
     /// Wolfe's algorithm on the union, as patient as this.
     fn nearest(&self, patience: usize) -> NearestPoint<D> {
-        let uncertain = self.uncertain(Criterion::Sum);
-        nearest_point(self.outer_rtol(), 0.0, patience, &uncertain, |z| self.set.union_support(z))
+        let rounding = SetRounding { query: self, criterion: Criterion::Sum };
+        nearest_point(self.outer_rtol(), 0.0, patience, &rounding, |z| self.set.union_support(z))
     }
 
     /// Outside, rounding sets the only price of precision.
@@ -366,5 +367,51 @@ impl<'a, const D: usize> Question<'a, D> {
             facets: 0,
             metric: self.metric,
         }
+    }
+}
+
+/// What rounding has done to the union, or to the Minkowski sum, about a center or not.
+struct SetRounding<'a, const D: usize> {
+    query: &'a Question<'a, D>,
+    criterion: Criterion,
+}
+
+impl<const D: usize> Rounding<D> for SetRounding<'_, D> {
+    fn of_any_point(&self) -> Wrench<D> {
+        let (contacts, center) = &self.query.rounding;
+        let all = match self.criterion {
+            Criterion::Max => contacts.iter().sum(),
+            Criterion::Sum => contacts.iter().fold(Wrench::zeros(), |all: Wrench<D>, lost| all.sup(lost)),
+        };
+        all + center
+    }
+
+    fn of_support(&self, z: &Wrench<D>) -> (f64, Wrench<D>) {
+        let (contacts, center) = &self.query.rounding;
+        // The best contact, and the sum of those that push: as computed, and with what rounding may have taken.
+        let (mut best, mut sum) =
+            ((f64::NEG_INFINITY, f64::NEG_INFINITY, center), (0.0, 0.0, Wrench::zeros()));
+        for (i, lost) in contacts.iter().enumerate() {
+            let value = self.query.set.contact_value(i, z);
+            let at_most = value + along(z, lost);
+            best.1 = at_most.max(best.1);
+            if value > best.0 {
+                (best.0, best.2) = (value, lost);
+            }
+            if value > 0.0 {
+                sum.0 += value;
+                sum.2 += lost;
+            }
+            sum.1 += at_most.max(0.0);
+        }
+        let sums = self.criterion == Criterion::Max;
+        let value = if sums && sum.0 > 0.0 { sum.0 } else { best.0 };
+        let at_most = if sums && sum.1 > 0.0 { sum.1 } else { best.1 };
+        let uncertain = if sums && sum.0 > 0.0 { sum.2 } else { *best.2 };
+        if self.query.center.is_none() {
+            return (at_most - value, uncertain);
+        }
+        // About a center, the origin belongs to the set.
+        (at_most.max(0.0) - value.max(0.0) + along(z, center), uncertain + center)
     }
 }

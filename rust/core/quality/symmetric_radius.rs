@@ -123,8 +123,7 @@ impl<const D: usize> Search<'_, D> {
             best
         };
         // What the deviation takes is to be left of the tolerance.
-        let lost =
-            deviation + question.uncertain(question.set.criterion()).norm() + 2.0 * NOISE * question.scale;
+        let lost = deviation + question.uncertain().norm() + 2.0 * NOISE * question.scale;
         let rtol = (limits.rtol - lost / thinnest.upper).max(0.5 * limits.rtol);
         let narrower = Limits { rtol, ..*limits };
         let found = match Polytope::<E>::new().expand(size, &narrower, oracle) {

@@ -215,6 +215,11 @@ impl<const D: usize> WrenchSet<D> {
         }
     }
 
+    /// How far contact `i` alone reaches along `z`.
+    pub(crate) fn contact_value(&self, i: usize, z: &Wrench<D>) -> f64 {
+        self.contacts[i].value(z).0
+    }
+
     /// How far contact `i` alone reaches along `z`, and by which force.
     pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactSupport<D> {
         let contact = &self.contacts[i];

@@ -5,6 +5,10 @@
 //! all directions, and every ray from the origin leaves through a facet. Any vector `y` certifies
 //! `|x| >= min_k (y . v_k) / |y|` for all points `x` of the facet with vertices `v_k`. The final bound is taken over
 //! all facets this way.
+//!
+//! **No removed piece holds the origin** where its plane proves so: the piece is the hull of a visible facet and `p`, and
+//! `y . x > 0` on all of it if `y . v_k > 0` and `y . p > 0`. Each facet carries a bound on `|y . v_k - 1|` for that. Where
+//! planes are too close to the origin for their digits, a ray that meets an odd number of facets proves it.
 
 use std::collections::BinaryHeap;
 
@@ -25,6 +29,12 @@ pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
 /// What norms and quotients lose, relative to themselves.
 pub(crate) const ROUNDED: f64 = 8.0 * f64::EPSILON;
 
+/// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
+const PROVEN: f64 = 0.5;
+
+/// Rays that are tried in turn where one passes too close to the rim of a facet.
+const RAYS: usize = 8;
+
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;
 
@@ -43,6 +53,8 @@ pub(crate) struct Boundary<const D: usize> {
     noise: f64,
     /// A bound on what rounding has done to each component of a point; zero where it is not known.
     uncertain: Wrench<D>,
+    /// Whether the planes prove that no removed piece held the origin.
+    proven: bool,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -58,6 +70,7 @@ impl<const D: usize> Boundary<D> {
             serial: 0,
             noise: 0.0,
             uncertain: Wrench::zeros(),
+            proven: true,
         }
     }
 
@@ -74,6 +87,7 @@ impl<const D: usize> Boundary<D> {
         self.heap.clear();
         self.round = 1;
         self.serial = 0;
+        self.proven = true;
         self.noise = NOISE * size;
         self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
@@ -82,6 +96,7 @@ impl<const D: usize> Boundary<D> {
             let facet = Facet {
                 plane: self.points[opposite] * (-(D as f64) / (size * size)),
                 distance: size / D as f64,
+                error: 64.0 * f64::EPSILON,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
                 neighbours: std::array::from_fn(|slot| others(slot) as u32),
@@ -103,11 +118,6 @@ impl<const D: usize> Boundary<D> {
     /// Whether there is no number for another vertex.
     pub(crate) fn is_full(&self) -> bool {
         self.points.len() >= MAX_POINTS
-    }
-
-    /// What rounding leaves uncertain in the distance of any plane.
-    pub(crate) fn noise(&self) -> f64 {
-        self.noise
     }
 
     /// What of [`Self::noise`] concerns products with `z`: of points that differ by orders of magnitude among their
@@ -148,6 +158,7 @@ impl<const D: usize> Boundary<D> {
             if offset(&facet.plane, &vertices) > 1e-13 {
                 if let Some(plane) = plane_through(&vertices) {
                     (facet.plane, facet.distance) = (plane, plane.norm().recip());
+                    facet.error = offset(&plane, &vertices) + self.noise / facet.distance;
                 }
                 let distance = certified_distance(&facet.plane, &vertices);
                 if distance > candidate.distance
@@ -180,6 +191,7 @@ impl<const D: usize> Boundary<D> {
         let round = self.round;
         let facet = &mut self.facets[first as usize];
         (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
+        self.proven &= facet.error + self.noise / facet.distance < PROVEN;
         self.visible.push(first);
         let mut next = 0;
         while let Some(&inner) = self.visible.get(next) {
@@ -195,6 +207,7 @@ impl<const D: usize> Boundary<D> {
                         || (beyond > 0.0
                             && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
                     if neighbour.visible {
+                        self.proven &= neighbour.error + self.noise / neighbour.distance < PROVEN;
                         self.visible.push(outer);
                     }
                 }
@@ -219,7 +232,7 @@ impl<const D: usize> Boundary<D> {
         for (k, vertex) in vertices[..D - 1].iter_mut().enumerate() {
             *vertex = inside.vertices[k + usize::from(k >= slot)];
         }
-        let plane = self.tilted_plane(inside, outside, &vertices);
+        let (plane, error) = self.tilted_plane(inside, outside, &vertices);
         let back = shared_slot(outside, inner, &vertices);
         let mut neighbours = [outer; D];
         let (made, serial) = self.next_slot();
@@ -238,6 +251,7 @@ impl<const D: usize> Boundary<D> {
         self.facets[made as usize] = Facet {
             plane,
             distance,
+            error,
             reach: 1.0,
             vertices,
             neighbours,
@@ -262,26 +276,37 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
-    /// that meet in the ridge: a convex combination, so errors in old vertices never grow.
-    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> Wrench<D> {
+    /// that meet in the ridge: a convex combination, so errors in old vertices never grow. With a bound on
+    /// `|y . v_k - 1|`.
+    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> (Wrench<D>, f64) {
         let t = ((1.0 - outside.reach) / (inside.reach - outside.reach)).clamp(0.0, 1.0);
         let plane = outside.plane + (inside.plane - outside.plane) * t;
         // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
         let before = outside.plane.norm_squared().max(t * t * inside.plane.norm_squared());
         if plane.norm_squared() < 1e-6 * before {
             let vertices = vertices.map(|v| self.points[v as usize]);
-            return plane_through(&vertices).unwrap_or(plane);
+            if let Some(plane) = plane_through(&vertices) {
+                return (plane, offset(&plane, &vertices) + self.noise * plane.norm());
+            }
         }
-        plane
+        // Of the ridge the larger of both errors, of the apex what the clamp leaves, and the rounding of these lines.
+        let rounded = 2.0 * self.noise * (outside.distance.recip() + inside.distance.recip());
+        (plane, inside.error.max(outside.error).max(outside.reach - 1.0) + rounded)
     }
 
-    /// Whether the facets still surround the origin: a cycle does where a ray meets it an odd number of times, and if one
-    /// ray does, all do. Rounding may have removed the piece that holds the origin where points differ by many orders.
+    /// Whether it is certain that the facets surround the origin. Rounding may have removed the piece that holds the origin
+    /// where points differ by many orders.
     pub(crate) fn surrounds_origin(&self) -> bool {
-        let ray = Wrench::<D>::from_fn(|row, _| (1.7 * row as f64 + 0.9).sin());
-        let live = self.facets.iter().filter(|facet| facet.round != 0);
-        let met = live.filter(|facet| pierces(&ray, &facet.vertices.map(|v| self.points[v as usize])));
-        met.count() % 2 == 1
+        let ray = |k: usize| Wrench::from_fn(|row, _| (1.7 * row as f64 + 0.9 + 2.3 * k as f64).sin());
+        self.proven || (0..RAYS).find_map(|k| self.is_met_oddly(&ray(k))) == Some(true)
+    }
+
+    /// Whether a ray meets an odd number of facets; if one does, all do. `None` where it passes too close to a rim.
+    fn is_met_oddly(&self, ray: &Wrench<D>) -> Option<bool> {
+        let mut live = self.facets.iter().filter(|facet| facet.round != 0);
+        live.try_fold(false, |odd, facet| {
+            Some(odd ^ pierces(ray, &facet.vertices.map(|v| self.points[v as usize]))?)
+        })
     }
 
     /// No point of the facet, had it not been rounded, is nearer to the origin than this.

@@ -31,9 +31,6 @@ pub(crate) const POLISH: usize = 8;
 /// What part of the plain cut a polished vertex must cut.
 const DEEP: f64 = 0.3;
 
-/// Rounding of more than this part of the radius may have misled the boundary.
-const DOUBTFUL: f64 = 1e-10;
-
 /// When to stop, and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
@@ -220,8 +217,7 @@ impl<const D: usize> Polytope<D> {
         let reached = lower.min(upper);
         // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
         // ball, lies in the set.
-        let doubtful = self.boundary.noise() > DOUBTFUL * reached;
-        let certified = if reached > size && (!doubtful || self.boundary.surrounds_origin()) {
+        let certified = if reached > size && self.boundary.surrounds_origin() {
             self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0
