@@ -40,4 +40,4 @@ pub use quality::gradient::Gradient;
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use tolerances::FEASIBILITY_TOLERANCE;
 pub use wrench_set::minkowski_sum::{DEFAULT_MAX_POINTS, MinkowskiSum};
-pub use wrench_set::{ContactSupport, Criterion, Support, WrenchSet};
+pub use wrench_set::{ContactReach, Criterion, Support, WrenchSet};

@@ -19,7 +19,7 @@ use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::query::Question;
 use crate::quality::{Quality, QualityOptions, QualityWorkspace};
-use crate::wrench_set::{ContactSupport, Criterion, Support, WrenchSet};
+use crate::wrench_set::{ContactReach, Criterion, Support, WrenchSet};
 
 /// How far from the nearest boundary wrench the forces that exert it may end, relative to the longest wrench.
 const EXERTED: f64 = 1e-9;
@@ -173,7 +173,7 @@ impl<'a, const D: usize> Faces<'a, D> {
         // About a center, the origin belongs to the set.
         let with_origin = question.center.is_some();
         let furthest = if with_origin { furthest.max(0.0) } else { furthest };
-        let face = |(i, support): (usize, &ContactSupport<D>)| {
+        let face = |(i, support): (usize, &ContactReach<D>)| {
             let (least, optional) = if union {
                 (furthest - tolerance, false)
             } else {

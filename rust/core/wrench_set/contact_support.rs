@@ -70,13 +70,6 @@ impl<const R: usize> ContactSupport<R> {
         self.furthest(z).0
     }
 
-    /// `h_i(z)` and the wrench that attains it.
-    #[inline]
-    pub(crate) fn support(&self, z: &SVector<f64, R>) -> (f64, SVector<f64, R>) {
-        let (value, edge) = self.furthest(z);
-        (value, self.wrench(z, edge))
-    }
-
     /// The wrench along `z`, whose extreme force has the number `at` that [`Self::furthest`] gives.
     #[inline]
     pub(crate) fn wrench(&self, z: &SVector<f64, R>, at: usize) -> SVector<f64, R> {

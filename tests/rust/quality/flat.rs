@@ -18,8 +18,7 @@ fn on_a_line(random: &mut Random, offset: f64) -> Vec<Contact> {
             } else {
                 random.direction()
             };
-            let contact =
-                Contact::new(position, normal).friction(0.2 + random.next()).edges(4 + k % 5);
+            let contact = Contact::new(position, normal).friction(0.2 + random.next()).edges(4 + k % 5);
             if random.next() < 0.3 { contact.cone() } else { contact }
         })
         .collect()

@@ -53,7 +53,7 @@ fn a_soft_pair_is_as_strong_as_its_weakest_twist_or_slip() {
 fn a_continuum_of_minimisers_ends_with_its_bracket() {
     let soft = sphere(&TETRAHEDRON, |c| c.cone().torsion(0.2));
     let options =
-        QualityOptions { rtol: Some(1e-9), max_facets: Some(5000), ..QualityOptions::new(Criterion::Max) };
+        QualityOptions { rtol: Some(1e-9), max_facets: Some(50_000), ..QualityOptions::new(Criterion::Max) };
     let quality = soft.quality_with(&options, &mut QualityWorkspace::default()).unwrap();
     assert!(!quality.converged);
     assert!(quality.lower < quality.upper && quality.upper < 0.0, "{quality:?}");
