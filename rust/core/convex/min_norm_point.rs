@@ -3,11 +3,11 @@
 //! It answers where the polytope cannot start: the origin lies outside the set, and `rho > 0` is the distance.
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
-use crate::convex::expanding_polytope::boundary::{NOISE, ROUNDED};
-use crate::convex::rounding::{LOST, Rounding, along};
+use crate::convex::rounding::{Rounding, along};
 use crate::grasp::{Wrench, length};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::{LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
@@ -32,7 +32,7 @@ pub(crate) struct NearestPoint<const D: usize> {
     pub(crate) combination: [(usize, f64); CORRAL],
 }
 
-/// Finds the nearest point to a relative tolerance; stops at norm `negligible`, and after `patience` calls of the
+/// Finds the nearest point to a relative tolerance; stops at norm `negligible`, and after `max_calls` calls of the
 /// oracle where no direction has turned up by then along which the whole set lies beyond the origin.
 ///
 /// `oracle(z)` answers for unit `z`, with points that are uncertain by their `rounding`: the bracket holds for the points as
@@ -40,7 +40,7 @@ pub(crate) struct NearestPoint<const D: usize> {
 pub(crate) fn nearest_point<const D: usize>(
     rtol: f64,
     negligible: f64,
-    patience: usize,
+    max_calls: usize,
     rounding: &impl Rounding<D>,
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
@@ -66,25 +66,25 @@ pub(crate) fn nearest_point<const D: usize>(
         let weighted = corral.weighted();
         let distance = length(&weighted);
         if distance < best.upper {
-            stuck = if distance < best.upper * (1.0 - PROGRESS) { 0 } else { stuck };
+            stuck = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stuck };
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
             reached = (weighted, corral.directions);
         }
-        if norm <= negligible || (best.lower <= 0.0 && best.supports >= patience) {
+        if norm <= negligible || (best.lower <= 0.0 && best.supports >= max_calls) {
             break;
         }
         let z = point / -norm;
         let support = oracle(&z);
         best.supports += 1;
         if -support.value > best.lower {
-            stuck = if -support.value > best.lower + PROGRESS * best.lower.abs() { 0 } else { stuck };
+            stuck = if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stuck };
             (best.lower, best.witness) = (-support.value, z);
         }
         stuck += 1;
         // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
-        let noise = NOISE * corral.longest().max(length(&support.wrench));
+        let noise = ROUNDED_DISTANCE * corral.longest().max(length(&support.wrench));
         let lost = along(&z, &uncertain);
-        let noise = if lost > 0.0 { noise.min(lost * (NOISE / LOST)) } else { noise };
+        let noise = if lost > 0.0 { noise.min(lost * (ROUNDED_DISTANCE / ROUNDED_POINT)) } else { noise };
         let gap = best.upper - best.lower - rtol * best.upper;
         best.converged = gap <= noise;
         if best.converged || interrupt::stopped() {
@@ -94,7 +94,7 @@ pub(crate) fn nearest_point<const D: usize>(
         if corral.holds(&support.wrench) || stuck > STALLED {
             // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
             // to the set and others will tell.
-            if corral.careful || gap <= lost || (best.lower <= 0.0 && patience < usize::MAX) {
+            if corral.careful || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
             stuck = 0;
@@ -110,9 +110,6 @@ pub(crate) fn nearest_point<const D: usize>(
 /// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
 const STALLED: usize = 40;
 
-/// A bound that moves by less than this part of it hardly moves.
-const PROGRESS: f64 = 1e-12;
-
 /// Moves both bounds by what rounding may have done to them.
 fn certify<const D: usize>(
     best: &mut NearestPoint<D>,
@@ -121,10 +118,10 @@ fn certify<const D: usize>(
     rtol: f64,
 ) {
     let (lost, _) = rounding.of_support(&best.witness);
-    best.lower -= lost + ROUNDED * best.lower.abs();
+    best.lower -= lost + ROUNDED_QUOTIENT * best.lower.abs();
     let weighted = best.combination.iter().zip(directions).filter(|((_, weight), _)| *weight != 0.0);
     let uncertain: Wrench<D> = weighted.map(|((_, weight), z)| rounding.of_support(z).1 * weight.abs()).sum();
-    best.upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED);
+    best.upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED_QUOTIENT);
     best.lower = best.lower.min(best.upper);
     best.converged |= best.upper - best.lower <= rtol * best.upper + 3.0 * lost;
 }

@@ -14,9 +14,7 @@ use nalgebra::Vector3;
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
-
-/// Units of rounding lost between what was given and a component of a wrench; counted, it is fewer.
-pub(crate) const LOST: f64 = 16.0 * f64::EPSILON;
+use crate::tolerances::ROUNDED_POINT;
 
 /// `|z| . e`: what is uncertain along `z`.
 #[inline]
@@ -47,7 +45,7 @@ impl<const D: usize> Rounding<D> for Wrench<D> {
 /// The bounds for the contacts of a grasp in the coordinates where the metric is Euclidean.
 pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>, metric: &Metric<D>) -> Vec<Wrench<D>> {
     // Adding up as many contacts rounds as often.
-    let lost = LOST + grasp.num_contacts() as f64 * f64::EPSILON;
+    let lost = ROUNDED_POINT + grasp.num_contacts() as f64 * f64::EPSILON;
     let contacts = grasp.contacts().iter().enumerate().map(|(i, contact)| {
         let lever = (contact.position - grasp.options().origin).abs();
         let wrench = map_magnitude::<D>(grasp, i, &lever, 1.0) * force_magnitude(grasp, i, contact);

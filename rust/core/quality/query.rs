@@ -1,4 +1,4 @@
-//! How a question about quality is answered: outside first, then inside, and closure where neither is clear.
+//! How the quality of one grasp is computed: outside first, then inside, and closure where neither is clear.
 //!
 //! *Outside first.* A good part of all grasps is open, and Wolfe's algorithm finds that out in a fraction of a
 //! polytope's time: some dozen calls of the oracle end with the distance, with the direction in which it lies, and so
@@ -11,39 +11,31 @@
 
 use std::cmp::Ordering;
 
-use crate::convex::expanding_polytope::boundary::ROUNDED;
 use crate::convex::expanding_polytope::{
     DEFAULT_MAX_FACETS, Expansion, Limits, POLISH, Polytope, Progress, Radius, Thinnest,
 };
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
-use crate::convex::rounding::{Rounding, along, of_contacts};
+use crate::convex::rounding::{Rounding, of_contacts};
 use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
 use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
+use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
-use crate::quality::{Quality, QualityOptions, QualityWorkspace};
+use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
-const PATIENCE: usize = 16;
-
-/// Deviations from symmetry of this part of the tolerance do not keep the bracket from closing ...
-const EXACT: f64 = 0.25;
-
-/// ... and larger ones may take this part of the radius from what is proven.
-const NEARLY: f64 = 1e-3;
+const CALLS_BEFORE_POLYTOPE: usize = 16;
 
 /// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
-const EARLY: usize = 10_000;
-
-/// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
-const NEGLIGIBLE: f64 = 1e-12;
+const FACETS_BEFORE_SYMMETRY: usize = 10_000;
 
 /// Calls of the oracle that are no reason not to begin again.
-const FEW: usize = 1000;
+const CALLS_WORTH_REPEATING: usize = 1000;
 
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
@@ -54,7 +46,7 @@ pub(crate) enum Examination<const D: usize> {
 }
 
 /// A wrench set in the coordinates where the metric is Euclidean.
-pub(crate) struct Question<'a, const D: usize> {
+pub(crate) struct QualityQuery<'a, const D: usize> {
     pub(crate) grasp: &'a Grasp<D>,
     pub(crate) set: WrenchSet<D>,
     pub(crate) metric: Metric<D>,
@@ -64,10 +56,10 @@ pub(crate) struct Question<'a, const D: usize> {
     /// No wrench is longer: what counts as large.
     pub(crate) scale: f64,
     /// What rounding may have done to each component of a contact's wrenches, and of the center.
-    rounding: (Vec<Wrench<D>>, Wrench<D>),
+    pub(crate) rounding: (Vec<Wrench<D>>, Wrench<D>),
 }
 
-impl<'a, const D: usize> Question<'a, D> {
+impl<'a, const D: usize> QualityQuery<'a, D> {
     pub(crate) fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
         options.check()?;
         let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
@@ -91,7 +83,8 @@ impl<'a, const D: usize> Question<'a, D> {
         if weight >= REPRESENTABLE.end {
             return Err(Error::input("center", reason(weight)));
         }
-        let lost = center.map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED);
+        let lost = center
+            .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);
         let rounding = (of_contacts(grasp, &metric), lost);
         Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
     }
@@ -152,7 +145,7 @@ impl<'a, const D: usize> Question<'a, D> {
         *symmetric = false;
         let mut oracle = |z: &Wrench<D>| self.support(z);
         polytope.start(size);
-        let early = Limits { max_facets: EARLY.min(limits.max_facets / 2), ..*limits };
+        let early = Limits { max_facets: FACETS_BEFORE_SYMMETRY.min(limits.max_facets / 2), ..*limits };
         let mut progress = polytope.grow(&early, &mut oracle);
         let mut known = None;
         if matches!(progress, Progress::Full(_)) {
@@ -160,8 +153,8 @@ impl<'a, const D: usize> Question<'a, D> {
             if thinnest.upper <= size {
                 return Expansion::Pierced(thinnest);
             }
-            let symmetries = Symmetries::of(self, NEARLY * thinnest.upper);
-            let exact = symmetries.deviation() <= EXACT * limits.rtol * thinnest.upper;
+            let symmetries = Symmetries::of(self, NEAR_SYMMETRY * thinnest.upper);
+            let exact = symmetries.deviation() <= EXACT_SYMMETRY * limits.rtol * thinnest.upper;
             if exact {
                 known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
             }
@@ -199,7 +192,7 @@ impl<'a, const D: usize> Question<'a, D> {
         if self.center.is_some() {
             return None;
         }
-        let nearest = self.nearest(PATIENCE);
+        let nearest = self.nearest(CALLS_BEFORE_POLYTOPE);
         if nearest.lower <= 0.0 {
             return None;
         }
@@ -216,7 +209,7 @@ impl<'a, const D: usize> Question<'a, D> {
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
         match self.center {
-            Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, workspace) {
+            Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
                 Ok(radius) => self.inside(&radius, 0.0, closure),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
@@ -256,7 +249,9 @@ impl<'a, const D: usize> Question<'a, D> {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
                 // What rounding broke early may go well from another simplex; a work limit would be met again.
-                Expansion::Stopped(thinnest) if thinnest.supports > FEW || interrupt::stopped() => {
+                Expansion::Stopped(thinnest)
+                    if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
+                {
                     return Err(thinnest);
                 }
                 Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
@@ -274,7 +269,7 @@ impl<'a, const D: usize> Question<'a, D> {
     fn inside(&self, radius: &Radius<D>, least: f64, closure: Closure) -> Quality<D> {
         let direction = self.metric.to_physical(&radius.direction);
         let lost = self.lost_along(&radius.direction);
-        let upper = radius.upper + lost + ROUNDED * radius.upper;
+        let upper = radius.upper + lost + ROUNDED_QUOTIENT * radius.upper;
         let lower = radius.lower.max(least.min(upper));
         Quality {
             rho: -lower,
@@ -308,7 +303,7 @@ impl<'a, const D: usize> Question<'a, D> {
     /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
     fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
         let rounding = SetRounding { query: self, criterion: self.set.criterion() };
-        let negligible = NEGLIGIBLE * self.scale;
+        let negligible = NEGLIGIBLE_RADIUS * self.scale;
         let nearest =
             nearest_point(self.outer_rtol(), negligible, usize::MAX, &rounding, |z| self.support(z));
         if nearest.upper <= 2.0 * negligible && nearest.lower <= 0.0 {
@@ -317,10 +312,10 @@ impl<'a, const D: usize> Question<'a, D> {
         self.at_distance(&nearest, 0.0, closure)
     }
 
-    /// Wolfe's algorithm on the union, as patient as this.
-    fn nearest(&self, patience: usize) -> NearestPoint<D> {
+    /// Wolfe's algorithm on the union within this many calls, unless it finds the origin outside by then.
+    fn nearest(&self, max_calls: usize) -> NearestPoint<D> {
         let rounding = SetRounding { query: self, criterion: Criterion::Sum };
-        nearest_point(self.outer_rtol(), 0.0, patience, &rounding, |z| self.set.union_support(z))
+        nearest_point(self.outer_rtol(), 0.0, max_calls, &rounding, |z| self.set.union_support(z))
     }
 
     /// Outside, rounding sets the only price of precision.
@@ -367,51 +362,5 @@ impl<'a, const D: usize> Question<'a, D> {
             facets: 0,
             metric: self.metric,
         }
-    }
-}
-
-/// What rounding has done to the union, or to the Minkowski sum, about a center or not.
-struct SetRounding<'a, const D: usize> {
-    query: &'a Question<'a, D>,
-    criterion: Criterion,
-}
-
-impl<const D: usize> Rounding<D> for SetRounding<'_, D> {
-    fn of_any_point(&self) -> Wrench<D> {
-        let (contacts, center) = &self.query.rounding;
-        let all = match self.criterion {
-            Criterion::Max => contacts.iter().sum(),
-            Criterion::Sum => contacts.iter().fold(Wrench::zeros(), |all: Wrench<D>, lost| all.sup(lost)),
-        };
-        all + center
-    }
-
-    fn of_support(&self, z: &Wrench<D>) -> (f64, Wrench<D>) {
-        let (contacts, center) = &self.query.rounding;
-        // The best contact, and the sum of those that push: as computed, and with what rounding may have taken.
-        let (mut best, mut sum) =
-            ((f64::NEG_INFINITY, f64::NEG_INFINITY, center), (0.0, 0.0, Wrench::zeros()));
-        for (i, lost) in contacts.iter().enumerate() {
-            let value = self.query.set.contact_value(i, z);
-            let at_most = value + along(z, lost);
-            best.1 = at_most.max(best.1);
-            if value > best.0 {
-                (best.0, best.2) = (value, lost);
-            }
-            if value > 0.0 {
-                sum.0 += value;
-                sum.2 += lost;
-            }
-            sum.1 += at_most.max(0.0);
-        }
-        let sums = self.criterion == Criterion::Max;
-        let value = if sums && sum.0 > 0.0 { sum.0 } else { best.0 };
-        let at_most = if sums && sum.1 > 0.0 { sum.1 } else { best.1 };
-        let uncertain = if sums && sum.0 > 0.0 { sum.2 } else { *best.2 };
-        if self.query.center.is_none() {
-            return (at_most - value, uncertain);
-        }
-        // About a center, the origin belongs to the set.
-        (at_most.max(0.0) - value.max(0.0) + along(z, center), uncertain + center)
     }
 }

@@ -16,21 +16,10 @@ use crate::convex::expanding_polytope::facet::{
     Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges,
 };
 use crate::convex::expanding_polytope::ridge_table::{RidgeTable, Side};
-use crate::convex::rounding::{LOST, along};
+use crate::convex::rounding::along;
 use crate::grasp::Wrench;
 use crate::linalg::dense::{pierces, plane_through};
-
-/// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
-pub(crate) const BEYOND: f64 = 1e-12;
-
-/// What rounding leaves uncertain in a distance, relative to the longest vertex.
-pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
-
-/// What norms and quotients lose, relative to themselves.
-pub(crate) const ROUNDED: f64 = 8.0 * f64::EPSILON;
-
-/// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
-const PROVEN: f64 = 0.5;
+use crate::tolerances::{BEYOND_PLANE, PROVEN_PLANE, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
 
 /// Rays that are tried in turn where one passes too close to the rim of a facet.
 const RAYS: usize = 8;
@@ -88,7 +77,7 @@ impl<const D: usize> Boundary<D> {
         self.round = 1;
         self.serial = 0;
         self.proven = true;
-        self.noise = NOISE * size;
+        self.noise = ROUNDED_DISTANCE * size;
         self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
@@ -133,7 +122,7 @@ impl<const D: usize> Boundary<D> {
 
     /// Accounts for the rounding of a point of this length.
     pub(crate) fn admit_noise_of(&mut self, length: f64) {
-        self.noise = self.noise.max(NOISE * length);
+        self.noise = self.noise.max(ROUNDED_DISTANCE * length);
     }
 
     /// `y` with `y . x = 1` on the facet.
@@ -191,7 +180,7 @@ impl<const D: usize> Boundary<D> {
         let round = self.round;
         let facet = &mut self.facets[first as usize];
         (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
-        self.proven &= facet.error + self.noise / facet.distance < PROVEN;
+        self.proven &= facet.error + self.noise / facet.distance < PROVEN_PLANE;
         self.visible.push(first);
         let mut next = 0;
         while let Some(&inner) = self.visible.get(next) {
@@ -202,12 +191,12 @@ impl<const D: usize> Boundary<D> {
                 if neighbour.round != round {
                     neighbour.round = round;
                     neighbour.reach = neighbour.plane.dot(&p);
-                    let beyond = neighbour.reach - 1.0 - BEYOND;
+                    let beyond = neighbour.reach - 1.0 - BEYOND_PLANE;
                     neighbour.visible = beyond > self.noise / neighbour.distance
                         || (beyond > 0.0
                             && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
                     if neighbour.visible {
-                        self.proven &= neighbour.error + self.noise / neighbour.distance < PROVEN;
+                        self.proven &= neighbour.error + self.noise / neighbour.distance < PROVEN_PLANE;
                         self.visible.push(outer);
                     }
                 }
@@ -311,8 +300,8 @@ impl<const D: usize> Boundary<D> {
 
     /// No point of the facet, had it not been rounded, is nearer to the origin than this.
     fn certified(&self, plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED) / plane.norm();
-        certified_distance(plane, vertices) * (1.0 - ROUNDED) - lost
+        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED_QUOTIENT) / plane.norm();
+        certified_distance(plane, vertices) * (1.0 - ROUNDED_QUOTIENT) - lost
     }
 
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
@@ -334,6 +323,6 @@ impl<const D: usize> Boundary<D> {
 
 /// What of `noise` concerns products with `z`, where points are `uncertain` by so much.
 fn noise_along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>, noise: f64) -> f64 {
-    let along = along(z, uncertain) * (NOISE / LOST);
+    let along = along(z, uncertain) * (ROUNDED_DISTANCE / ROUNDED_POINT);
     if along > 0.0 { along.min(noise * z.norm()) } else { noise * z.norm() }
 }

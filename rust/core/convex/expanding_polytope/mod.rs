@@ -16,9 +16,10 @@ pub(crate) mod boundary;
 pub(crate) mod facet;
 pub(crate) mod ridge_table;
 
-use crate::convex::expanding_polytope::boundary::{BEYOND, Boundary};
+use crate::convex::expanding_polytope::boundary::Boundary;
 use crate::grasp::Wrench;
 use crate::interrupt;
+use crate::tolerances::BEYOND_PLANE;
 use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller buys more: some 0.1 s and 40 MB. Only sets whose nearest boundary points are a
@@ -173,7 +174,7 @@ impl<const D: usize> Polytope<D> {
         limits: &Limits,
         oracle: &mut impl FnMut(&Wrench<D>) -> Support<D>,
     ) -> Progress {
-        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         loop {
             // With none left, all facets lie beyond the best upper bound.
             let Some(nearest) = self.boundary.pop_nearest() else {
@@ -205,7 +206,7 @@ impl<const D: usize> Polytope<D> {
 
     /// What an expansion proves of the radius.
     pub(crate) fn conclude(&self, progress: Progress, size: f64, limits: &Limits) -> Expansion<D> {
-        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         let (Progress::Done(lower) | Progress::Full(lower)) = progress else {
             return Expansion::Stopped(self.thinnest);
         };
