@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::error::{Error, Result};
 
 /// Polls of a loop between two questions to a function: loops poll every few microseconds.
-const PATIENCE: u32 = 8;
+const POLLS_BETWEEN_LOOKS: u32 = 8;
 
 /// Who knows whether a computation should stop.
 #[derive(Debug, Clone)]
@@ -108,7 +108,7 @@ fn asked() -> bool {
         Err(ask) => {
             let polls = POLLS.get().wrapping_add(1);
             POLLS.set(polls);
-            polls.is_multiple_of(PATIENCE) && ask()
+            polls.is_multiple_of(POLLS_BETWEEN_LOOKS) && ask()
         }
     };
     STOPPED.set(stop);
@@ -129,7 +129,7 @@ mod tests {
         interruptible(no, || {
             assert!(!stopped());
             interruptible(Interrupt::Ask(yes), || {
-                assert!((0..PATIENCE).any(|_| stopped()));
+                assert!((0..POLLS_BETWEEN_LOOKS).any(|_| stopped()));
                 assert!(stopped());
             });
             assert!(!stopped());

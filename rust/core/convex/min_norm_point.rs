@@ -3,11 +3,11 @@
 //! It answers where the polytope cannot start: the origin lies outside the set, and `rho > 0` is the distance.
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
-use crate::convex::expanding_polytope::boundary::{NOISE, ROUNDED};
-use crate::convex::rounding::{LOST, along};
+use crate::convex::rounding::{Rounding, along};
 use crate::grasp::{Wrench, length};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::{LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
@@ -32,21 +32,22 @@ pub(crate) struct NearestPoint<const D: usize> {
     pub(crate) combination: [(usize, f64); CORRAL],
 }
 
-/// Finds the nearest point to a relative tolerance; stops at norm `negligible`, and after `patience` calls of the
+/// Finds the nearest point to a relative tolerance; stops at norm `negligible`, and after `max_calls` calls of the
 /// oracle where no direction has turned up by then along which the whole set lies beyond the origin.
 ///
-/// `oracle(z)` answers for unit `z`, with points that are `uncertain` by so much component by component: the bracket holds
-/// for the points as they were before rounding.
+/// `oracle(z)` answers for unit `z`, with points that are uncertain by their `rounding`: the bracket holds for the points as
+/// they were before it.
 pub(crate) fn nearest_point<const D: usize>(
     rtol: f64,
     negligible: f64,
-    patience: usize,
-    uncertain: &Wrench<D>,
+    max_calls: usize,
+    rounding: &impl Rounding<D>,
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
+    let uncertain = rounding.of_any_point();
     let start = Wrench::repeat((D as f64).sqrt().recip());
     let first = oracle(&start).wrench;
-    let mut corral = Corral::of(first);
+    let mut corral = Corral::of(first, start);
     let mut best = NearestPoint {
         point: first,
         lower: f64::NEG_INFINITY,
@@ -56,7 +57,7 @@ pub(crate) fn nearest_point<const D: usize>(
         supports: 1,
         combination: corral.combination(),
     };
-    let mut reached = first;
+    let mut reached = (first, corral.directions);
     let mut stuck = 0;
     for _ in 0..MAX_ITERATIONS {
         let point = corral.nearest;
@@ -65,61 +66,62 @@ pub(crate) fn nearest_point<const D: usize>(
         let weighted = corral.weighted();
         let distance = length(&weighted);
         if distance < best.upper {
-            stuck = if distance < best.upper * (1.0 - PROGRESS) { 0 } else { stuck };
+            stuck = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stuck };
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
-            reached = weighted;
+            reached = (weighted, corral.directions);
         }
-        if norm <= negligible || (best.lower <= 0.0 && best.supports >= patience) {
+        if norm <= negligible || (best.lower <= 0.0 && best.supports >= max_calls) {
             break;
         }
         let z = point / -norm;
         let support = oracle(&z);
         best.supports += 1;
         if -support.value > best.lower {
-            stuck = if -support.value > best.lower + PROGRESS * best.lower.abs() { 0 } else { stuck };
+            stuck = if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stuck };
             (best.lower, best.witness) = (-support.value, z);
         }
         stuck += 1;
         // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
-        let noise = NOISE * corral.longest().max(length(&support.wrench));
-        let along = along(&z, uncertain) * (NOISE / LOST);
-        let noise = if along > 0.0 { noise.min(along) } else { noise };
-        best.converged = best.upper - best.lower <= rtol * best.upper + noise;
+        let noise = ROUNDED_DISTANCE * corral.longest().max(length(&support.wrench));
+        let lost = along(&z, &uncertain);
+        let noise = if lost > 0.0 { noise.min(lost * (ROUNDED_DISTANCE / ROUNDED_POINT)) } else { noise };
+        let gap = best.upper - best.lower - rtol * best.upper;
+        best.converged = gap <= noise;
         if best.converged || interrupt::stopped() {
             break;
         }
         // A point that returns can bring nothing new, unless what is known of the others is more than rounding.
-        if corral.holds(&support.wrench) || stuck > PATIENT {
-            // Nor is it worth the price where the origin is likely to belong to the set and others will tell.
-            if corral.careful || (best.lower <= 0.0 && patience < usize::MAX) {
+        if corral.holds(&support.wrench) || stuck > STALLED {
+            // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
+            // to the set and others will tell.
+            if corral.careful || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
             stuck = 0;
             corral.be_careful();
             continue;
         }
-        corral.admit(support.wrench, best.supports - 1);
+        corral.admit(support.wrench, z, best.supports - 1);
     }
-    certify(&mut best, &reached, uncertain, rtol);
+    certify(&mut best, &reached, rounding, rtol);
     best
 }
 
 /// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
-const PATIENT: usize = 40;
-
-/// A bound that moves by less than this part of it hardly moves.
-const PROGRESS: f64 = 1e-12;
+const STALLED: usize = 40;
 
 /// Moves both bounds by what rounding may have done to them.
 fn certify<const D: usize>(
     best: &mut NearestPoint<D>,
-    reached: &Wrench<D>,
-    uncertain: &Wrench<D>,
+    (reached, directions): &(Wrench<D>, [Wrench<D>; CORRAL]),
+    rounding: &impl Rounding<D>,
     rtol: f64,
 ) {
-    let lost = along(&best.witness, uncertain);
-    best.lower -= lost + ROUNDED * best.lower.abs();
-    best.upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED);
+    let (lost, _) = rounding.of_support(&best.witness);
+    best.lower -= lost + ROUNDED_QUOTIENT * best.lower.abs();
+    let weighted = best.combination.iter().zip(directions).filter(|((_, weight), _)| *weight != 0.0);
+    let uncertain: Wrench<D> = weighted.map(|((_, weight), z)| rounding.of_support(z).1 * weight.abs()).sum();
+    best.upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED_QUOTIENT);
     best.lower = best.lower.min(best.upper);
     best.converged |= best.upper - best.lower <= rtol * best.upper + 3.0 * lost;
 }
@@ -127,8 +129,9 @@ fn certify<const D: usize>(
 /// Affinely independent points whose convex hull holds the current point in its relative interior.
 struct Corral<const D: usize> {
     points: [Wrench<D>; CORRAL],
-    /// Which oracle call gave each point.
+    /// Which oracle call gave each point, and along which direction.
     calls: [usize; CORRAL],
+    directions: [Wrench<D>; CORRAL],
     weights: [f64; CORRAL],
     len: usize,
     /// The point of the affine hull nearest to the origin, orthogonal to it beyond what the weights can say.
@@ -138,10 +141,11 @@ struct Corral<const D: usize> {
 }
 
 impl<const D: usize> Corral<D> {
-    fn of(first: Wrench<D>) -> Self {
+    fn of(first: Wrench<D>, z: Wrench<D>) -> Self {
         let mut weights = [0.0; CORRAL];
         weights[0] = 1.0;
-        Self { points: [first; CORRAL], calls: [0; CORRAL], weights, len: 1, nearest: first, careful: false }
+        let (points, calls, directions) = ([first; CORRAL], [0; CORRAL], [z; CORRAL]);
+        Self { points, calls, directions, weights, len: 1, nearest: first, careful: false }
     }
 
     fn combination(&self) -> [(usize, f64); CORRAL] {
@@ -164,12 +168,13 @@ impl<const D: usize> Corral<D> {
     }
 
     /// Adds a point and moves to the nearest point of the hull, dropping what is no longer needed.
-    fn admit(&mut self, point: Wrench<D>, call: usize) {
+    fn admit(&mut self, point: Wrench<D>, z: Wrench<D>, call: usize) {
         if self.len == D + 1 {
             self.drop(self.lightest());
         }
         self.points[self.len] = point;
         self.calls[self.len] = call;
+        self.directions[self.len] = z;
         self.weights[self.len] = 0.0;
         self.len += 1;
         self.settle();
@@ -213,6 +218,7 @@ impl<const D: usize> Corral<D> {
     fn swap(&mut self, one: usize, other: usize) {
         self.points.swap(one, other);
         self.calls.swap(one, other);
+        self.directions.swap(one, other);
         self.weights.swap(one, other);
     }
 

@@ -6,17 +6,15 @@
 //! components in `|G_i|`. Component by component, since a hard metric makes some of them many orders larger than others.
 //!
 //! With `e` such a bound, a plane `y` certifies `min_k y . v_k - |y| . e` where it would certify `min_k y . v_k`, and a
-//! support value along the unit `z` is right to within `|z| . e`.
+//! support value along the unit `z` is right to within `|z| . e`. Each contact has its own bound: a contact that is many
+//! orders stronger than the others blurs only the points that it takes part in.
 
 use nalgebra::Vector3;
 
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
-use crate::wrench_set::Criterion;
-
-/// Units of rounding lost between what was given and a component of a wrench; counted, it is fewer.
-pub(crate) const LOST: f64 = 16.0 * f64::EPSILON;
+use crate::tolerances::ROUNDED_POINT;
 
 /// `|z| . e`: what is uncertain along `z`.
 #[inline]
@@ -24,24 +22,36 @@ pub(crate) fn along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>) -> f64
     z.iter().zip(uncertain.iter()).map(|(z, e)| z.abs() * e).sum()
 }
 
-/// The bound for the wrench set of a grasp in the coordinates where the metric is Euclidean, without a center.
-pub(crate) fn of_set<const D: usize>(
-    grasp: &Grasp<D>,
-    criterion: Criterion,
-    metric: &Metric<D>,
-) -> Wrench<D> {
-    let mut all = Wrench::zeros();
-    for (i, contact) in grasp.contacts().iter().enumerate() {
+/// What rounding has done to the answers of a support oracle.
+pub(crate) trait Rounding<const D: usize> {
+    /// A bound on what is uncertain of each component of any point.
+    fn of_any_point(&self) -> Wrench<D>;
+
+    /// By how much `p(z)` may be larger, and a bound on what is uncertain of each component of the point along `z`.
+    fn of_support(&self, z: &Wrench<D>) -> (f64, Wrench<D>);
+}
+
+/// The same bound for all points.
+impl<const D: usize> Rounding<D> for Wrench<D> {
+    fn of_any_point(&self) -> Wrench<D> {
+        *self
+    }
+
+    fn of_support(&self, z: &Wrench<D>) -> (f64, Wrench<D>) {
+        (along(z, self), *self)
+    }
+}
+
+/// The bounds for the contacts of a grasp in the coordinates where the metric is Euclidean.
+pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>, metric: &Metric<D>) -> Vec<Wrench<D>> {
+    // Adding up as many contacts rounds as often.
+    let lost = ROUNDED_POINT + grasp.num_contacts() as f64 * f64::EPSILON;
+    let contacts = grasp.contacts().iter().enumerate().map(|(i, contact)| {
         let lever = (contact.position - grasp.options().origin).abs();
         let wrench = map_magnitude::<D>(grasp, i, &lever, 1.0) * force_magnitude(grasp, i, contact);
-        let wrench = metric.magnitude(&wrench);
-        match criterion {
-            Criterion::Max => all += wrench,
-            Criterion::Sum => all = all.sup(&wrench),
-        }
-    }
-    // Adding up as many contacts rounds as often.
-    all * (LOST + grasp.num_contacts() as f64 * f64::EPSILON)
+        metric.magnitude(&wrench) * lost
+    });
+    contacts.collect()
 }
 
 /// `|G_i|` with the sizes of what its entries were computed from, torsion in units of `size`.

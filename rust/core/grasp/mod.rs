@@ -3,44 +3,30 @@
 //! `Grasp<3>` is planar with wrenches `[fx, fy, tau]`, `Grasp<6>` spatial with `[f, tau]`; wrenches are
 //! physical, in N and N m about the torque origin. A grasp is immutable: whatever is derived from it stays
 //! valid.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`contact`] | a contact, its frame and its extreme forces (Eq. 3) |
+//! | [`wrench`] | wrenches, and the map from contact forces to them (Eq. 8) |
+//! | [`wrench_norm`] | the norm of wrenches in which quality is measured |
+//! | [`torque_limits`] | extreme forces that joint torques allow |
+//! | [`plausibility`] | contacts that look like mistakes |
 
 pub(crate) mod contact;
 pub(crate) mod plausibility;
 pub(crate) mod torque_limits;
+pub(crate) mod wrench;
 pub(crate) mod wrench_norm;
+
+pub use wrench::{ContactMap, Wrench, wrench_of_force};
+pub(crate) use wrench::{REPRESENTABLE, contact_map, length, unit};
 
 use std::ops::Range;
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
 use crate::grasp::contact::{Contact, ContactForce, ForceModel, check_count};
-
-/// Sizes whose squares neither overflow nor vanish.
-pub(crate) const REPRESENTABLE: std::ops::Range<f64> = 1e-140..1e140;
-
-/// A wrench: planar for `D = 3`, spatial for `D = 6`.
-pub type Wrench<const D: usize> = SVector<f64, D>;
-
-/// The map `G_i` from `[f_n, f_o, f_t, torsion]` in the contact frame to the wrench; columns that a contact
-/// cannot use are zero.
-pub type ContactMap<const D: usize> = SMatrix<f64, D, 4>;
-
-/// The Euclidean length, also of a wrench whose squares underflow.
-pub(crate) fn length<const D: usize>(wrench: &Wrench<D>) -> f64 {
-    let plain = wrench.norm();
-    let largest = wrench.amax();
-    if plain > REPRESENTABLE.start || largest == 0.0 {
-        return plain;
-    }
-    largest * (wrench / largest).norm()
-}
-
-/// The unit vector along a wrench that is not zero. Scaled before its length is taken: the square of a component may
-/// not be representable.
-pub(crate) fn unit<const D: usize>(wrench: &Wrench<D>) -> Wrench<D> {
-    (wrench / wrench.amax()).normalize()
-}
 
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -264,33 +250,6 @@ impl<const D: usize> Grasp<D> {
             }
         }
     }
-}
-
-/// The wrench `[f, (r - origin) x f]` of a force in world axes; its planar part for `D = 3`.
-pub fn wrench_of_force<const D: usize>(lever: &Vector3<f64>, force: &Vector3<f64>) -> Wrench<D> {
-    with_torque(force, &lever.cross(force))
-}
-
-fn with_torque<const D: usize>(force: &Vector3<f64>, torque: &Vector3<f64>) -> Wrench<D> {
-    if D == 3 {
-        return Wrench::from_iterator([force.x, force.y, torque.z]);
-    }
-    Wrench::from_iterator(force.iter().chain(torque.iter()).copied())
-}
-
-/// The map `G_i` of a contact at `lever` from the torque origin.
-pub(crate) fn contact_map<const D: usize>(lever: &Vector3<f64>, frame: &Matrix3<f64>) -> ContactMap<D> {
-    let mut map = ContactMap::<D>::zeros();
-    for (column, axis) in frame.column_iter().enumerate() {
-        if D == 3 && column == 1 {
-            continue;
-        }
-        map.set_column(column, &wrench_of_force::<D>(lever, &axis.into()));
-    }
-    if D == 6 {
-        map.set_column(3, &with_torque(&Vector3::zeros(), &frame.column(0).into()));
-    }
-    map
 }
 
 fn has_torsion(contact: &Contact) -> bool {

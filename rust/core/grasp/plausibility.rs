@@ -6,13 +6,10 @@
 use nalgebra::Vector3;
 
 use crate::grasp::contact::Contact;
-
-/// Cosine to the centre below which a normal points away from it: heights that differ by rounding or by noise are
-/// no direction.
-const AWAY: f64 = -1e-3;
+use crate::tolerances::AWAY_FROM_CENTRE;
 
 /// A contact that is farther from the others than this many times their own extent is in other units.
-const FAR: f64 = 100.0;
+const OTHER_UNIT: f64 = 100.0;
 
 /// What is implausible about contacts with unit normals, if anything is. Linear in their number, unless one of them
 /// is far from the others.
@@ -26,7 +23,7 @@ fn all_outward(contacts: &[Contact]) -> Option<String> {
         contacts.iter().map(|contact| contact.position / contacts.len() as f64).sum::<Vector3<f64>>();
     let away = |contact: &Contact| {
         let inward = centre - contact.position;
-        contact.normal.dot(&inward) < AWAY * inward.norm()
+        contact.normal.dot(&inward) < AWAY_FROM_CENTRE * inward.norm()
     };
     contacts.iter().all(away).then(|| {
         "normals: all of them point away from the contacts' centre; they must point into the object, so turn them \
@@ -56,12 +53,12 @@ fn one_far_away(contacts: &[Contact]) -> Option<String> {
         let one = usize::from(far == 0);
         let reach = others().map(|i| apart(one, i)).fold(0.0, f64::max);
         // The extent is at least the reach from any one of them, and the quadratic count is for the rare suspect.
-        if reach == 0.0 || gap <= FAR * reach {
+        if reach == 0.0 || gap <= OTHER_UNIT * reach {
             return None;
         }
         let extent = others().flat_map(|i| others().map(move |j| (i, j))).map(|(i, j)| apart(i, j));
         let extent = extent.fold(0.0, f64::max);
-        (gap > FAR * extent).then(|| {
+        (gap > OTHER_UNIT * extent).then(|| {
             format!(
                 "positions, contact {far}: {:?} is {gap:.3e} m from the other contacts, which lie within \
                  {extent:.3e} m of each other; are all of them in the same unit?",

@@ -10,12 +10,10 @@ use nalgebra::{Matrix3, Vector3};
 use crate::error::{Error, Result};
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
+use crate::tolerances::OUTSIDE_TORQUE_LIMITS;
 
 /// A half-space `normal . f <= bound`.
 type HalfSpace = (Vector3<f64>, f64);
-
-/// How far outside a half-space a vertex may lie, relative to its size.
-const INSIDE: f64 = 1e-9;
 
 /// The vertices of all forces `f = [f_n, f_o, f_t]` with `lower <= J^T f <= upper` in the friction cone with
 /// `edges` edges and `f_n <= max_normal_force`, without the origin.
@@ -63,7 +61,7 @@ pub fn torque_limited_forces(
                 }
                 let Some(vertex) = meet([a, b, c]) else { continue };
                 // Relative to this vertex: the normal force may be limited to far more than torques allow.
-                let rounding = INSIDE * vertex.amax();
+                let rounding = OUTSIDE_TORQUE_LIMITS * vertex.amax();
                 let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= rounding);
                 let near = |other: &Vector3<f64>| (other - vertex).amax() <= rounding;
                 if inside && vertex.amax() > 0.0 && !vertices.iter().any(near) {

@@ -14,6 +14,7 @@ use nalgebra::SMatrix;
 use crate::error::{Error, Result};
 use crate::grasp::{REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::INDEFINITE;
 
 /// A positive definite metric on wrenches, by its factor.
 ///
@@ -108,9 +109,6 @@ impl<const D: usize> Metric<D> {
         self.inverse.column_iter().map(nalgebra::Matrix::into_owned)
     }
 }
-
-/// What is left of a diagonal entry below this part of it cannot be told from zero.
-const INDEFINITE: f64 = 1e-28;
 
 /// `C` with `C^T C = matrix`, rows in descending order of their size, and its inverse; `None` where the matrix is not
 /// positive definite.

@@ -3,6 +3,8 @@
 //! nalgebra's decompositions of `SMatrix<f64, D, D>` need type-level bounds on `D` that would spread through
 //! every public signature; these few lines keep `const D` the only parameter.
 
+use nalgebra::SMatrix;
+
 use crate::grasp::{Wrench, unit};
 
 /// The vector `y` with `y . v_k = 1` for all `D` vertices, by elimination with full pivoting; `None` where
@@ -11,12 +13,43 @@ pub(crate) fn plane_through<const D: usize>(vertices: &[Wrench<D>; D]) -> Option
     solve(std::array::from_fn(|k| std::array::from_fn(|c| vertices[k][c])), [1.0; D])
 }
 
-/// Whether a ray from the origin passes through the simplex of `D` vertices.
-pub(crate) fn pierces<const D: usize>(ray: &Wrench<D>, vertices: &[Wrench<D>; D]) -> bool {
-    let units = vertices.map(|vertex| unit(&vertex));
-    let rows = std::array::from_fn(|c| std::array::from_fn(|k| units[k][c]));
-    solve(rows, std::array::from_fn(|c| ray[c]))
-        .is_some_and(|shares: Wrench<D>| shares.iter().all(|share| *share > 0.0))
+/// Whether a ray from the origin passes through the simplex of `D` vertices; `None` where rounding leaves it open.
+pub(crate) fn pierces<const D: usize>(ray: &Wrench<D>, vertices: &[Wrench<D>; D]) -> Option<bool> {
+    let (ray, units) = (unit(ray), vertices.map(|vertex| unit(&vertex)));
+    // A ray in the cone of unit vectors is a sum of them with shares that add up to 1 at least: a direction along which
+    // all vertices reach further than the ray separates them.
+    for axis in 0..D {
+        let mut u = ray * -ray[axis];
+        u[axis] += 1.0;
+        let reach = units.map(|v| u.dot(&v));
+        let beyond = u.dot(&ray).abs() + 32.0 * f64::EPSILON;
+        if reach.iter().all(|reach| *reach > beyond) || reach.iter().all(|reach| *reach < -beyond) {
+            return Some(false);
+        }
+    }
+    // The shares by an approximate inverse `R` of the matrix `V` of vertices: with `|I - R V| <= e < 1` in the norm of the
+    // largest row sum, they are right to within `e / (1 - e)` of the largest.
+    let rows: [[f64; D]; D] = std::array::from_fn(|c| std::array::from_fn(|k| units[k][c]));
+    let mut columns = [Wrench::<D>::zeros(); D];
+    for (j, column) in columns.iter_mut().enumerate() {
+        *column = solve(rows, std::array::from_fn(|c| f64::from(u8::from(c == j))))?;
+    }
+    let inverse = SMatrix::<f64, D, D>::from_fn(|k, c| columns[c][k]);
+    let matrix = SMatrix::<f64, D, D>::from_fn(|c, k| units[k][c]);
+    let row_sum = |m: &SMatrix<f64, D, D>| m.row_iter().map(|row| row.abs().sum()).fold(0.0, f64::max);
+    let rounded = 32.0 * f64::EPSILON * row_sum(&inverse);
+    let e = row_sum(&(inverse * matrix - SMatrix::identity())) + D as f64 * rounded;
+    // Not less, rather than greater: a number that is none decides nothing.
+    if e.partial_cmp(&0.5) != Some(std::cmp::Ordering::Less) {
+        return None;
+    }
+    let shares = inverse * ray;
+    let error = (shares.amax() + rounded) * e / (1.0 - e) + rounded;
+    match shares.min() {
+        least if least > error => Some(true),
+        least if least < -error => Some(false),
+        _ => None,
+    }
 }
 
 fn solve<const D: usize>(mut rows: [[f64; D]; D], mut right: [f64; D]) -> Option<Wrench<D>> {

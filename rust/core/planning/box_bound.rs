@@ -26,17 +26,15 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::QualityOptions;
-use crate::quality::query::Question;
+use crate::quality::query::QualityQuery;
+use crate::tolerances::BOX_BOUND_RTOL;
 use crate::wrench_set::{Criterion, Support};
-
-/// Bounds need not be sharp: the slack is wider.
-const RTOL: f64 = 1e-3;
 
 /// Forces that stand for a true cone where its wrenches' second differences are taken.
 const CONE_SAMPLES: usize = 16;
 
 /// Directions kept from one call to the next.
-const POOL: usize = 100;
+const KEPT_BOX_DIRECTIONS: usize = 100;
 
 /// How the slack of a box is estimated from grasps on its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,17 +121,17 @@ impl<const D: usize> BoxBound<D> {
                 };
                 let grasps = rows.map(numbered).collect::<std::result::Result<Vec<_>, _>>()?;
                 let vertices = &grasps[..num_vertices];
-                let asked = |(row, grasp)| Question::new(grasp, options).map_err(|error| (row, error));
-                let questions = (first..).zip(vertices).map(asked);
-                let questions = questions.collect::<std::result::Result<Vec<_>, _>>()?;
+                let asked = |(row, grasp)| QualityQuery::new(grasp, options).map_err(|error| (row, error));
+                let queries = (first..).zip(vertices).map(asked);
+                let queries = queries.collect::<std::result::Result<Vec<_>, _>>()?;
                 let estimate = stencil.and_then(|stencil| {
                     let axes = grasps.get(num_vertices..)?;
-                    estimated_slack(axes, &stencil, questions.first()?)
+                    estimated_slack(axes, &stencil, queries.first()?)
                 });
                 let slack = slack.min(estimate.unwrap_or(f64::INFINITY));
                 interrupt::inherit(interrupt.as_ref(), || {
                     interrupt::check().map_err(|error| (first, error))?;
-                    Ok(bound_of(&questions, enough, pool, polytope, slack))
+                    Ok(bound_of(&queries, enough, pool, polytope, slack))
                 })
             })
             .collect();
@@ -146,9 +144,9 @@ impl<const D: usize> BoxBound<D> {
 
     /// Drops repetitions, and what has not served for long.
     fn keep_recent(&mut self) {
-        let mut recent: Vec<Wrench<D>> = Vec::with_capacity(POOL);
+        let mut recent: Vec<Wrench<D>> = Vec::with_capacity(KEPT_BOX_DIRECTIONS);
         for z in self.pool.iter().rev() {
-            if recent.len() == POOL {
+            if recent.len() == KEPT_BOX_DIRECTIONS {
                 break;
             }
             if !recent.iter().any(|other| other.dot(z) > 1.0 - 1e-9) {
@@ -164,7 +162,7 @@ impl<const D: usize> BoxBound<D> {
 fn estimated_slack<const D: usize>(
     grasps: &[Grasp<D>],
     stencil: &Stencil,
-    question: &Question<'_, D>,
+    query: &QualityQuery<'_, D>,
 ) -> Option<f64> {
     let (center, arms) = grasps.split_first()?;
     let open = |contact: usize| -> Option<f64> {
@@ -177,7 +175,7 @@ fn estimated_slack<const D: usize>(
             for (edge, middle) in here.iter().enumerate() {
                 for (outer, inner) in [(&low, &left), (&high, &right)] {
                     let second = outer.get(edge)? - inner.get(edge)? * 2.0 + middle;
-                    largest = largest.max(question.metric.norm(&second));
+                    largest = largest.max(query.metric.norm(&second));
                 }
             }
             // h^2 M / 2 where the difference over h / 2 is h^2 M / 4.
@@ -186,7 +184,7 @@ fn estimated_slack<const D: usize>(
         Some(open)
     };
     let each: Option<Vec<f64>> = (0..center.num_contacts()).map(open).collect();
-    Some(match question.set.criterion() {
+    Some(match query.set.criterion() {
         Criterion::Sum => each?.into_iter().fold(0.0, f64::max),
         Criterion::Max => each?.into_iter().sum(),
     })
@@ -209,13 +207,13 @@ fn sample_wrenches<const D: usize>(grasp: &Grasp<D>, contact: usize) -> Vec<Wren
 
 /// The bound, and the direction that gave it.
 fn bound_of<const D: usize>(
-    questions: &[Question<'_, D>],
+    queries: &[QualityQuery<'_, D>],
     enough: f64,
     pool: &[Wrench<D>],
     polytope: &mut Polytope<D>,
     slack: f64,
 ) -> (f64, Option<Wrench<D>>) {
-    let value = |z: &Wrench<D>| questions.iter().map(|q| q.value(z)).fold(f64::NEG_INFINITY, f64::max);
+    let value = |z: &Wrench<D>| queries.iter().map(|q| q.value(z)).fold(f64::NEG_INFINITY, f64::max);
     let bound = |reach: f64| {
         // Where even interpolation leaves no wrench a positive component, the whole box is open. Elsewhere the
         // Minkowski sum clamps each contact, and the argument bounds `max(0, p)`.
@@ -231,13 +229,13 @@ fn bound_of<const D: usize>(
             return (bound(reach), Some(*z));
         }
     }
-    let scale = questions.iter().map(|question| question.scale).fold(0.0, f64::max);
+    let scale = queries.iter().map(|query| query.scale).fold(0.0, f64::max);
     let support = |z: &Wrench<D>| {
-        let supports = questions.iter().map(|question| question.support(z));
+        let supports = queries.iter().map(|query| query.support(z));
         let none = Support { value: f64::NEG_INFINITY, wrench: Wrench::zeros() };
         supports.fold(none, |best, other| if other.value > best.value { other } else { best })
     };
-    let limits = Limits { stop_below: enough - slack, ..Limits::new(RTOL) };
+    let limits = Limits { stop_below: enough - slack, ..Limits::new(BOX_BOUND_RTOL) };
     let (upper, direction) = match polytope.expand(1e-3 * scale, &limits, support) {
         Expansion::Radius(Radius { upper, direction, .. })
         | Expansion::Pierced(Thinnest { upper, direction, .. })
@@ -248,7 +246,7 @@ fn bound_of<const D: usize>(
     }
     if upper < 1e-3 * scale && bound(best.0) >= enough {
         // No ball fits; the direction that separates the origin from all vertices' wrenches, if one does.
-        let nearest = nearest_point(RTOL, 1e-12 * scale, usize::MAX, &Wrench::zeros(), support);
+        let nearest = nearest_point(BOX_BOUND_RTOL, 1e-12 * scale, usize::MAX, &Wrench::zeros(), support);
         if nearest.lower > 0.0 {
             let direction = nearest.witness;
             let reach = value(&direction);

@@ -23,20 +23,12 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::quality::query::{Examination, Question};
+use crate::quality::query::{Examination, QualityQuery};
 use crate::quality::{QualityOptions, QualityWorkspace};
-
-/// Candidates within this of the best (relative) are equally good: the paper does not say which of them wins.
-pub const TIE: f64 = 1e-9;
-
-/// What rounding and the tolerance of closure leave uncertain, relative to the longest wrench.
-const UNCERTAIN: f64 = 1e-9;
-
-/// What rounding leaves uncertain between equal sums, relative to the longest wrench.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
+use crate::tolerances::{ROUNDED_BOUND, TIE, UNCERTAIN_QUALITY};
 
 /// Directions kept from one iteration to the next.
-const POOL: usize = 50;
+const KEPT_DIRECTIONS: usize = 50;
 
 /// Oracle calls spent on turning a direction until it rejects: a small part of a polytope's.
 const TURNS: usize = 24;
@@ -161,11 +153,11 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     /// Works on all cores until no candidate waits.
-    fn run(&mut self, board: Board<D>, questions: &[Question<'_, D>]) -> Board<D> {
+    fn run(&mut self, board: Board<D>, queries: &[QualityQuery<'_, D>]) -> Board<D> {
         let (prune, board) = (self.prune, Mutex::new(board));
         let interrupt = interrupt::current();
         self.workspaces.par_iter_mut().for_each(|workspace| {
-            interrupt::inherit(interrupt.as_ref(), || work(&board, questions, prune, workspace));
+            interrupt::inherit(interrupt.as_ref(), || work(&board, queries, prune, workspace));
         });
         board.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
@@ -189,12 +181,12 @@ impl<const D: usize> CandidateSearch<D> {
         let grasps: Vec<_> =
             (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
         let grasps: Vec<_> = grasps.into_iter().collect::<std::result::Result<_, _>>()?;
-        let questions: Vec<_> = grasps
+        let queries: Vec<_> = grasps
             .par_iter()
             .enumerate()
-            .map(|(i, grasp)| Question::new(grasp, &self.options).map_err(|error| (i, error)))
+            .map(|(i, grasp)| QualityQuery::new(grasp, &self.options).map_err(|error| (i, error)))
             .collect();
-        let questions: Vec<_> = questions.into_iter().collect::<std::result::Result<_, _>>()?;
+        let queries: Vec<_> = queries.into_iter().collect::<std::result::Result<_, _>>()?;
         self.workspaces.resize_with(rayon::current_num_threads().min(count), QualityWorkspace::default);
 
         let mut board = Board {
@@ -210,11 +202,11 @@ impl<const D: usize> CandidateSearch<D> {
         let center_epsilon = if let Some(rho) = known {
             board.note(center_index, -rho, None)
         } else {
-            let question = &questions[center_index];
-            board.examine(center_index, question, f64::NEG_INFINITY, &mut self.workspaces[0])
+            let query = &queries[center_index];
+            board.examine(center_index, query, f64::NEG_INFINITY, &mut self.workspaces[0])
         };
         if self.prune {
-            let look = |index| first_look(index, &questions[index], &board.pool);
+            let look = |index| first_look(index, &queries[index], &board.pool);
             let waiting: Vec<_> = (0..count)
                 .into_par_iter()
                 .with_min_len(16)
@@ -226,24 +218,24 @@ impl<const D: usize> CandidateSearch<D> {
             let blind = |index| Waiting { bound: f64::INFINITY, index, looked: usize::MAX, by: 0 };
             board.waiting = (0..count).filter(|i| *i != center_index).map(blind).collect();
         }
-        let mut board = self.run(board, &questions);
+        let mut board = self.run(board, &queries);
         interrupt::check().map_err(|error| (center_index, error))?;
         let (mut index, mut epsilon) = board.winner();
         let mut again = std::mem::take(&mut board.aside);
         again.retain(|other| {
             index != center_index
                 && other.index < index
-                && other.bound >= board.threshold(&questions[other.index])
+                && other.bound >= board.threshold(&queries[other.index])
         });
         if !again.is_empty() {
             board.lenient = false;
             board.waiting = again.into();
-            board = self.run(board, &questions);
+            board = self.run(board, &queries);
             interrupt::check().map_err(|error| (center_index, error))?;
             (index, epsilon) = board.winner();
         }
         board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        board.pool.truncate(POOL);
+        board.pool.truncate(KEPT_DIRECTIONS);
         for critical in &mut board.pool {
             critical.merit *= 0.5;
         }
@@ -262,25 +254,25 @@ impl<const D: usize> Board<D> {
     }
 
     /// The best that wins ties against this candidate: reaching no further, it need not be known exactly.
-    fn ceiling(&self, index: usize, question: &Question<'_, D>) -> f64 {
+    fn ceiling(&self, index: usize, query: &QualityQuery<'_, D>) -> f64 {
         let prior = self.measured.iter().filter(|(other, _)| *other == self.center || *other < index);
-        prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDING * question.scale
+        prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDED_BOUND * query.scale
     }
 
     /// Measures a candidate on the spot, before the threads start.
     fn examine(
         &mut self,
         index: usize,
-        question: &Question<'_, D>,
+        query: &QualityQuery<'_, D>,
         stop_below: f64,
         workspace: &mut QualityWorkspace<D>,
     ) -> f64 {
         self.counts.polytopes += 1;
-        let examination = question.examine(stop_below, workspace);
-        self.record(index, question, &examination)
+        let examination = query.examine(stop_below, workspace);
+        self.record(index, query, &examination)
     }
 
-    fn record(&mut self, index: usize, question: &Question<'_, D>, examination: &Examination<D>) -> f64 {
+    fn record(&mut self, index: usize, query: &QualityQuery<'_, D>, examination: &Examination<D>) -> f64 {
         match examination {
             Examination::Below { upper, direction } => {
                 self.pool.push(Critical { z: *direction, merit: 1.0 });
@@ -288,7 +280,7 @@ impl<const D: usize> Board<D> {
             }
             Examination::Answer(quality) => {
                 self.counts.converged += usize::from(quality.converged);
-                let z = question.metric.to_euclidean(&quality.direction);
+                let z = query.metric.to_euclidean(&quality.direction);
                 self.note(index, -quality.rho, Some(z))
             }
         }
@@ -303,28 +295,28 @@ impl<const D: usize> Board<D> {
     }
 
     /// What a candidate must be able to reach; below, it is worse than the incumbent by more than a tie.
-    fn threshold(&self, question: &Question<'_, D>) -> f64 {
-        let uncertain = TIE + 2.0 * question.rtol();
-        self.incumbent - uncertain * self.incumbent.abs() - UNCERTAIN * question.scale
+    fn threshold(&self, query: &QualityQuery<'_, D>) -> f64 {
+        let uncertain = TIE + 2.0 * query.rtol();
+        self.incumbent - uncertain * self.incumbent.abs() - UNCERTAIN_QUALITY * query.scale
     }
 }
 
-fn first_look<const D: usize>(index: usize, question: &Question<'_, D>, pool: &[Critical<D>]) -> Waiting {
+fn first_look<const D: usize>(index: usize, query: &QualityQuery<'_, D>, pool: &[Critical<D>]) -> Waiting {
     let mut waiting = Waiting { bound: f64::INFINITY, index, looked: 0, by: 0 };
     for critical in pool.iter().take(FIRST_LOOK) {
-        waiting.look(question.value(&critical.z));
+        waiting.look(query.value(&critical.z));
     }
     waiting
 }
 
 /// Turns `z` downhill until `p(z) < enough`, as if `enough` were the minimum.
 fn turned<const D: usize>(
-    question: &Question<'_, D>,
+    query: &QualityQuery<'_, D>,
     mut z: Wrench<D>,
     enough: f64,
 ) -> Option<(f64, Wrench<D>)> {
     for _ in 0..TURNS {
-        let support = question.support(&z);
+        let support = query.support(&z);
         if support.value < enough {
             return Some((support.value, z));
         }
@@ -337,7 +329,7 @@ fn turned<const D: usize>(
 /// What a thread does until no candidate waits.
 fn work<const D: usize>(
     board: &Mutex<Board<D>>,
-    questions: &[Question<'_, D>],
+    queries: &[QualityQuery<'_, D>],
     prune: bool,
     workspace: &mut QualityWorkspace<D>,
 ) {
@@ -349,10 +341,10 @@ fn work<const D: usize>(
         }
         let mut shared = lock();
         let Some(mut next) = shared.waiting.pop() else { return };
-        let question = &questions[next.index];
-        let threshold = if prune { shared.threshold(question) } else { f64::NEG_INFINITY };
+        let query = &queries[next.index];
+        let threshold = if prune { shared.threshold(query) } else { f64::NEG_INFINITY };
         let enough =
-            if shared.lenient { threshold.max(shared.ceiling(next.index, question)) } else { threshold };
+            if shared.lenient { threshold.max(shared.ceiling(next.index, query)) } else { threshold };
         if next.bound < enough {
             shared.counts.rejected += 1;
             // Entries are only ever appended, so the number still names the direction.
@@ -368,7 +360,7 @@ fn work<const D: usize>(
             unseen.extend(shared.pool[next.looked..].iter().map(|critical| critical.z));
             drop(shared);
             for z in &unseen {
-                next.look(question.value(z));
+                next.look(query.value(z));
                 if next.bound < enough || next.bound < rival {
                     break;
                 }
@@ -378,7 +370,7 @@ fn work<const D: usize>(
         }
         let start = shared.pool.get(next.by).filter(|_| prune).map(|critical| critical.z);
         drop(shared);
-        if let Some((bound, z)) = start.and_then(|z| turned(question, z, enough)) {
+        if let Some((bound, z)) = start.and_then(|z| turned(query, z, enough)) {
             let mut shared = lock();
             shared.counts.rejected += 1;
             shared.pool.push(Critical { z, merit: 1.0 });
@@ -388,9 +380,9 @@ fn work<const D: usize>(
             continue;
         }
         lock().counts.polytopes += 1;
-        let examination = question.examine(enough, workspace);
+        let examination = query.examine(enough, workspace);
         let mut shared = lock();
-        let reached = shared.record(next.index, question, &examination);
+        let reached = shared.record(next.index, query, &examination);
         if matches!(examination, Examination::Below { .. }) && reached >= threshold {
             shared.aside.push(Waiting { bound: reached, ..next });
         }

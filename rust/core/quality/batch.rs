@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::grasp::Grasp;
 use crate::interrupt;
 use crate::quality::closure::Closure;
-use crate::quality::{QualityOptions, QualityWorkspace};
+use crate::quality::result::{QualityOptions, QualityWorkspace};
 use crate::status::Status;
 
 /// What a batch reports of one grasp.

@@ -16,18 +16,12 @@ use nalgebra::Vector3;
 
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
-use crate::convex::rounding::{LOST, along, edge_magnitude, map_magnitude};
+use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
+use crate::tolerances::{CLEAR_CLOSURE, ROUNDED_POINT, ROUNDED_POSITION};
 use crate::wrench_set::{Criterion, WrenchSet};
-
-/// A ball inside the twin's hull of more than this radius, or a gap of more than this between the hull and the origin, is
-/// beyond doubt.
-const CLEAR: f64 = 1e-10;
-
-/// The uncertainty of a position, as part of its distance from wherever its coordinates are counted, in units of [`LOST`].
-const PLACED: f64 = 0.125;
 
 /// What a grasp can resist, by Propositions 1 and 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -62,7 +56,7 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
             margin,
         )
     };
-    let mut size = CLEAR;
+    let mut size = CLEAR_CLOSURE;
     let mut nearest = None;
     let (closure, direction, margin) = loop {
         let limits = Limits { stop_above: size, ..Limits::new(1e-9) };
@@ -101,7 +95,7 @@ pub(crate) fn is_clear<const D: usize>(
     longest: f64,
 ) -> bool {
     let (to, from) = Shape::of(grasp).distortions(metric);
-    radius > 4.0 * CLEAR * grasp.num_contacts() as f64 * to * from * longest
+    radius > 4.0 * CLEAR_CLOSURE * grasp.num_contacts() as f64 * to * from * longest
 }
 
 impl<const D: usize> Verdict<D> {
@@ -116,7 +110,7 @@ impl<const D: usize> Verdict<D> {
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
 pub(crate) fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
     let twin = Twin::of(grasp);
-    twin.set.value(&twin.shape.unit_of_functional(functional)) < -CLEAR
+    twin.set.value(&twin.shape.unit_of_functional(functional)) < -CLEAR_CLOSURE
 }
 
 /// The same grasp in its own units.
@@ -178,7 +172,8 @@ impl<const D: usize> Twin<D> {
             .iter()
             .enumerate()
             .map(|(i, contact)| {
-                let placed = (contact.position - self.shape.centroid).abs() + contact.position.abs() * PLACED;
+                let placed = (contact.position - self.shape.centroid).abs()
+                    + contact.position.abs() * ROUNDED_POSITION;
                 map_magnitude::<D>(grasp, i, &(placed / self.shape.unit), self.shape.size())
             })
             .collect();
@@ -186,7 +181,7 @@ impl<const D: usize> Twin<D> {
             all = all.sup(&(maps[i] * edge_magnitude(&force) / length));
         }
         // The same for all components: of a flat set, that some are exact tells nothing.
-        Wrench::repeat(all.amax() * LOST)
+        Wrench::repeat(all.amax() * ROUNDED_POINT)
     }
 }
 

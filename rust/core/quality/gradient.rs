@@ -17,16 +17,10 @@ use crate::error::Result;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::quality::query::Question;
-use crate::quality::{Quality, QualityOptions, QualityWorkspace};
-use crate::wrench_set::{ContactSupport, Criterion, Support, WrenchSet};
-
-/// How far from the nearest boundary wrench the forces that exert it may end, relative to the longest wrench.
-const EXERTED: f64 = 1e-9;
-
-/// The same where contacts have true cones: the minimiser of a smooth function is only as exact as the square root of
-/// its bracket.
-const EXERTED_BY_CONES: f64 = 1e-5;
+use crate::quality::query::QualityQuery;
+use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
+use crate::tolerances::{EXERTED_WRENCH, EXERTED_WRENCH_BY_CONES, SAME_GRADIENT, SAME_GRADIENT_BY_CONES};
+use crate::wrench_set::{ContactReach, Criterion, Support, WrenchSet};
 
 /// How `epsilon` changes as contacts move.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,12 +61,12 @@ impl<const D: usize> Grasp<D> {
         // The active set wants a minimiser as exact as rounding allows; a true cone has no exact one.
         let rtol = if self.is_finite() { 1e-12 } else { 1e-10 };
         let options = QualityOptions { rtol: Some(rtol), ..*options };
-        let question = Question::new(self, &options)?;
-        let quality = question.answer(workspace);
+        let query = QualityQuery::new(self, &options)?;
+        let quality = query.answer(workspace);
         // Where symmetries gave the answer, the images of the minimiser are as bad.
         let rival =
-            workspace.symmetric || (quality.rho < 0.0 && question.has_rival(&workspace.polytope, &quality));
-        let active = ActiveForces::at(&question, &quality);
+            workspace.symmetric || (quality.rho < 0.0 && query.has_rival(&workspace.polytope, &quality));
+        let active = ActiveForces::at(&query, &quality);
         let (a, b) = split(&active.functional);
         let mut gradient = Gradient {
             positions: Vec::with_capacity(self.num_contacts()),
@@ -103,7 +97,7 @@ struct ActiveForces<const D: usize> {
 
 /// What of the wrench set lies on the supporting hyperplane.
 struct Faces<'a, const D: usize> {
-    question: &'a Question<'a, D>,
+    query: &'a QualityQuery<'a, D>,
     /// In physical coordinates.
     set: &'a WrenchSet<D>,
     contacts: Vec<Face<D>>,
@@ -124,19 +118,19 @@ struct Face<const D: usize> {
 }
 
 impl<const D: usize> ActiveForces<D> {
-    fn at(question: &Question<'_, D>, quality: &Quality<D>) -> Self {
-        let functional = question.metric.functional(&question.metric.to_euclidean(&quality.direction));
+    fn at(query: &QualityQuery<'_, D>, quality: &Quality<D>) -> Self {
+        let functional = query.metric.functional(&query.metric.to_euclidean(&quality.direction));
         // Outside, the union decides for both criteria.
-        let outside = quality.rho >= 0.0 && question.center.is_none();
-        let union = question.set.criterion() == Criterion::Sum || outside;
-        let set = WrenchSet::new(question.grasp, question.set.criterion());
-        let target = quality.wrench - question.center.map_or_else(Wrench::zeros, |(center, _)| center);
-        let cones = !question.grasp.is_finite();
-        let exerted = if cones { EXERTED_BY_CONES } else { EXERTED } * question.scale;
+        let outside = quality.rho >= 0.0 && query.center.is_none();
+        let union = query.set.criterion() == Criterion::Sum || outside;
+        let set = WrenchSet::new(query.grasp, query.set.criterion());
+        let target = quality.wrench - query.center.map_or_else(Wrench::zeros, |(center, _)| center);
+        let cones = !query.grasp.is_finite();
+        let exerted = if cones { EXERTED_WRENCH_BY_CONES } else { EXERTED_WRENCH } * query.scale;
         let (mut best, mut unique): (Option<(f64, Vec<ContactForce>)>, Option<bool>) = (None, None);
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
         for tolerance in [1e-9, 1e-7, 1e-5, 1e-3] {
-            let faces = Faces::on(question, &set, &functional, tolerance, union);
+            let faces = Faces::on(query, &set, &functional, tolerance, union);
             let (residual, forces) = faces.combine(&target);
             if best.as_ref().is_none_or(|(least, _)| residual < *least) {
                 best = Some((residual, forces));
@@ -146,13 +140,13 @@ impl<const D: usize> ActiveForces<D> {
             if unique.is_none() && residual <= exerted {
                 unique = Some(faces.have_one_gradient(&functional));
             }
-            if residual <= EXERTED * question.scale {
+            if residual <= EXERTED_WRENCH * query.scale {
                 break;
             }
         }
         let unique = unique.unwrap_or(false);
         let forces = best.map(|(_, forces)| forces);
-        let forces = forces.unwrap_or_else(|| vec![ContactForce::zeros(); question.grasp.num_contacts()]);
+        let forces = forces.unwrap_or_else(|| vec![ContactForce::zeros(); query.grasp.num_contacts()]);
         Self { functional, forces, unique }
     }
 }
@@ -160,20 +154,20 @@ impl<const D: usize> ActiveForces<D> {
 impl<'a, const D: usize> Faces<'a, D> {
     /// What lies within `tolerance` (relative to the longest wrench) of the hyperplane of the functional `z`.
     fn on(
-        question: &'a Question<'a, D>,
+        query: &'a QualityQuery<'a, D>,
         set: &'a WrenchSet<D>,
         z: &Wrench<D>,
         tolerance: f64,
         union: bool,
     ) -> Self {
-        let grasp = question.grasp;
-        let tolerance = tolerance * question.scale;
+        let grasp = query.grasp;
+        let tolerance = tolerance * query.scale;
         let supports: Vec<_> = (0..grasp.num_contacts()).map(|i| set.contact_support(i, z)).collect();
         let furthest = supports.iter().map(|support| support.value).fold(f64::NEG_INFINITY, f64::max);
         // About a center, the origin belongs to the set.
-        let with_origin = question.center.is_some();
+        let with_origin = query.center.is_some();
         let furthest = if with_origin { furthest.max(0.0) } else { furthest };
-        let face = |(i, support): (usize, &ContactSupport<D>)| {
+        let face = |(i, support): (usize, &ContactReach<D>)| {
             let (least, optional) = if union {
                 (furthest - tolerance, false)
             } else {
@@ -191,16 +185,16 @@ impl<'a, const D: usize> Faces<'a, D> {
             Face { points: active.map(|(wrench, force)| (*wrench, *force)).collect(), whole: false, optional }
         };
         let contacts = supports.iter().enumerate().map(face).collect();
-        Self { question, set, contacts, union, origin: union && with_origin && furthest <= tolerance }
+        Self { query, set, contacts, union, origin: union && with_origin && furthest <= tolerance }
     }
 
     /// The convex combination of the faces nearest to `target`, and how far it stays away: Wolfe's algorithm on the
     /// sum (or the union) of the faces, whose vertices are never listed.
     fn combine(&self, target: &Wrench<D>) -> (f64, Vec<ContactForce>) {
-        let metric = &self.question.metric;
+        let metric = &self.query.metric;
         let target = metric.to_euclidean(target);
         let mut calls: Vec<Vec<ContactForce>> = Vec::new();
-        let nearest = nearest_point(1e-9, 1e-14 * self.question.scale, usize::MAX, &Wrench::zeros(), |q| {
+        let nearest = nearest_point(1e-9, 1e-14 * self.query.scale, usize::MAX, &Wrench::zeros(), |q| {
             let functional = metric.functional(q);
             let mut picks: Vec<_> = self
                 .contacts
@@ -257,7 +251,7 @@ impl<'a, const D: usize> Faces<'a, D> {
     /// its rotation, and neither `F x b` nor `F x v` changes.
     fn have_one_gradient(&self, functional: &Wrench<D>) -> bool {
         let (a, b) = split(functional);
-        let grasp = self.question.grasp;
+        let grasp = self.query.grasp;
         // Of one contact's force: its wrench, and its part of the gradient.
         let shift = |i: usize, force: &ContactForce| -> Shift<D> {
             let (contact, frame) = (&grasp.contacts()[i], &grasp.frames()[i]);
@@ -270,9 +264,12 @@ impl<'a, const D: usize> Faces<'a, D> {
             for (k, part) in parts.iter().flat_map(Vector3::iter).enumerate() {
                 gradient[PARTS * i + k] = *part;
             }
-            Shift { wrench: self.question.metric.to_euclidean(&(grasp.maps()[i] * force)), gradient }
+            Shift { wrench: self.query.metric.to_euclidean(&(grasp.maps()[i] * force)), gradient }
         };
-        let mut all = Span { basis: Vec::new(), same: if grasp.is_finite() { SAME } else { SAME_BY_CONES } };
+        let mut all = Span {
+            basis: Vec::new(),
+            same: if grasp.is_finite() { SAME_GRADIENT } else { SAME_GRADIENT_BY_CONES },
+        };
         let mut shared = self.origin.then(|| shift(0, &ContactForce::zeros()));
         for (i, face) in self.contacts.iter().enumerate() {
             let Some((_, first)) = face.points.first() else { continue };
@@ -300,12 +297,6 @@ impl<'a, const D: usize> Faces<'a, D> {
 
 /// Components of a contact's part of the gradient.
 const PARTS: usize = 9;
-
-/// Gradients of dependent edges that differ by less, relative to what adds up to them, are the same.
-const SAME: f64 = 1e-7;
-
-/// The same where contacts have true cones, whose worst direction is less exact.
-const SAME_BY_CONES: f64 = 1e-4;
 
 /// How the wrench and the gradient change along an edge of a face.
 struct Shift<const D: usize> {

@@ -1,4 +1,4 @@
-//! How a question about quality is answered: outside first, then inside, and closure where neither is clear.
+//! How the quality of one grasp is computed: outside first, then inside, and closure where neither is clear.
 //!
 //! *Outside first.* A good part of all grasps is open, and Wolfe's algorithm finds that out in a fraction of a
 //! polytope's time: some dozen calls of the oracle end with the distance, with the direction in which it lies, and so
@@ -11,39 +11,31 @@
 
 use std::cmp::Ordering;
 
-use crate::convex::expanding_polytope::boundary::ROUNDED;
 use crate::convex::expanding_polytope::{
     DEFAULT_MAX_FACETS, Expansion, Limits, POLISH, Polytope, Progress, Radius, Thinnest,
 };
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
-use crate::convex::rounding::{along, of_set};
+use crate::convex::rounding::{Rounding, of_contacts};
 use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
 use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
+use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
-use crate::quality::{Quality, QualityOptions, QualityWorkspace};
+use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
-const PATIENCE: usize = 16;
-
-/// Deviations from symmetry of this part of the tolerance do not keep the bracket from closing ...
-const EXACT: f64 = 0.25;
-
-/// ... and larger ones may take this part of the radius from what is proven.
-const NEARLY: f64 = 1e-3;
+const CALLS_BEFORE_POLYTOPE: usize = 16;
 
 /// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
-const EARLY: usize = 10_000;
-
-/// What is less than this part of the longest wrench counts as zero once a center makes the origin part of the set.
-const NEGLIGIBLE: f64 = 1e-12;
+const FACETS_BEFORE_SYMMETRY: usize = 10_000;
 
 /// Calls of the oracle that are no reason not to begin again.
-const FEW: usize = 1000;
+const CALLS_WORTH_REPEATING: usize = 1000;
 
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
@@ -54,7 +46,7 @@ pub(crate) enum Examination<const D: usize> {
 }
 
 /// A wrench set in the coordinates where the metric is Euclidean.
-pub(crate) struct Question<'a, const D: usize> {
+pub(crate) struct QualityQuery<'a, const D: usize> {
     pub(crate) grasp: &'a Grasp<D>,
     pub(crate) set: WrenchSet<D>,
     pub(crate) metric: Metric<D>,
@@ -63,9 +55,11 @@ pub(crate) struct Question<'a, const D: usize> {
     limits: Limits,
     /// No wrench is longer: what counts as large.
     pub(crate) scale: f64,
+    /// What rounding may have done to each component of a contact's wrenches, and of the center.
+    pub(crate) rounding: (Vec<Wrench<D>>, Wrench<D>),
 }
 
-impl<'a, const D: usize> Question<'a, D> {
+impl<'a, const D: usize> QualityQuery<'a, D> {
     pub(crate) fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
         options.check()?;
         let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
@@ -90,7 +84,10 @@ impl<'a, const D: usize> Question<'a, D> {
         if weight >= REPRESENTABLE.end {
             return Err(Error::input("external_wrench", reason(weight)));
         }
-        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight })
+        let lost = center
+            .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);
+        let rounding = (of_contacts(grasp, &metric), lost);
+        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
     }
 
     pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {
@@ -113,18 +110,15 @@ impl<'a, const D: usize> Question<'a, D> {
     }
 
     /// What rounding may have done to each component of the set's points.
-    pub(crate) fn uncertain(&self, criterion: Criterion) -> Wrench<D> {
-        let uncertain = of_set(self.grasp, criterion, &self.metric);
-        let center =
-            self.center.map_or_else(Wrench::zeros, |(center, _)| self.metric.magnitude(&center.abs()));
-        uncertain + center * ROUNDED
+    pub(crate) fn uncertain(&self) -> Wrench<D> {
+        SetRounding { query: self, criterion: self.set.criterion() }.of_any_point()
     }
 
     pub(crate) fn answer(&self, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
         if let Some(quality) = self.separated() {
             return quality;
         }
-        workspace.polytope.allow(self.uncertain(self.set.criterion()));
+        workspace.polytope.allow(self.uncertain());
         let first = self.expand(self.first_size(), &self.limits, workspace);
         self.conclude(first, workspace)
     }
@@ -132,7 +126,7 @@ impl<'a, const D: usize> Question<'a, D> {
     /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
     pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
         let limits = Limits { stop_below, ..self.limits };
-        workspace.polytope.allow(self.uncertain(self.set.criterion()));
+        workspace.polytope.allow(self.uncertain());
         let first = self.expand(self.first_size(), &limits, workspace);
         let (upper, direction) = match first {
             Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
@@ -152,16 +146,16 @@ impl<'a, const D: usize> Question<'a, D> {
         *symmetric = false;
         let mut oracle = |z: &Wrench<D>| self.support(z);
         polytope.start(size);
-        let early = Limits { max_facets: EARLY.min(limits.max_facets), ..*limits };
+        let early = Limits { max_facets: FACETS_BEFORE_SYMMETRY.min(limits.max_facets / 2), ..*limits };
         let mut progress = polytope.grow(&early, &mut oracle);
         let mut known = None;
-        if matches!(progress, Progress::Full(_)) && early.max_facets < limits.max_facets {
+        if matches!(progress, Progress::Full(_)) {
             let thinnest = *polytope.thinnest();
             if thinnest.upper <= size {
                 return Expansion::Pierced(thinnest);
             }
-            let symmetries = Symmetries::of(self, NEARLY * thinnest.upper);
-            let exact = symmetries.deviation() <= EXACT * limits.rtol * thinnest.upper;
+            let symmetries = Symmetries::of(self, NEAR_SYMMETRY * thinnest.upper);
+            let exact = symmetries.deviation() <= EXACT_SYMMETRY * limits.rtol * thinnest.upper;
             if exact {
                 known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
             }
@@ -199,7 +193,7 @@ impl<'a, const D: usize> Question<'a, D> {
         if self.center.is_some() {
             return None;
         }
-        let nearest = self.nearest(PATIENCE);
+        let nearest = self.nearest(CALLS_BEFORE_POLYTOPE);
         if nearest.lower <= 0.0 {
             return None;
         }
@@ -216,7 +210,7 @@ impl<'a, const D: usize> Question<'a, D> {
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
         match self.center {
-            Some(_) => match self.small_radius(first, NEGLIGIBLE * self.scale, workspace) {
+            Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
                 Ok(radius) => self.inside(&radius, 0.0, closure),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
@@ -256,7 +250,9 @@ impl<'a, const D: usize> Question<'a, D> {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
                 // What rounding broke early may go well from another simplex; a work limit would be met again.
-                Expansion::Stopped(thinnest) if thinnest.supports > FEW || interrupt::stopped() => {
+                Expansion::Stopped(thinnest)
+                    if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
+                {
                     return Err(thinnest);
                 }
                 Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
@@ -274,7 +270,7 @@ impl<'a, const D: usize> Question<'a, D> {
     fn inside(&self, radius: &Radius<D>, least: f64, closure: Closure) -> Quality<D> {
         let direction = self.metric.to_physical(&radius.direction);
         let lost = self.lost_along(&radius.direction);
-        let upper = radius.upper + lost + ROUNDED * radius.upper;
+        let upper = radius.upper + lost + ROUNDED_QUOTIENT * radius.upper;
         let lower = radius.lower.max(least.min(upper));
         Quality {
             rho: -lower,
@@ -292,7 +288,7 @@ impl<'a, const D: usize> Question<'a, D> {
 
     /// What is uncertain of `p(z)`.
     fn lost_along(&self, z: &Wrench<D>) -> f64 {
-        along(z, &self.uncertain(self.set.criterion()))
+        SetRounding { query: self, criterion: self.set.criterion() }.of_support(z).0
     }
 
     /// Without a center, where the origin is not inside.
@@ -307,20 +303,20 @@ impl<'a, const D: usize> Question<'a, D> {
 
     /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
     fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
-        let uncertain = self.uncertain(self.set.criterion());
-        let negligible = NEGLIGIBLE * self.scale;
+        let rounding = SetRounding { query: self, criterion: self.set.criterion() };
+        let negligible = NEGLIGIBLE_RADIUS * self.scale;
         let nearest =
-            nearest_point(self.outer_rtol(), negligible, usize::MAX, &uncertain, |z| self.support(z));
+            nearest_point(self.outer_rtol(), negligible, usize::MAX, &rounding, |z| self.support(z));
         if nearest.upper <= 2.0 * negligible && nearest.lower <= 0.0 {
             return self.on_boundary(&unresolved.direction, unresolved.upper, &nearest, closure);
         }
         self.at_distance(&nearest, 0.0, closure)
     }
 
-    /// Wolfe's algorithm on the union, as patient as this.
-    fn nearest(&self, patience: usize) -> NearestPoint<D> {
-        let uncertain = self.uncertain(Criterion::Sum);
-        nearest_point(self.outer_rtol(), 0.0, patience, &uncertain, |z| self.set.union_support(z))
+    /// Wolfe's algorithm on the union within this many calls, unless it finds the origin outside by then.
+    fn nearest(&self, max_calls: usize) -> NearestPoint<D> {
+        let rounding = SetRounding { query: self, criterion: Criterion::Sum };
+        nearest_point(self.outer_rtol(), 0.0, max_calls, &rounding, |z| self.set.union_support(z))
     }
 
     /// Outside, rounding sets the only price of precision.

@@ -12,15 +12,15 @@
 
 use nalgebra::SMatrix;
 
-use crate::convex::expanding_polytope::boundary::NOISE;
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::grasp::Wrench;
-use crate::quality::query::Question;
+use crate::quality::query::QualityQuery;
 use crate::quality::symmetry::{Symmetries, Symmetry};
+use crate::tolerances::ROUNDED_DISTANCE;
 use crate::wrench_set::Support;
 
 /// How much further out than the longest wrench the points beyond the walls lie.
-const FAR: f64 = 30.0;
+const WALL_DISTANCE: f64 = 30.0;
 
 /// Walls at most: those to the nearest images. Fewer walls make a larger chamber, which is as valid.
 const MAX_WALLS: usize = 24;
@@ -33,7 +33,7 @@ const NEAR: f64 = 0.05;
 
 /// What the search needs to know besides the set.
 struct Search<'a, const D: usize> {
-    question: &'a Question<'a, D>,
+    query: &'a QualityQuery<'a, D>,
     /// What is known of the radius already.
     thinnest: &'a Thinnest<D>,
     size: f64,
@@ -44,13 +44,13 @@ struct Search<'a, const D: usize> {
 ///
 /// `thinnest` and `size` are those of a polytope that has not closed the bracket.
 pub(crate) fn symmetric_radius<const D: usize>(
-    question: &Question<'_, D>,
+    query: &QualityQuery<'_, D>,
     symmetries: &Symmetries<D>,
     thinnest: &Thinnest<D>,
     size: f64,
     limits: &Limits,
 ) -> Option<Radius<D>> {
-    let search = Search { question, thinnest, size: size.min(1e-2 * thinnest.upper), limits };
+    let search = Search { query, thinnest, size: size.min(1e-2 * thinnest.upper), limits };
     if let Some(Symmetry { map: generator, deviation }) = &symmetries.rotation {
         return search.on(&slice(generator, &thinnest.direction), &[], *deviation);
     }
@@ -95,7 +95,7 @@ impl<const D: usize> Search<'_, D> {
         nearest.retain(|(away, _)| away.norm() > NEAR);
         nearest.sort_by(|a, b| a.0.norm().total_cmp(&b.0.norm()));
         nearest.truncate(MAX_WALLS);
-        let far = FAR * self.question.scale;
+        let far = WALL_DISTANCE * self.query.scale;
         let walls = nearest.into_iter().filter(|(away, symmetry)| {
             let beyond = open_by(&symmetry.map, maps) * centre.norm() / away.norm();
             far * beyond < 1e-3 * self.thinnest.upper
@@ -110,9 +110,9 @@ impl<const D: usize> Search<'_, D> {
         walls: &[Wrench<E>],
         deviation: f64,
     ) -> Option<Radius<D>> {
-        let Self { question, thinnest, size, limits } = *self;
+        let Self { query, thinnest, size, limits } = *self;
         let oracle = |y: &Wrench<E>| {
-            let support = question.support(&(basis * y));
+            let support = query.support(&(basis * y));
             let mut best = Support { value: support.value, wrench: basis.tr_mul(&support.wrench) };
             for wall in walls {
                 let beyond = wall.dot(y);
@@ -123,8 +123,7 @@ impl<const D: usize> Search<'_, D> {
             best
         };
         // What the deviation takes is to be left of the tolerance.
-        let lost =
-            deviation + question.uncertain(question.set.criterion()).norm() + 2.0 * NOISE * question.scale;
+        let lost = deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * query.scale;
         let rtol = (limits.rtol - lost / thinnest.upper).max(0.5 * limits.rtol);
         let narrower = Limits { rtol, ..*limits };
         let found = match Polytope::<E>::new().expand(size, &narrower, oracle) {
@@ -155,7 +154,7 @@ impl<const D: usize> Search<'_, D> {
             upper,
             direction,
             converged: found.converged
-                && upper <= lower * (1.0 + 1.001 * limits.rtol) + NOISE * question.scale,
+                && upper <= lower * (1.0 + 1.001 * limits.rtol) + ROUNDED_DISTANCE * query.scale,
             supports: found.supports + thinnest.supports,
             facets: found.facets,
         })

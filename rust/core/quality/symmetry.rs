@@ -9,7 +9,8 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, Vector3};
 
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, contact_map};
-use crate::quality::query::Question;
+use crate::quality::query::QualityQuery;
+use crate::tolerances::ALIKE_FEATURES;
 use crate::wrench_set::Criterion;
 
 /// More contacts than this are not searched for symmetries.
@@ -17,10 +18,6 @@ const MAX_CONTACTS: usize = 32;
 
 /// A cone of at most this many edges turns by single edges; others by as many steps as divide them.
 const MAX_TURNS: usize = 16;
-
-/// Features of contacts that differ by more than this part of the grasp's size belong to different contacts. Only how
-/// many maps are tried depends on it.
-const ALIKE: f64 = 1e-4;
 
 /// An orthogonal map of directions that nearly keeps the support function.
 #[derive(Debug, Clone, Copy)]
@@ -42,29 +39,32 @@ pub(crate) struct Symmetries<const D: usize> {
 
 impl<const D: usize> Symmetries<D> {
     /// The symmetries of a spatial set whose deviation does not exceed `tolerance`.
-    pub(crate) fn of(question: &Question<'_, D>, tolerance: f64) -> Self {
+    pub(crate) fn of(query: &QualityQuery<'_, D>, tolerance: f64) -> Self {
         let mut found = Self { rotation: None, maps: Vec::new() };
-        let contacts = question.grasp.contacts();
+        let contacts = query.grasp.contacts();
         let searched = contacts.iter().all(|c| !matches!(c.forces, ForceModel::Extreme(_)));
         if D != 6 || contacts.len() > MAX_CONTACTS || !searched {
             return found;
         }
-        let Some(features) = Features::of(question) else { return found };
+        let Some(features) = Features::of(query) else { return found };
         let round = contacts.iter().all(|c| c.forces == ForceModel::Cone || c.friction == 0.0);
         if let Some(axis) = features.axis().filter(|_| round) {
-            found.rotation = rotation(question, &axis).filter(|r| r.deviation <= tolerance);
+            found.rotation = rotation(query, &axis).filter(|r| r.deviation <= tolerance);
         }
         if found.rotation.is_some() {
             return found;
         }
-        for isometry in features.isometries(question) {
-            let map = question.metric.conjugate(&lift(&isometry));
+        for isometry in features.isometries(query) {
+            let map = query.metric.conjugate(&lift(&isometry));
             let orthogonal = (map.tr_mul(&map) - SMatrix::identity()).amax() < 1e-12;
-            let known = |other: &Symmetry<D>| (other.map - map).amax() < ALIKE;
-            if !orthogonal || (map - SMatrix::identity()).amax() < ALIKE || found.maps.iter().any(known) {
+            let known = |other: &Symmetry<D>| (other.map - map).amax() < ALIKE_FEATURES;
+            if !orthogonal
+                || (map - SMatrix::identity()).amax() < ALIKE_FEATURES
+                || found.maps.iter().any(known)
+            {
                 continue;
             }
-            let deviation = deviation(question, &isometry, &map, &features);
+            let deviation = deviation(query, &isometry, &map, &features);
             if deviation <= tolerance {
                 found.maps.push(Symmetry { map, deviation });
             }
@@ -96,9 +96,9 @@ struct Features {
 
 impl Features {
     /// Positions in units of their size, and normals; `None` where they single out no direction.
-    fn of<const D: usize>(question: &Question<'_, D>) -> Option<Self> {
-        let contacts = question.grasp.contacts();
-        let origin = question.grasp.options().origin;
+    fn of<const D: usize>(query: &QualityQuery<'_, D>) -> Option<Self> {
+        let contacts = query.grasp.contacts();
+        let origin = query.grasp.options().origin;
         let squares = contacts.iter().map(|c| (c.position - origin).norm_squared());
         let size = (squares.sum::<f64>() / contacts.len() as f64).sqrt();
         let vector = |position: Vector3<f64>, normal: Vector3<f64>| {
@@ -112,13 +112,13 @@ impl Features {
     /// The line that holds all of them.
     fn axis(&self) -> Option<Vector3<f64>> {
         let axis = self.vectors[0].normalize();
-        self.vectors.iter().all(|v| v.cross(&axis).norm() < ALIKE).then_some(axis)
+        self.vectors.iter().all(|v| v.cross(&axis).norm() < ALIKE_FEATURES).then_some(axis)
     }
 
     /// All isometries that may take contacts to contacts.
-    fn isometries<const D: usize>(&self, question: &Question<'_, D>) -> Vec<Matrix3<f64>> {
+    fn isometries<const D: usize>(&self, query: &QualityQuery<'_, D>) -> Vec<Matrix3<f64>> {
         if self.axis().is_some() {
-            return self.along_a_line(question);
+            return self.along_a_line(query);
         }
         let first = self.vectors[0];
         let across = |v: &Vector3<f64>| first.cross(v).norm();
@@ -130,9 +130,9 @@ impl Features {
         let mut found = Vec::new();
         for u in &self.vectors {
             for v in &self.vectors {
-                let alike = (u.norm() - first.norm()).abs() < ALIKE
-                    && (v.norm() - second.norm()).abs() < ALIKE
-                    && (u.dot(v) - first.dot(&second)).abs() < ALIKE;
+                let alike = (u.norm() - first.norm()).abs() < ALIKE_FEATURES
+                    && (v.norm() - second.norm()).abs() < ALIKE_FEATURES
+                    && (u.dot(v) - first.dot(&second)).abs() < ALIKE_FEATURES;
                 if alike {
                     let to = frame(u, v);
                     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
@@ -144,17 +144,17 @@ impl Features {
     }
 
     /// Of contacts on a line: those that take the frame of the first to that of another, turned by edges of its cone.
-    fn along_a_line<const D: usize>(&self, question: &Question<'_, D>) -> Vec<Matrix3<f64>> {
-        let turns = question.grasp.contacts().iter().filter_map(|c| match c.forces {
+    fn along_a_line<const D: usize>(&self, query: &QualityQuery<'_, D>) -> Vec<Matrix3<f64>> {
+        let turns = query.grasp.contacts().iter().filter_map(|c| match c.forces {
             ForceModel::Edges(edges) if c.friction > 0.0 => Some(edges),
             _ => None,
         });
         let edges = turns.fold(0, gcd);
         let turns = (1..=MAX_TURNS).rev().find(|turns| edges % turns == 0).unwrap_or(1);
-        let frames = question.grasp.frames();
+        let frames = query.grasp.frames();
         let mut found = Vec::new();
         for (to, v) in frames.iter().zip(&self.vectors) {
-            if (v.norm() - self.vectors[0].norm()).abs() > ALIKE {
+            if (v.norm() - self.vectors[0].norm()).abs() > ALIKE_FEATURES {
                 continue;
             }
             for turn in 0..turns {
@@ -190,14 +190,14 @@ fn frame(u: &Vector3<f64>, v: &Vector3<f64>) -> Matrix3<f64> {
 
 /// No less than `|p(map z) - p(z)|`: how far the images of the contacts' maps are from those of their partners.
 fn deviation<const D: usize>(
-    question: &Question<'_, D>,
+    query: &QualityQuery<'_, D>,
     isometry: &Matrix3<f64>,
     map: &SMatrix<f64, D, D>,
     features: &Features,
 ) -> f64 {
-    let contacts = question.grasp.contacts();
-    let frames = question.grasp.frames();
-    let reach: Vec<_> = (0..contacts.len()).map(|i| reach(question, i)).collect();
+    let contacts = query.grasp.contacts();
+    let frames = query.grasp.frames();
+    let reach: Vec<_> = (0..contacts.len()).map(|i| reach(query, i)).collect();
     let mut taken = vec![false; contacts.len()];
     let mut each = Vec::with_capacity(contacts.len());
     for i in 0..contacts.len() {
@@ -222,18 +222,18 @@ fn deviation<const D: usize>(
         };
         each.push(size_of_map(&difference));
     }
-    let center = question.center.map_or(0.0, |(_, center)| (map * center - center).norm());
-    center + total(question.set.criterion(), &each)
+    let center = query.center.map_or(0.0, |(_, center)| (map * center - center).norm());
+    center + total(query.set.criterion(), &each)
 }
 
 /// `f^U G_i diag(1, mu, mu, gamma)` in the coordinates of the metric.
-fn reach<const D: usize>(question: &Question<'_, D>, i: usize) -> ContactMap<D> {
-    scaled(question, i, &question.grasp.maps()[i])
+fn reach<const D: usize>(query: &QualityQuery<'_, D>, i: usize) -> ContactMap<D> {
+    scaled(query, i, &query.grasp.maps()[i])
 }
 
-fn scaled<const D: usize>(question: &Question<'_, D>, i: usize, map: &ContactMap<D>) -> ContactMap<D> {
-    let contact = &question.grasp.contacts()[i];
-    let mut map = question.metric.to_euclidean(map);
+fn scaled<const D: usize>(query: &QualityQuery<'_, D>, i: usize, map: &ContactMap<D>) -> ContactMap<D> {
+    let contact = &query.grasp.contacts()[i];
+    let mut map = query.metric.to_euclidean(map);
     for (column, by) in [1.0, contact.friction, contact.friction, contact.torsion].into_iter().enumerate() {
         map.column_mut(column).scale_mut(by * contact.max_normal_force);
     }
@@ -274,18 +274,18 @@ fn turn_of_forces(
 
 /// Rotations about `axis`: every one of them keeps the grasp whose contacts are moved onto the axis, from which this one
 /// differs by half of the deviation.
-fn rotation<const D: usize>(question: &Question<'_, D>, axis: &Vector3<f64>) -> Option<Symmetry<D>> {
+fn rotation<const D: usize>(query: &QualityQuery<'_, D>, axis: &Vector3<f64>) -> Option<Symmetry<D>> {
     let cross = axis.cross_matrix();
     let generator = SMatrix::from_fn(
         |row, column| {
             if row / 3 == column / 3 { cross[(row % 3, column % 3)] } else { 0.0 }
         },
     );
-    let map = question.metric.conjugate(&generator);
+    let map = query.metric.conjugate(&generator);
     if (map + map.transpose()).amax() > 1e-12 {
         return None;
     }
-    let grasp = question.grasp;
+    let grasp = query.grasp;
     let moved = |i: usize| {
         let contact = &grasp.contacts()[i];
         let lever = contact.position - grasp.options().origin;
@@ -293,10 +293,10 @@ fn rotation<const D: usize>(question: &Question<'_, D>, axis: &Vector3<f64>) -> 
         let o = grasp.frames()[i].column(1).into_owned();
         let o = (o - n * n.dot(&o)).normalize();
         let frame = Matrix3::from_columns(&[n, o, n.cross(&o)]);
-        let on_axis = scaled(question, i, &contact_map::<D>(&(axis * lever.dot(axis)), &frame));
-        size_of_map(&(reach(question, i) - on_axis))
+        let on_axis = scaled(query, i, &contact_map::<D>(&(axis * lever.dot(axis)), &frame));
+        size_of_map(&(reach(query, i) - on_axis))
     };
     let each: Vec<_> = (0..grasp.num_contacts()).map(moved).collect();
-    let center = question.center.map_or(0.0, |(_, center)| (map * center).norm());
-    Some(Symmetry { map, deviation: 2.0 * (center + total(question.set.criterion(), &each)) })
+    let center = query.center.map_or(0.0, |(_, center)| (map * center).norm());
+    Some(Symmetry { map, deviation: 2.0 * (center + total(query.set.criterion(), &each)) })
 }

@@ -70,6 +70,13 @@ pub(crate) fn edges_reaching<const R: usize>(
     blocks.iter().enumerate().flat_map(reaching).filter(move |&edge| edge < count)
 }
 
+/// The wrench of this number.
+#[inline]
+pub(crate) fn edge<const R: usize>(blocks: &[EdgeBlock<R>], number: usize) -> SVector<f64, R> {
+    let block = &blocks[number / LANES];
+    SVector::from_fn(|row, _| block[row][number % LANES])
+}
+
 /// The length of the longest wrench.
 pub(crate) fn longest_edge<const R: usize>(blocks: &[EdgeBlock<R>]) -> f64 {
     let squares = blocks.iter().flat_map(|block| {

@@ -1,31 +1,33 @@
-//! The support oracle of the wrench sets (Eqs. 14, 16 and 17, and their true-cone limits).
+//! The wrench sets of a grasp: which wrenches can limited contact forces exert (Sections 3.1 and 3.2)?
 //!
-//! Every algorithm asks one question of a wrench set: *which point of you lies furthest along `z`, how far,
-//! and from which force of each contact?* The answer costs O(m l d) and never O((l+1)^m). With `h_i` the
-//! largest `w_ih . z` of contact i,
+//! Every algorithm asks a set for its *support*: which point lies furthest along `z`, how far, and by which force of each
+//! contact? The answer costs O(m l d) and never O((l+1)^m). With `h_i` how far contact i alone reaches,
 //!
-//! - the union has `p(z) = max_i h_i`;
-//! - the Minkowski sum has `p(z) = sum_i max(0, h_i)` where some `h_i > 0`, and `max_i h_i` elsewhere,
-//!   because the paper's `W_-` excludes the origin;
-//! - a true cone has `h_i = f^U (n.v + sqrt(mu^2 ((o.v)^2 + (t.v)^2) + gamma^2 (n.b)^2))`, where `v` and
-//!   `n.b` are the components of `G_i^T z`.
+//! - the union has `p(z) = max_i h_i` (Eq. 14);
+//! - the Minkowski sum has `p(z) = sum_i max(0, h_i)` where some `h_i > 0`, and `max_i h_i` elsewhere, because the paper's
+//!   `W_-` excludes the origin (Eqs. 16 and 17).
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`contact_support`] | the support oracle of one contact, finite or a true cone, in a linear map |
+//! | [`cone`] | the support of a friction cone in its contact frame |
+//! | [`edge_blocks`] | the furthest of many wrenches, in vector registers |
+//! | [`criterion`] | which of both sets is meant |
+//! | [`minkowski_sum`] | Algorithm 1: all points of the Minkowski sum, one by one |
 
+pub(crate) mod cone;
+pub(crate) mod contact_support;
+pub(crate) mod criterion;
 pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
+
+pub(crate) use cone::{cone_slope, cone_support};
+pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge, longest_edge};
-
-/// Which wrench set, and so which measure of the overall contact force.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Criterion {
-    /// The sum of normalised normal forces is limited (Eq. 6): the union of the contacts' wrenches.
-    Sum,
-    /// Each normalised normal force is limited (Eq. 7): the Minkowski sum.
-    Max,
-}
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// The furthest point of a set along a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,15 +52,6 @@ impl<const D: usize> Support<D> {
     }
 }
 
-/// The wrenches of one contact, ready for products with a direction.
-#[derive(Debug, Clone)]
-enum ContactWrenches<const D: usize> {
-    /// Extreme forces in blocks, the first of them by its number.
-    Finite { blocks: Vec<EdgeBlock<D>>, start: usize },
-    /// `f^U G_i` with the friction coefficients `mu` and `gamma`.
-    Cone { map: ContactMap<D>, limit: f64, mu: f64, gamma: f64 },
-}
-
 /// The convex hull of the union, or of the Minkowski sum, of what the contacts can exert.
 ///
 /// ```
@@ -76,14 +69,12 @@ enum ContactWrenches<const D: usize> {
 #[derive(Debug, Clone)]
 pub struct WrenchSet<const D: usize> {
     criterion: Criterion,
-    contacts: Vec<ContactWrenches<D>>,
-    forces: Vec<ContactForce>,
-    wrenches: Vec<Wrench<D>>,
+    contacts: Vec<ContactSupport<D>>,
 }
 
 /// The best of one contact: how far it reaches along the direction, and by which force.
 #[derive(Debug, Clone, Copy)]
-pub struct ContactSupport<const D: usize> {
+pub struct ContactReach<const D: usize> {
     /// `h_i`, negative where every force of the contact points away.
     pub value: f64,
     /// The wrench that reaches it.
@@ -95,53 +86,37 @@ pub struct ContactSupport<const D: usize> {
 impl<const D: usize> WrenchSet<D> {
     /// The wrench set of a grasp.
     pub fn new(grasp: &Grasp<D>, criterion: Criterion) -> Self {
-        let limits = grasp.contacts().iter().map(|contact| contact.max_normal_force);
-        let maps = grasp.maps().iter().copied().zip(limits);
-        Self::assemble(grasp, criterion, grasp.finite_wrenches().to_vec(), maps)
+        Self::in_map(grasp, criterion, |wrench| *wrench)
     }
 
     /// The wrench set in the coordinates where the metric is Euclidean.
     pub(crate) fn in_metric(grasp: &Grasp<D>, criterion: Criterion, metric: &Metric<D>) -> Self {
-        let wrenches = grasp.finite_wrenches().iter().map(|wrench| metric.to_euclidean(wrench));
-        let limits = grasp.contacts().iter().map(|contact| contact.max_normal_force);
-        let maps = grasp.maps().iter().map(|map| metric.to_euclidean(map)).zip(limits);
-        Self::assemble(grasp, criterion, wrenches.collect(), maps)
+        Self::in_map(grasp, criterion, |wrench| metric.to_euclidean(wrench))
+    }
+
+    fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
+        let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
+        Self { criterion, contacts: contacts.collect() }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
     /// length.
     pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
-        let forces = grasp.finite_forces();
-        let mut wrenches = grasp.finite_wrenches().to_vec();
-        for (i, map) in maps.iter().enumerate() {
-            for edge in grasp.edges(i).into_iter().flatten() {
+        let contact = |(i, map): (usize, &ContactMap<D>)| {
+            if let Some(range) = grasp.edges(i) {
+                let forces = &grasp.finite_forces()[range];
                 // A force of zero is a wrench of zero; it has no direction to keep.
-                wrenches[edge] = (map * forces[edge]).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
+                let unit =
+                    |force: &ContactForce| (map * force).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
+                return ContactSupport::finite(&forces.iter().map(unit).collect::<Vec<_>>(), forces);
             }
-        }
-        let maps = maps.iter().zip(grasp.contacts()).map(|(map, contact)| {
+            let contact = &grasp.contacts()[i];
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
             let lengths = map.column_iter().zip(axes).map(|(column, by)| by * column.norm());
-            (*map, lengths.fold(0.0, f64::max).recip())
-        });
-        Self::assemble(grasp, criterion, wrenches, maps)
-    }
-
-    fn assemble(
-        grasp: &Grasp<D>,
-        criterion: Criterion,
-        wrenches: Vec<Wrench<D>>,
-        maps: impl Iterator<Item = (ContactMap<D>, f64)>,
-    ) -> Self {
-        let contacts = maps.enumerate().map(|(i, (map, limit))| {
-            let contact = &grasp.contacts()[i];
-            let cone = || ContactWrenches::Cone { map, limit, mu: contact.friction, gamma: contact.torsion };
-            grasp.edges(i).map_or_else(cone, |range| ContactWrenches::Finite {
-                blocks: edge_blocks(&wrenches[range.clone()]).collect(),
-                start: range.start,
-            })
-        });
-        Self { criterion, contacts: contacts.collect(), forces: grasp.finite_forces().to_vec(), wrenches }
+            let limit = lengths.fold(0.0, f64::max).recip();
+            ContactSupport::cone(map, contact.friction, contact.torsion, limit)
+        };
+        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
     }
 
     /// Which set this is.
@@ -162,12 +137,12 @@ impl<const D: usize> WrenchSet<D> {
         let mut best = Support { value: f64::NEG_INFINITY, wrench: Wrench::zeros() };
         let mut sum = Support { value: 0.0, wrench: Wrench::zeros() };
         for contact in &self.contacts {
-            let (value, edge) = contact.value(z);
+            let (value, edge) = contact.furthest(z);
             if value > 0.0 {
                 sum.value += value;
-                sum.wrench += self.wrench(contact, z, edge);
+                sum.wrench += contact.wrench(z, edge);
             } else if sum.value == 0.0 && value > best.value {
-                best = Support { value, wrench: self.wrench(contact, z, edge) };
+                best = Support { value, wrench: contact.wrench(z, edge) };
             }
         }
         if sum.value > 0.0 { sum } else { best }
@@ -177,25 +152,18 @@ impl<const D: usize> WrenchSet<D> {
     pub(crate) fn union_support(&self, z: &Wrench<D>) -> Support<D> {
         let (mut value, mut best) = (f64::NEG_INFINITY, None);
         for contact in &self.contacts {
-            let (reach, edge) = contact.value(z);
+            let (reach, edge) = contact.furthest(z);
             if reach > value {
                 (value, best) = (reach, Some((contact, edge)));
             }
         }
-        let wrench = best.map_or_else(Wrench::zeros, |(contact, edge)| self.wrench(contact, z, edge));
+        let wrench = best.map_or_else(Wrench::zeros, |(contact, edge)| contact.wrench(z, edge));
         Support { value, wrench }
     }
 
     /// No wrench of the set is longer than this.
     pub(crate) fn longest(&self) -> f64 {
-        let longest = |contact: &ContactWrenches<D>| match contact {
-            ContactWrenches::Finite { blocks, .. } => longest_edge(blocks),
-            ContactWrenches::Cone { map, limit, mu, gamma } => {
-                let lengths = ContactForce::from_fn(|column, _| map.column(column).norm());
-                limit * (lengths[0] + cone_slope(&lengths, *mu, *gamma))
-            }
-        };
-        let each = self.contacts.iter().map(longest);
+        let each = self.contacts.iter().map(ContactSupport::longest);
         match self.criterion {
             Criterion::Sum => each.fold(0.0, f64::max),
             Criterion::Max => each.sum(),
@@ -204,7 +172,7 @@ impl<const D: usize> WrenchSet<D> {
 
     /// The value `p(z)` alone.
     pub fn value(&self, z: &Wrench<D>) -> f64 {
-        let values = self.contacts.iter().map(|contact| contact.value(z).0);
+        let values = self.contacts.iter().map(|contact| contact.value(z));
         match self.criterion {
             Criterion::Sum => values.fold(f64::NEG_INFINITY, f64::max),
             Criterion::Max => {
@@ -215,60 +183,15 @@ impl<const D: usize> WrenchSet<D> {
         }
     }
 
+    /// How far contact `i` alone reaches along `z`.
+    pub(crate) fn contact_value(&self, i: usize, z: &Wrench<D>) -> f64 {
+        self.contacts[i].value(z)
+    }
+
     /// How far contact `i` alone reaches along `z`, and by which force.
-    pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactSupport<D> {
+    pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactReach<D> {
         let contact = &self.contacts[i];
-        let (value, edge) = contact.value(z);
-        ContactSupport { value, wrench: self.wrench(contact, z, edge), force: self.force(contact, z, edge) }
+        let (value, edge) = contact.furthest(z);
+        ContactReach { value, wrench: contact.wrench(z, edge), force: contact.force(z, edge) }
     }
-
-    fn wrench(&self, contact: &ContactWrenches<D>, z: &Wrench<D>, edge: usize) -> Wrench<D> {
-        match contact {
-            ContactWrenches::Finite { .. } => self.wrenches[edge],
-            ContactWrenches::Cone { map, .. } => map * self.force(contact, z, edge),
-        }
-    }
-
-    fn force(&self, contact: &ContactWrenches<D>, z: &Wrench<D>, edge: usize) -> ContactForce {
-        match contact {
-            ContactWrenches::Finite { .. } => self.forces[edge],
-            ContactWrenches::Cone { map, limit, mu, gamma } => {
-                cone_support(&map.tr_mul(z), *mu, *gamma) * *limit
-            }
-        }
-    }
-}
-
-impl<const D: usize> ContactWrenches<D> {
-    /// `h_i` and the index of the extreme force that attains it (meaningless for a true cone).
-    #[inline]
-    fn value(&self, z: &Wrench<D>) -> (f64, usize) {
-        match self {
-            Self::Finite { blocks, start } => {
-                let (value, edge) = furthest_edge(blocks, z);
-                (value, start + edge)
-            }
-            Self::Cone { map, limit, mu, gamma } => {
-                let h = map.tr_mul(z);
-                (limit * (h[0] + cone_slope(&h, *mu, *gamma)), 0)
-            }
-        }
-    }
-}
-
-/// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.
-#[inline]
-pub(crate) fn cone_slope(h: &ContactForce, mu: f64, gamma: f64) -> f64 {
-    (mu * mu * (h[1] * h[1] + h[2] * h[2]) + gamma * gamma * h[3] * h[3]).sqrt()
-}
-
-/// The force of unit normal component in the cone that reaches furthest along `h`.
-#[inline]
-pub(crate) fn cone_support(h: &ContactForce, mu: f64, gamma: f64) -> ContactForce {
-    let slope = cone_slope(h, mu, gamma);
-    if slope == 0.0 {
-        return ContactForce::new(1.0, 0.0, 0.0, 0.0);
-    }
-    let (tangential, torsional) = (mu * mu / slope, gamma * gamma / slope);
-    ContactForce::new(1.0, tangential * h[1], tangential * h[2], torsional * h[3])
 }

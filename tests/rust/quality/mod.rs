@@ -1,6 +1,7 @@
 //! Brackets, closure, gradients and batches.
 
 mod degenerate;
+mod flat;
 mod gradient;
 mod near_rounding;
 mod quality;

@@ -5,6 +5,10 @@
 //! all directions, and every ray from the origin leaves through a facet. Any vector `y` certifies
 //! `|x| >= min_k (y . v_k) / |y|` for all points `x` of the facet with vertices `v_k`. The final bound is taken over
 //! all facets this way.
+//!
+//! **No removed piece holds the origin** where its plane proves so: the piece is the hull of a visible facet and `p`, and
+//! `y . x > 0` on all of it if `y . v_k > 0` and `y . p > 0`. Each facet carries a bound on `|y . v_k - 1|` for that. Where
+//! planes are too close to the origin for their digits, a ray that meets an odd number of facets proves it.
 
 use std::collections::BinaryHeap;
 
@@ -12,18 +16,13 @@ use crate::convex::expanding_polytope::facet::{
     Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges,
 };
 use crate::convex::expanding_polytope::ridge_table::{RidgeTable, Side};
-use crate::convex::rounding::{LOST, along};
+use crate::convex::rounding::along;
 use crate::grasp::Wrench;
 use crate::linalg::dense::{pierces, plane_through};
+use crate::tolerances::{BEYOND_PLANE, PROVEN_PLANE, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
 
-/// A point is beyond a plane `y . x = 1` where it exceeds it by this much; coplanar points are not.
-pub(crate) const BEYOND: f64 = 1e-12;
-
-/// What rounding leaves uncertain in a distance, relative to the longest vertex.
-pub(crate) const NOISE: f64 = 8.0 * f64::EPSILON;
-
-/// What norms and quotients lose, relative to themselves.
-pub(crate) const ROUNDED: f64 = 8.0 * f64::EPSILON;
+/// Rays that are tried in turn where one passes too close to the rim of a facet.
+const RAYS: usize = 8;
 
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;
@@ -43,6 +42,8 @@ pub(crate) struct Boundary<const D: usize> {
     noise: f64,
     /// A bound on what rounding has done to each component of a point; zero where it is not known.
     uncertain: Wrench<D>,
+    /// Whether the planes prove that no removed piece held the origin.
+    proven: bool,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -58,6 +59,7 @@ impl<const D: usize> Boundary<D> {
             serial: 0,
             noise: 0.0,
             uncertain: Wrench::zeros(),
+            proven: true,
         }
     }
 
@@ -74,7 +76,8 @@ impl<const D: usize> Boundary<D> {
         self.heap.clear();
         self.round = 1;
         self.serial = 0;
-        self.noise = NOISE * size;
+        self.proven = true;
+        self.noise = ROUNDED_DISTANCE * size;
         self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
@@ -82,6 +85,7 @@ impl<const D: usize> Boundary<D> {
             let facet = Facet {
                 plane: self.points[opposite] * (-(D as f64) / (size * size)),
                 distance: size / D as f64,
+                error: 64.0 * f64::EPSILON,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
                 neighbours: std::array::from_fn(|slot| others(slot) as u32),
@@ -105,11 +109,6 @@ impl<const D: usize> Boundary<D> {
         self.points.len() >= MAX_POINTS
     }
 
-    /// What rounding leaves uncertain in the distance of any plane.
-    pub(crate) fn noise(&self) -> f64 {
-        self.noise
-    }
-
     /// What of [`Self::noise`] concerns products with `z`: of points that differ by orders of magnitude among their
     /// components, a small part. Not a bound, but what more work would not improve.
     pub(crate) fn noise_along(&self, z: &Wrench<D>) -> f64 {
@@ -123,7 +122,7 @@ impl<const D: usize> Boundary<D> {
 
     /// Accounts for the rounding of a point of this length.
     pub(crate) fn admit_noise_of(&mut self, length: f64) {
-        self.noise = self.noise.max(NOISE * length);
+        self.noise = self.noise.max(ROUNDED_DISTANCE * length);
     }
 
     /// `y` with `y . x = 1` on the facet.
@@ -148,6 +147,7 @@ impl<const D: usize> Boundary<D> {
             if offset(&facet.plane, &vertices) > 1e-13 {
                 if let Some(plane) = plane_through(&vertices) {
                     (facet.plane, facet.distance) = (plane, plane.norm().recip());
+                    facet.error = offset(&plane, &vertices) + self.noise / facet.distance;
                 }
                 let distance = certified_distance(&facet.plane, &vertices);
                 if distance > candidate.distance
@@ -180,6 +180,7 @@ impl<const D: usize> Boundary<D> {
         let round = self.round;
         let facet = &mut self.facets[first as usize];
         (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
+        self.proven &= facet.error + self.noise / facet.distance < PROVEN_PLANE;
         self.visible.push(first);
         let mut next = 0;
         while let Some(&inner) = self.visible.get(next) {
@@ -190,11 +191,12 @@ impl<const D: usize> Boundary<D> {
                 if neighbour.round != round {
                     neighbour.round = round;
                     neighbour.reach = neighbour.plane.dot(&p);
-                    let beyond = neighbour.reach - 1.0 - BEYOND;
+                    let beyond = neighbour.reach - 1.0 - BEYOND_PLANE;
                     neighbour.visible = beyond > self.noise / neighbour.distance
                         || (beyond > 0.0
                             && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
                     if neighbour.visible {
+                        self.proven &= neighbour.error + self.noise / neighbour.distance < PROVEN_PLANE;
                         self.visible.push(outer);
                     }
                 }
@@ -219,7 +221,7 @@ impl<const D: usize> Boundary<D> {
         for (k, vertex) in vertices[..D - 1].iter_mut().enumerate() {
             *vertex = inside.vertices[k + usize::from(k >= slot)];
         }
-        let plane = self.tilted_plane(inside, outside, &vertices);
+        let (plane, error) = self.tilted_plane(inside, outside, &vertices);
         let back = shared_slot(outside, inner, &vertices);
         let mut neighbours = [outer; D];
         let (made, serial) = self.next_slot();
@@ -238,6 +240,7 @@ impl<const D: usize> Boundary<D> {
         self.facets[made as usize] = Facet {
             plane,
             distance,
+            error,
             reach: 1.0,
             vertices,
             neighbours,
@@ -262,32 +265,43 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
-    /// that meet in the ridge: a convex combination, so errors in old vertices never grow.
-    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> Wrench<D> {
+    /// that meet in the ridge: a convex combination, so errors in old vertices never grow. With a bound on
+    /// `|y . v_k - 1|`.
+    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> (Wrench<D>, f64) {
         let t = ((1.0 - outside.reach) / (inside.reach - outside.reach)).clamp(0.0, 1.0);
         let plane = outside.plane + (inside.plane - outside.plane) * t;
         // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
         let before = outside.plane.norm_squared().max(t * t * inside.plane.norm_squared());
         if plane.norm_squared() < 1e-6 * before {
             let vertices = vertices.map(|v| self.points[v as usize]);
-            return plane_through(&vertices).unwrap_or(plane);
+            if let Some(plane) = plane_through(&vertices) {
+                return (plane, offset(&plane, &vertices) + self.noise * plane.norm());
+            }
         }
-        plane
+        // Of the ridge the larger of both errors, of the apex what the clamp leaves, and the rounding of these lines.
+        let rounded = 2.0 * self.noise * (outside.distance.recip() + inside.distance.recip());
+        (plane, inside.error.max(outside.error).max(outside.reach - 1.0) + rounded)
     }
 
-    /// Whether the facets still surround the origin: a cycle does where a ray meets it an odd number of times, and if one
-    /// ray does, all do. Rounding may have removed the piece that holds the origin where points differ by many orders.
+    /// Whether it is certain that the facets surround the origin. Rounding may have removed the piece that holds the origin
+    /// where points differ by many orders.
     pub(crate) fn surrounds_origin(&self) -> bool {
-        let ray = Wrench::<D>::from_fn(|row, _| (1.7 * row as f64 + 0.9).sin());
-        let live = self.facets.iter().filter(|facet| facet.round != 0);
-        let met = live.filter(|facet| pierces(&ray, &facet.vertices.map(|v| self.points[v as usize])));
-        met.count() % 2 == 1
+        let ray = |k: usize| Wrench::from_fn(|row, _| (1.7 * row as f64 + 0.9 + 2.3 * k as f64).sin());
+        self.proven || (0..RAYS).find_map(|k| self.is_met_oddly(&ray(k))) == Some(true)
+    }
+
+    /// Whether a ray meets an odd number of facets; if one does, all do. `None` where it passes too close to a rim.
+    fn is_met_oddly(&self, ray: &Wrench<D>) -> Option<bool> {
+        let mut live = self.facets.iter().filter(|facet| facet.round != 0);
+        live.try_fold(false, |odd, facet| {
+            Some(odd ^ pierces(ray, &facet.vertices.map(|v| self.points[v as usize]))?)
+        })
     }
 
     /// No point of the facet, had it not been rounded, is nearer to the origin than this.
     fn certified(&self, plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED) / plane.norm();
-        certified_distance(plane, vertices) * (1.0 - ROUNDED) - lost
+        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED_QUOTIENT) / plane.norm();
+        certified_distance(plane, vertices) * (1.0 - ROUNDED_QUOTIENT) - lost
     }
 
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
@@ -309,6 +323,6 @@ impl<const D: usize> Boundary<D> {
 
 /// What of `noise` concerns products with `z`, where points are `uncertain` by so much.
 fn noise_along<const D: usize>(z: &Wrench<D>, uncertain: &Wrench<D>, noise: f64) -> f64 {
-    let along = along(z, uncertain) * (NOISE / LOST);
+    let along = along(z, uncertain) * (ROUNDED_DISTANCE / ROUNDED_POINT);
     if along > 0.0 { along.min(noise * z.norm()) } else { noise * z.norm() }
 }

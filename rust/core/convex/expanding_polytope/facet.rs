@@ -11,6 +11,8 @@ pub(crate) struct Facet<const D: usize> {
     pub(crate) plane: Wrench<D>,
     /// `1 / |plane|`.
     pub(crate) distance: f64,
+    /// A bound on `|plane . v - 1|` for all vertices.
+    pub(crate) error: f64,
     /// Of the point being added: `plane . p`.
     pub(crate) reach: f64,
     /// In ascending order, so that the newest point is always the last.

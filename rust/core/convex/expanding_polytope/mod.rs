@@ -16,9 +16,10 @@ pub(crate) mod boundary;
 pub(crate) mod facet;
 pub(crate) mod ridge_table;
 
-use crate::convex::expanding_polytope::boundary::{BEYOND, Boundary};
+use crate::convex::expanding_polytope::boundary::Boundary;
 use crate::grasp::Wrench;
 use crate::interrupt;
+use crate::tolerances::BEYOND_PLANE;
 use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller buys more: some 0.1 s and 40 MB. Only sets whose nearest boundary points are a
@@ -30,9 +31,6 @@ pub(crate) const POLISH: usize = 8;
 
 /// What part of the plain cut a polished vertex must cut.
 const DEEP: f64 = 0.3;
-
-/// Rounding of more than this part of the radius may have misled the boundary.
-const DOUBTFUL: f64 = 1e-10;
 
 /// When to stop, and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -176,7 +174,7 @@ impl<const D: usize> Polytope<D> {
         limits: &Limits,
         oracle: &mut impl FnMut(&Wrench<D>) -> Support<D>,
     ) -> Progress {
-        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         loop {
             // With none left, all facets lie beyond the best upper bound.
             let Some(nearest) = self.boundary.pop_nearest() else {
@@ -208,7 +206,7 @@ impl<const D: usize> Polytope<D> {
 
     /// What an expansion proves of the radius.
     pub(crate) fn conclude(&self, progress: Progress, size: f64, limits: &Limits) -> Expansion<D> {
-        let rtol = limits.rtol.max(4.0 * BEYOND);
+        let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         let (Progress::Done(lower) | Progress::Full(lower)) = progress else {
             return Expansion::Stopped(self.thinnest);
         };
@@ -220,8 +218,7 @@ impl<const D: usize> Polytope<D> {
         let reached = lower.min(upper);
         // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
         // ball, lies in the set.
-        let doubtful = self.boundary.noise() > DOUBTFUL * reached;
-        let certified = if reached > size && (!doubtful || self.boundary.surrounds_origin()) {
+        let certified = if reached > size && self.boundary.surrounds_origin() {
             self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
         } else {
             0.0

@@ -1,0 +1,100 @@
+//! The support oracle of one contact: how far do your wrenches reach along `z`, where, and by which force?
+//!
+//! A contact is finite (the convex hull of its extreme forces, Eq. 3) or a true friction cone, hard or soft. Its wrenches
+//! are seen through a linear map `A`: the metric's for quality, the equilibration's for force distribution. With
+//! `h = (A G_i)^T z`,
+//!
+//! - the finite contact reaches `h_i = max_h w_ih . z`;
+//! - the true cone reaches `h_i = f^U (h_n + sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2))`.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::grasp::contact::ContactForce;
+use crate::grasp::{Grasp, Wrench};
+use crate::wrench_set::cone::{cone_slope, cone_support};
+use crate::wrench_set::edge_blocks::{EdgeBlock, edge, edge_blocks, furthest_edge, longest_edge};
+
+/// The wrenches of one contact in a linear map, ready for products with a direction.
+#[derive(Debug, Clone)]
+pub(crate) enum ContactSupport<const R: usize> {
+    /// Extreme forces, and their wrenches in blocks.
+    Finite { blocks: Vec<EdgeBlock<R>>, forces: Vec<ContactForce> },
+    /// `A G_i f^U` with the limit `f^U` and the friction coefficients `mu` and `gamma`.
+    Cone { map: SMatrix<f64, R, 4>, limit: f64, mu: f64, gamma: f64 },
+}
+
+impl<const R: usize> ContactSupport<R> {
+    /// A contact that exerts these wrenches by these extreme forces.
+    pub(crate) fn finite(wrenches: &[SVector<f64, R>], forces: &[ContactForce]) -> Self {
+        Self::Finite { blocks: edge_blocks(wrenches).collect(), forces: forces.to_vec() }
+    }
+
+    /// A true cone under the map `A G_i`, with normal forces up to `limit`.
+    pub(crate) fn cone(map: &SMatrix<f64, R, 4>, mu: f64, gamma: f64, limit: f64) -> Self {
+        Self::Cone { map: map * limit, limit, mu, gamma }
+    }
+
+    /// Contact `i` of a grasp in the map `A`.
+    pub(crate) fn of_contact<const D: usize>(
+        grasp: &Grasp<D>,
+        i: usize,
+        map: impl Fn(&Wrench<D>) -> SVector<f64, R>,
+    ) -> Self {
+        if let Some(range) = grasp.edges(i) {
+            let wrenches: Vec<_> = grasp.finite_wrenches()[range.clone()].iter().map(map).collect();
+            return Self::finite(&wrenches, &grasp.finite_forces()[range]);
+        }
+        let contact = &grasp.contacts()[i];
+        let mut mapped = SMatrix::<f64, R, 4>::zeros();
+        for (k, column) in grasp.maps()[i].column_iter().enumerate() {
+            mapped.set_column(k, &map(&column.into_owned()));
+        }
+        Self::cone(&mapped, contact.friction, contact.torsion, contact.max_normal_force)
+    }
+
+    /// `h_i(z)`, and the number of the extreme force that attains it: the lowest among equals, zero for a true cone.
+    #[inline]
+    pub(crate) fn furthest(&self, z: &SVector<f64, R>) -> (f64, usize) {
+        match self {
+            Self::Finite { blocks, .. } => furthest_edge(blocks, z),
+            Self::Cone { map, mu, gamma, .. } => {
+                let h = map.tr_mul(z);
+                (h[0] + cone_slope(&h, *mu, *gamma), 0)
+            }
+        }
+    }
+
+    /// `h_i(z)`.
+    #[inline]
+    pub(crate) fn value(&self, z: &SVector<f64, R>) -> f64 {
+        self.furthest(z).0
+    }
+
+    /// The wrench along `z`, whose extreme force has the number `at` that [`Self::furthest`] gives.
+    #[inline]
+    pub(crate) fn wrench(&self, z: &SVector<f64, R>, at: usize) -> SVector<f64, R> {
+        match self {
+            Self::Finite { blocks, .. } => edge(blocks, at),
+            Self::Cone { map, mu, gamma, .. } => map * cone_support(&map.tr_mul(z), *mu, *gamma),
+        }
+    }
+
+    /// The force, in the contact frame, that exerts [`Self::wrench`].
+    pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize) -> ContactForce {
+        match self {
+            Self::Finite { forces, .. } => forces[at],
+            Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
+        }
+    }
+
+    /// No wrench of the contact is longer than this.
+    pub(crate) fn longest(&self) -> f64 {
+        match self {
+            Self::Finite { blocks, .. } => longest_edge(blocks),
+            Self::Cone { map, mu, gamma, .. } => {
+                let lengths = ContactForce::from_fn(|column, _| map.column(column).norm());
+                lengths[0] + cone_slope(&lengths, *mu, *gamma)
+            }
+        }
+    }
+}
