@@ -121,6 +121,9 @@ pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
 /// The same in 32 digits.
 pub(crate) const SMALLEST_PIVOT_32_DIGITS: f64 = 1e-24;
 
+/// How far true cones may reach along a witness of infeasibility, in units of the feasibility tolerance: a few roundings.
+pub(crate) const CONE_SEPARATED: f64 = 1e-15;
+
 /// Ratios of levels that differ by this share of the largest level are equal up to rounding.
 pub(crate) const TIED_LEVELS: f64 = 1e-14;
 

@@ -9,7 +9,7 @@
 use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOT_32_DIGITS};
+use crate::tolerances::{CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOT_32_DIGITS};
 
 /// Pivots after which a solve gives up.
 const MAX_PIVOTS: usize = 3000;
@@ -180,12 +180,15 @@ impl<'a> DoubleDoubleSimplex<'a> {
             let cost = self.cost(member, price);
             z.iter_mut().zip(&self.inverse[row]).for_each(|(z, x)| *z += cost * *x);
         }
+        // A witness must separate up to rounding; an objective is the least up to its tolerance.
+        let threshold =
+            if price.is_some() { self.columns.threshold } else { self.columns.threshold.min(CONE_SEPARATED) };
         let first = self.pivots;
         while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             let Some((mut gain, point)) = self.columns.furthest(&z, price.is_some()) else { return false };
             let size = z.iter().map(|x| x.abs().value()).sum::<f64>();
             let mut entering = Member::Point(point);
-            let mut beaten = gain <= DoubleDouble::from(self.columns.threshold.max(1e-27 * size));
+            let mut beaten = gain <= DoubleDouble::from(threshold.max(1e-27 * size));
             for (row, multiplier) in z.iter().enumerate().take(rows) {
                 let cost = self.cost(&Member::Slack(row, 1.0), price);
                 let excess = multiplier.abs() - cost;
