@@ -4,7 +4,13 @@
 //! - [`reference_cases`]: the answers in `tests/reference`, and what any answer must satisfy.
 //! - [`balance`], [`friction_cone`], [`interior_point`]: independent checks of contact forces.
 //! - [`control_loop`]: a distributor with one workspace.
-#![allow(missing_docs, clippy::missing_panics_doc, reason = "helpers of tests: a failed check is a panic")]
+#![allow(
+    missing_docs,
+    clippy::missing_panics_doc,
+    clippy::return_self_not_must_use,
+    clippy::should_implement_trait,
+    reason = "helpers of tests: a failed check is a panic"
+)]
 
 pub mod balance;
 pub mod control_loop;
