@@ -64,6 +64,10 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 /// Forces that change by more than this, relative to the wrench's and their own size, follow rounding of positions.
 pub(crate) const STEEP: f64 = 1e6;
 
+/// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
+/// remembered for no other wrench.
+pub(crate) const DELICATE: f64 = 1e5;
+
 /// Columns or rows of unit length that are dependent up to this do not determine the unknowns.
 pub(crate) const DEPENDENT: f64 = 1e-11;
 

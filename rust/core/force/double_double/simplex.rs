@@ -20,7 +20,7 @@ const LEXICOGRAPHIC_AFTER: usize = 60;
 /// Prices of what is left over, relative to a wrench and an objective of one.
 const FIRST_PRICE: f64 = 1e3;
 const LAST_PRICE: f64 = 1e9;
-const HIGHEST_PRICE: f64 = 1e20;
+const HIGHEST_PRICE: f64 = 1e16;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
@@ -54,6 +54,8 @@ pub(crate) struct DoubleDoubleSimplex<'a> {
     levels: Vector,
     pub(crate) multiplier: Vector,
     pub(crate) pivots: usize,
+    /// The multiplier of the highest price at which more than the tolerance was left over, from the last price on.
+    pub(crate) separates: Option<Vector>,
 }
 
 fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
@@ -71,6 +73,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
             levels: [DoubleDouble::ZERO; ROWS],
             multiplier: [DoubleDouble::ZERO; ROWS],
             pivots: 0,
+            separates: None,
         };
         for (row, &level) in target.iter().enumerate().take(columns.rows()) {
             let sign = if level < 0.0 { -1.0 } else { 1.0 };
@@ -100,21 +103,35 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             price = (price * 1e3).min(highest);
         }
+        self.separates = Some(self.multiplier);
+        if self.columns.is_finite() {
+            // A price bounds the forces; without one, edges that differ by rounding would balance by immense ones.
+            return self.raise(price);
+        }
         if !self.minimise(None) {
             return Outcome::Stalled;
         }
         if self.left_over() > FEASIBILITY_TOLERANCE {
             return Outcome::Infeasible(self.multiplier);
         }
-        // So close to the tolerance that only a high price leaves over no more than must be.
+        self.raise(price)
+    }
+
+    /// Raises the price until no more than the tolerance is left over, or until the multiplier is a witness: a wrench
+    /// of unit size then reaches along it by no more than rounding.
+    fn raise(&mut self, mut price: f64) -> Outcome {
         loop {
             if !self.minimise(Some(price)) {
                 return Outcome::Stalled;
             }
-            if self.left_over() <= FEASIBILITY_TOLERANCE || price > HIGHEST_PRICE {
+            if self.left_over() <= FEASIBILITY_TOLERANCE {
                 return Outcome::Balanced;
             }
-            price *= 1e3;
+            self.separates = Some(self.multiplier);
+            if price >= HIGHEST_PRICE {
+                return Outcome::Infeasible(self.multiplier);
+            }
+            price = (price * 1e3).min(HIGHEST_PRICE.max(price));
         }
     }
 
