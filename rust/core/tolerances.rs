@@ -31,8 +31,11 @@ pub(crate) const ROUNDED_COST: f64 = 2e-15;
 /// Pivot elements below this share of the largest are not trusted: a basis would keep less than half its digits.
 pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
 
-/// The same in 32 digits.
-pub(crate) const SMALLEST_PIVOT_32_DIGITS: f64 = 1e-24;
+/// The same in 32 digits; the next of them where a basis lost too many.
+pub(crate) const SMALLEST_PIVOTS_32_DIGITS: [f64; 3] = [1e-24, 1e-19, 1e-14];
+
+/// What a basis in 32 digits may leave of the wrench, relative to the largest level.
+pub(crate) const ROUNDED_BASIS: f64 = 1e-17;
 
 /// Ratios of levels that differ by this share of the largest level are equal up to rounding.
 pub(crate) const TIED_LEVELS: f64 = 1e-14;

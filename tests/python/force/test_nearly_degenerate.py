@@ -141,3 +141,16 @@ def test_lower_bounds_on_true_cones_are_to_blame_at_a_corner_foot():
     distributor = gf.ForceDistributor(grasp, weight=1.0, min_normal=[0.1, 0.3, 0])
     with pytest.raises(gf.InfeasibleWrenchError, match="min_normal is to blame"):
         distributor.solve([0, 0, -1, -0.02, -0.01, 0])
+
+
+def test_a_box_rounded_to_float32_shares_its_weight():
+    positions = [
+        [0.06366349756717682, 0.05472620204092071, 0.08094443380832672],
+        [-0.009710460901260376, -0.03545369207859039, 0.11067403852939606],
+        [0.009710460901260376, 0.03545369207859039, -0.11067403852939606],
+        [-0.06366349756717682, -0.05472620204092071, -0.08094443380832672],
+    ]
+    normals = [[-0.7438790798187256, 0.6526587009429932, 0.14380744099617004]] * 4
+    grasp = gf.Grasp(positions, normals, edges=4, max_normal_force=20)
+    wrench = [7.297453773021698, -6.402581856250763, -1.4107509961724283, 0, 0, 0]
+    assert gf.ForceDistributor(grasp).solve(wrench).sigma_max == pytest.approx(0.1226250028, rel=1e-9)

@@ -9,7 +9,7 @@
 use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOT_32_DIGITS};
+use crate::tolerances::{FEASIBILITY_TOLERANCE, ROUNDED_BASIS, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS};
 
 /// Pivots after which a solve gives up.
 const MAX_PIVOTS: usize = 3000;
@@ -49,6 +49,7 @@ enum Member {
 pub(crate) struct DoubleDoubleSimplex<'a> {
     columns: &'a DoubleDoubleColumns,
     target: Vector,
+    smallest_pivot: f64,
     members: Vec<Member>,
     inverse: [Vector; ROWS],
     levels: Vector,
@@ -68,6 +69,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
         let mut simplex = Self {
             columns,
             target: [DoubleDouble::ZERO; ROWS],
+            smallest_pivot: 0.0,
             members: Vec::with_capacity(ROWS),
             inverse: [[DoubleDouble::ZERO; ROWS]; ROWS],
             levels: [DoubleDouble::ZERO; ROWS],
@@ -76,17 +78,55 @@ impl<'a> DoubleDoubleSimplex<'a> {
             separates: None,
         };
         for (row, &level) in target.iter().enumerate().take(columns.rows()) {
-            let sign = if level < 0.0 { -1.0 } else { 1.0 };
-            simplex.members.push(Member::Slack(row, sign));
             simplex.target[row] = DoubleDouble::from(level);
-            simplex.inverse[row][row] = DoubleDouble::from(sign);
-            simplex.levels[row] = DoubleDouble::from(level.abs());
         }
         simplex
     }
 
-    /// Raises the price until the answer is clear.
+    /// Starts from nothing; where small pivot elements wore the inverse out, it starts again without them.
     pub(crate) fn solve(&mut self) -> Outcome {
+        for smallest_pivot in SMALLEST_PIVOTS_32_DIGITS {
+            self.smallest_pivot = smallest_pivot;
+            self.start();
+            let outcome = self.solve_from_nothing();
+            if self.is_accurate() || interrupt::stopped() {
+                return outcome;
+            }
+        }
+        Outcome::Stalled
+    }
+
+    /// The basis of slacks.
+    fn start(&mut self) {
+        self.members.clear();
+        self.separates = None;
+        self.inverse = [[DoubleDouble::ZERO; ROWS]; ROWS];
+        for row in 0..self.columns.rows() {
+            let level = self.target[row];
+            let sign = if level < DoubleDouble::ZERO { -1.0 } else { 1.0 };
+            self.members.push(Member::Slack(row, sign));
+            self.inverse[row][row] = DoubleDouble::from(sign);
+            self.levels[row] = level.abs();
+        }
+    }
+
+    /// Whether the columns at their levels add up to the target.
+    fn is_accurate(&self) -> bool {
+        let mut rest = self.target;
+        for (member, level) in self.members.iter().zip(&self.levels) {
+            match member {
+                Member::Point(point) => {
+                    rest.iter_mut().zip(&point.wrench).for_each(|(rest, w)| *rest -= *w * *level);
+                }
+                Member::Slack(row, sign) => rest[*row] -= level.times(*sign),
+            }
+        }
+        let largest = self.levels.iter().fold(1.0_f64, |largest, level| largest.max(level.value().abs()));
+        rest.iter().all(|rest| rest.value().abs() <= ROUNDED_BASIS * largest)
+    }
+
+    /// Raises the price until the answer is clear.
+    fn solve_from_nothing(&mut self) -> Outcome {
         let mut price = FIRST_PRICE;
         loop {
             if !self.minimise(Some(price)) {
@@ -241,7 +281,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
     fn leaving_row(&self, direction: &Vector, lexicographic: bool) -> Option<usize> {
         let rows = self.columns.rows();
         let largest = direction.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
-        let smallest = largest.times(SMALLEST_PIVOT_32_DIGITS);
+        let smallest = largest.times(self.smallest_pivot);
         let mut best: Option<(usize, DoubleDouble)> = None;
         for row in (0..rows).filter(|&row| direction[row] > smallest) {
             let ratio = self.levels[row].max(DoubleDouble::ZERO) / direction[row];
