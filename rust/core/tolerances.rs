@@ -35,7 +35,7 @@ pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
 pub(crate) const SMALLEST_PIVOTS_32_DIGITS: [f64; 3] = [1e-24, 1e-19, 1e-14];
 
 /// What a basis in 32 digits may leave of the wrench, relative to the largest level.
-pub(crate) const ROUNDED_BASIS: f64 = 1e-17;
+pub(crate) const ROUNDED_BASIS: f64 = 1e-13;
 
 /// Ratios of levels that differ by this share of the largest level are equal up to rounding.
 pub(crate) const TIED_LEVELS: f64 = 1e-14;

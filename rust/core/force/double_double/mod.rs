@@ -87,7 +87,8 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             certificate = better;
         }
         let left = self.left_over(b, found);
-        if left > FEASIBILITY_TOLERANCE * size {
+        let exact = self.columns.is_finite() || !self.least.is_empty();
+        if exact && left > FEASIBILITY_TOLERANCE * size {
             // Forces so large that rounding of their products exceeds the tolerance balance nothing.
             let unmet = Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE };
             let unbalanced = Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet };

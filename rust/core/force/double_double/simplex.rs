@@ -21,6 +21,7 @@ const LEXICOGRAPHIC_AFTER: usize = 60;
 const FIRST_PRICE: f64 = 1e3;
 const LAST_PRICE: f64 = 1e9;
 const HIGHEST_PRICE: f64 = 1e16;
+const HIGHEST_PRICE_OF_CONES: f64 = 1e20;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
@@ -167,11 +168,15 @@ impl<'a> DoubleDoubleSimplex<'a> {
             if self.left_over() <= FEASIBILITY_TOLERANCE {
                 return Outcome::Balanced;
             }
-            self.separates = Some(self.multiplier);
-            if price >= HIGHEST_PRICE {
-                return Outcome::Infeasible(self.multiplier);
+            if self.columns.is_finite() {
+                self.separates = Some(self.multiplier);
+                if price >= HIGHEST_PRICE {
+                    return Outcome::Infeasible(self.multiplier);
+                }
+            } else if price > HIGHEST_PRICE_OF_CONES {
+                return Outcome::Balanced;
             }
-            price = (price * 1e3).min(HIGHEST_PRICE.max(price));
+            price *= 1e3;
         }
     }
 
