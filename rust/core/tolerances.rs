@@ -118,8 +118,11 @@ pub(crate) const ROUNDED_COST: f64 = 2e-15;
 /// Pivot elements below this share of the largest are not trusted: a basis would keep less than half its digits.
 pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
 
-/// The same in 32 digits.
-pub(crate) const SMALLEST_PIVOT_32_DIGITS: f64 = 1e-24;
+/// The same in 32 digits; the next of them where a basis lost too many.
+pub(crate) const SMALLEST_PIVOTS_32_DIGITS: [f64; 3] = [1e-24, 1e-19, 1e-14];
+
+/// What a basis in 32 digits may leave of the wrench, relative to the largest level.
+pub(crate) const ROUNDED_BASIS: f64 = 1e-13;
 
 /// How far true cones may reach along a witness of infeasibility, in units of the feasibility tolerance: a few roundings.
 pub(crate) const CONE_SEPARATED: f64 = 1e-15;
@@ -153,6 +156,10 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 
 /// Forces that change by more than this, relative to the wrench's and their own size, follow rounding of positions.
 pub(crate) const STEEP: f64 = 1e6;
+
+/// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
+/// remembered for no other wrench.
+pub(crate) const DELICATE: f64 = 1e5;
 
 /// Columns or rows of unit length that are dependent up to this do not determine the unknowns.
 pub(crate) const DEPENDENT: f64 = 1e-11;

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from benches.trust import nearly_degenerate, origin_contacts
-from benches.trust.judge import cone_verdict, verdict
+from benches.trust.judge import cone_verdict, units, verdict
 
 import graspforce as gf
 
@@ -99,3 +99,58 @@ def test_shares_at_the_limit_are_within_limits():
 def test_a_limit_that_cannot_be_computed_with_is_named():
     with pytest.raises(gf.InvalidGraspError, match="max_normal_force, contact 1: 1e-300"):
         gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], max_normal_force=[1, 1e-300])
+
+
+def test_forces_on_feet_in_line_do_not_depend_on_the_past():
+    grasp = gf.Grasp(
+        [[-0.1, 1e-10, 0], [0, 0, -1e-10], [0.1, -2e-10, -1e-10]],
+        [[0, 0, 1.0]] * 3,
+        edges=4,
+        max_normal_force=20,
+    )
+    wrench = [0, 0, -9.81, 0, -0.2943, 0]
+    used = gf.ForceDistributor(grasp)
+    used.solve([0, 0, -9.81, -9.81e-10, -0.981, 0])
+    for distributor in (gf.ForceDistributor(grasp), used):
+        # Exact balance costs 0.269775: more than 1e9 times the residual of 3.7e-11 N m.
+        assert distributor.solve(wrench).sigma_max == pytest.approx(0.2329875, rel=1e-7)
+
+
+@pytest.mark.parametrize("objective", ["max", "sum"])
+def test_a_pinch_whose_line_misses_the_load_is_infeasible(objective):
+    grasp = gf.Grasp([[0.05, 1e-8, 0], [-0.05, 0, 0]], [[-1, 0, 0], [1, 0, 0]], edges=8, max_normal_force=20)
+    assert verdict(grasp, WEIGHT, objective) == ("right", "infeasible")
+
+
+def test_the_residual_of_a_pinch_stays_within_the_tolerance():
+    positions = [[-0.01832405, 0, -1e-9], [0.018324049, 0, 0], [-0.01832405, 0, 0], [0.018324049, 0, 0]]
+    grasp = gf.Grasp(positions, [[1, 0, 0], [-1, 0, 0]] * 2, friction=1.0, edges=12)
+    wrench = np.array([-9.81, 0, 0, 0, 2.4525e-9, 0])
+    answer = gf.ForceDistributor(grasp, "sum").solve(wrench)
+    scale = units(grasp)
+    assert np.abs(answer.residual / scale).sum() <= 1e-9 * np.abs(wrench / scale).max()
+
+
+def test_lower_bounds_on_true_cones_are_to_blame_at_a_corner_foot():
+    grasp = gf.Grasp(
+        [[-0.01, 0.02, 0], [0, -0.01, 0], [-0.01, -0.02, 0]],
+        [[0, 0, 1.0]] * 3,
+        edges=None,
+        max_normal_force=10,
+    )
+    distributor = gf.ForceDistributor(grasp, weight=1.0, min_normal=[0.1, 0.3, 0])
+    with pytest.raises(gf.InfeasibleWrenchError, match="min_normal is to blame"):
+        distributor.solve([0, 0, -1, -0.02, -0.01, 0])
+
+
+def test_a_box_rounded_to_float32_shares_its_weight():
+    positions = [
+        [0.06366349756717682, 0.05472620204092071, 0.08094443380832672],
+        [-0.009710460901260376, -0.03545369207859039, 0.11067403852939606],
+        [0.009710460901260376, 0.03545369207859039, -0.11067403852939606],
+        [-0.06366349756717682, -0.05472620204092071, -0.08094443380832672],
+    ]
+    normals = [[-0.7438790798187256, 0.6526587009429932, 0.14380744099617004]] * 4
+    grasp = gf.Grasp(positions, normals, edges=4, max_normal_force=20)
+    wrench = [7.297453773021698, -6.402581856250763, -1.4107509961724283, 0, 0, 0]
+    assert gf.ForceDistributor(grasp).solve(wrench).sigma_max == pytest.approx(0.1226250028, rel=1e-9)

@@ -125,6 +125,11 @@ impl DoubleDoubleColumns {
         self.dim + usize::from(!self.least.is_empty())
     }
 
+    /// Whether every contact lists its extreme forces.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.reaches.iter().all(|reach| matches!(reach, Reach::Finite { .. }))
+    }
+
     pub(crate) fn objective(&self) -> Objective {
         self.objective
     }

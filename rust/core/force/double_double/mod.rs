@@ -72,15 +72,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let mut simplex = DoubleDoubleSimplex::new(&self.columns, &target);
         match simplex.solve() {
             Outcome::Balanced => {}
-            Outcome::Infeasible(witness) => {
-                if let Some(contact) = self.columns.pushing(&witness) {
-                    let unmet = Unmet::Witness { contact };
-                    return Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet });
-                }
-                let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * units[k]));
-                let direction = direction.as_slice().to_vec();
-                return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
-            }
+            Outcome::Infeasible(witness) => return Err(self.infeasible(&witness, simplex.pivots)),
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
         Self::add_up(&simplex, size, forces);
@@ -94,6 +86,17 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
             certificate = better;
         }
+        let left = self.left_over(b, forces);
+        let exact = self.columns.is_finite() || !self.least.is_empty();
+        if exact && left > FEASIBILITY_TOLERANCE * size {
+            // Forces so large that rounding of their products exceeds the tolerance balance nothing.
+            let unmet = Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE };
+            let unbalanced = Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet };
+            return Err(match &simplex.separates {
+                Some(witness) => self.infeasible(witness, simplex.pivots),
+                None => unbalanced,
+            });
+        }
         self.check_torques(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
@@ -101,6 +104,25 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let unmet = Unmet::Gap { found: certificate.gap, allowed };
         Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet })
+    }
+
+    /// The error for a wrench that a multiplier separates from all that the contacts balance.
+    fn infeasible(&self, witness: &Vector, pivots: usize) -> Error {
+        if let Some(contact) = self.columns.pushing(witness) {
+            return Error::NotConverged {
+                solver: SOLVER,
+                iterations: pivots,
+                unmet: Unmet::Witness { contact },
+            };
+        }
+        let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]));
+        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+    }
+
+    /// What the forces leave over in doubles, the way a caller computes it, in units.
+    fn left_over(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
+        let rest = self.maps.iter().zip(&forces.forces).fold(*b, |rest, (map, force)| rest - map * force);
+        rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
     /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the

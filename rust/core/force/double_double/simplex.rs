@@ -9,7 +9,9 @@
 use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOT_32_DIGITS};
+use crate::tolerances::{
+    CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_BASIS, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS,
+};
 
 /// Pivots after which a solve gives up.
 const MAX_PIVOTS: usize = 3000;
@@ -20,7 +22,8 @@ const LEXICOGRAPHIC_AFTER: usize = 60;
 /// Prices of what is left over, relative to a wrench and an objective of one.
 const FIRST_PRICE: f64 = 1e3;
 const LAST_PRICE: f64 = 1e9;
-const HIGHEST_PRICE: f64 = 1e20;
+const HIGHEST_PRICE: f64 = 1e16;
+const HIGHEST_PRICE_OF_CONES: f64 = 1e20;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
@@ -49,11 +52,14 @@ enum Member {
 pub(crate) struct DoubleDoubleSimplex<'a> {
     columns: &'a DoubleDoubleColumns,
     target: Vector,
+    smallest_pivot: f64,
     members: Vec<Member>,
     inverse: [Vector; ROWS],
     levels: Vector,
     pub(crate) multiplier: Vector,
     pub(crate) pivots: usize,
+    /// The multiplier of the highest price at which more than the tolerance was left over, from the last price on.
+    pub(crate) separates: Option<Vector>,
 }
 
 fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
@@ -66,24 +72,64 @@ impl<'a> DoubleDoubleSimplex<'a> {
         let mut simplex = Self {
             columns,
             target: [DoubleDouble::ZERO; ROWS],
+            smallest_pivot: 0.0,
             members: Vec::with_capacity(ROWS),
             inverse: [[DoubleDouble::ZERO; ROWS]; ROWS],
             levels: [DoubleDouble::ZERO; ROWS],
             multiplier: [DoubleDouble::ZERO; ROWS],
             pivots: 0,
+            separates: None,
         };
         for (row, &level) in target.iter().enumerate().take(columns.rows()) {
-            let sign = if level < 0.0 { -1.0 } else { 1.0 };
-            simplex.members.push(Member::Slack(row, sign));
             simplex.target[row] = DoubleDouble::from(level);
-            simplex.inverse[row][row] = DoubleDouble::from(sign);
-            simplex.levels[row] = DoubleDouble::from(level.abs());
         }
         simplex
     }
 
-    /// Raises the price until the answer is clear.
+    /// Starts from nothing; where small pivot elements wore the inverse out, it starts again without them.
     pub(crate) fn solve(&mut self) -> Outcome {
+        for smallest_pivot in SMALLEST_PIVOTS_32_DIGITS {
+            self.smallest_pivot = smallest_pivot;
+            self.start();
+            let outcome = self.solve_from_nothing();
+            if self.is_accurate() || interrupt::stopped() {
+                return outcome;
+            }
+        }
+        Outcome::Stalled
+    }
+
+    /// The basis of slacks.
+    fn start(&mut self) {
+        self.members.clear();
+        self.separates = None;
+        self.inverse = [[DoubleDouble::ZERO; ROWS]; ROWS];
+        for row in 0..self.columns.rows() {
+            let level = self.target[row];
+            let sign = if level < DoubleDouble::ZERO { -1.0 } else { 1.0 };
+            self.members.push(Member::Slack(row, sign));
+            self.inverse[row][row] = DoubleDouble::from(sign);
+            self.levels[row] = level.abs();
+        }
+    }
+
+    /// Whether the columns at their levels add up to the target.
+    fn is_accurate(&self) -> bool {
+        let mut rest = self.target;
+        for (member, level) in self.members.iter().zip(&self.levels) {
+            match member {
+                Member::Point(point) => {
+                    rest.iter_mut().zip(&point.wrench).for_each(|(rest, w)| *rest -= *w * *level);
+                }
+                Member::Slack(row, sign) => rest[*row] -= level.times(*sign),
+            }
+        }
+        let largest = self.levels.iter().fold(1.0_f64, |largest, level| largest.max(level.value().abs()));
+        rest.iter().all(|rest| rest.value().abs() <= ROUNDED_BASIS * largest)
+    }
+
+    /// Raises the price until the answer is clear.
+    fn solve_from_nothing(&mut self) -> Outcome {
         let mut price = FIRST_PRICE;
         loop {
             if !self.minimise(Some(price)) {
@@ -100,18 +146,36 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             price = (price * 1e3).min(highest);
         }
+        self.separates = Some(self.multiplier);
+        if self.columns.is_finite() {
+            // A price bounds the forces; without one, edges that differ by rounding would balance by immense ones.
+            return self.raise(price);
+        }
         if !self.minimise(None) {
             return Outcome::Stalled;
         }
         if self.left_over() > FEASIBILITY_TOLERANCE {
             return Outcome::Infeasible(self.multiplier);
         }
-        // So close to the tolerance that only a high price leaves over no more than must be.
+        self.raise(price)
+    }
+
+    /// Raises the price until no more than the tolerance is left over, or until the multiplier is a witness: a wrench
+    /// of unit size then reaches along it by no more than rounding.
+    fn raise(&mut self, mut price: f64) -> Outcome {
         loop {
             if !self.minimise(Some(price)) {
                 return Outcome::Stalled;
             }
-            if self.left_over() <= FEASIBILITY_TOLERANCE || price > HIGHEST_PRICE {
+            if self.left_over() <= FEASIBILITY_TOLERANCE {
+                return Outcome::Balanced;
+            }
+            if self.columns.is_finite() {
+                self.separates = Some(self.multiplier);
+                if price >= HIGHEST_PRICE {
+                    return Outcome::Infeasible(self.multiplier);
+                }
+            } else if price > HIGHEST_PRICE_OF_CONES {
                 return Outcome::Balanced;
             }
             price *= 1e3;
@@ -227,7 +291,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
     fn leaving_row(&self, direction: &Vector, lexicographic: bool) -> Option<usize> {
         let rows = self.columns.rows();
         let largest = direction.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
-        let smallest = largest.times(SMALLEST_PIVOT_32_DIGITS);
+        let smallest = largest.times(self.smallest_pivot);
         let mut best: Option<(usize, DoubleDouble)> = None;
         for row in (0..rows).filter(|&row| direction[row] > smallest) {
             let ratio = self.levels[row].max(DoubleDouble::ZERO) / direction[row];

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
-use crate::tolerances::{LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, STEEP, UNBALANCED_WRENCH};
+use crate::tolerances::{DELICATE, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, STEEP, UNBALANCED_WRENCH};
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
 const MOST_CANCELLED: f64 = LOOSEST_GAP / ROUNDED_GAP;
@@ -197,6 +197,17 @@ impl<const R: usize> CriticalRegion<R> {
             }
         }
         steepest * size > STEEP * largest
+    }
+
+    /// Whether some wrench of unit size takes forces or an objective of [`DELICATE`] size: rounding of positions then
+    /// decides between optimal forces, and so would the wrenches that were solved before.
+    pub(crate) fn is_delicate(&self) -> bool {
+        let most =
+            |row: &[f64; LANES], unit: f64| row.iter().fold(0.0_f64, |most, x| most.max((x / unit).abs()));
+        let force = self.units[0];
+        let steepest = self.forces.blocks.iter().flat_map(|block| block.0.iter().zip(self.units.iter()));
+        let steepest = steepest.fold(0.0_f64, |steepest, (row, unit)| steepest.max(most(row, *unit)));
+        steepest * force > DELICATE || self.dual.component_div(&self.units).amax() > DELICATE
     }
 
     /// The multipliers of the wrench, and the relative gap they prove.

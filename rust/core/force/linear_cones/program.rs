@@ -218,7 +218,16 @@ impl<const D: usize> LinearProgram<D> {
                     workspace.remembered[slot].used = clock;
                     match self.decide(workspace, b, forces) {
                         Err(Error::Interrupted) => return Err(Error::Interrupted),
-                        decided => decided.unwrap_or(slot),
+                        decided => {
+                            // Whether other wrenches are looked up in it must not depend on the order of wrenches.
+                            let known = &mut workspace.remembered[slot];
+                            if decided.is_ok() {
+                                known.forget();
+                            } else {
+                                self.narrow(known, b, forces);
+                            }
+                            decided.unwrap_or(slot)
+                        }
                     }
                 }
                 solved => solved?,
@@ -232,8 +241,19 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
     fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
-        self.columns.wrenches.len() <= MAX_UNKNOWNS
-            && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
+        region.is_delicate()
+            || self.columns.wrenches.len() <= MAX_UNKNOWNS
+                && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
+    }
+
+    /// Narrows a region to the ray of one wrench.
+    fn narrow(&self, known: &mut Remembered<D>, b: &Wrench<D>, forces: &mut ContactForces) {
+        let mut rows = vec![0.0; forces.shares.len() * self.builder.components().len()];
+        known.region.forces.multiply(b, &mut rows);
+        known.region.shares.multiply(b, &mut forces.shares);
+        let proof = known.region.proof(b);
+        known.region.write_ray(b, rows.into_iter(), &forces.shares, proof, self.equilibration.units());
+        known.basis.artificial = [true; D];
     }
 
     fn solve_in_doubles(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
