@@ -123,7 +123,7 @@ class InfeasibleWrenchError(GraspForceError):
     direction: NDArray[np.float64]
 
 
-class TooLargeError(GraspForceError, MemoryError):
+class TooLargeError(MemoryError, GraspForceError):  # MemoryError, whose constructor is its own, comes first
     """A result would exceed the limit of an enumeration, or memory; also a `MemoryError`.
 
     The message gives the size.

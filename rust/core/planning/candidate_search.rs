@@ -23,7 +23,8 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::quality::query::{Examination, QualityQuery};
+use crate::quality::answer::Examination;
+use crate::quality::query::QualityQuery;
 use crate::quality::{QualityOptions, QualityWorkspace};
 use crate::tolerances::{ROUNDED_BOUND, TIE, UNCERTAIN_QUALITY};
 

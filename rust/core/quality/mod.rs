@@ -5,7 +5,8 @@
 //! | file | holds |
 //! |---|---|
 //! | [`result`] | options, the answer with its certificate, reused memory |
-//! | [`query`] | how one grasp is answered: outside first, then inside, then closure |
+//! | [`query`] | the wrench set of a question, in the coordinates of the norm |
+//! | [`answer`] | how one grasp is answered: outside first, then inside, then closure |
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
 //! | [`gradient`] | derivatives of epsilon by positions and normals |
@@ -14,6 +15,7 @@
 //! | [`singular_values`] | measures of the grasp matrix alone |
 //! | [`length_scale_hint`] | whether the length scale fits the contacts |
 
+pub(crate) mod answer;
 pub(crate) mod batch;
 pub(crate) mod closure;
 pub(crate) mod gradient;

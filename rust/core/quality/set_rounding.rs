@@ -50,3 +50,10 @@ impl<const D: usize> Rounding<D> for SetRounding<'_, D> {
         (at_most.max(0.0) - value.max(0.0) + along(z, center), uncertain + center)
     }
 }
+
+impl<const D: usize> QualityQuery<'_, D> {
+    /// What rounding may have done to each component of the set's points.
+    pub(crate) fn uncertain(&self) -> Wrench<D> {
+        SetRounding { query: self, criterion: self.set.criterion() }.of_any_point()
+    }
+}

@@ -339,7 +339,7 @@ def test_the_command_prints_a_summary_and_goes_on(table, tmp_path, capsys, monke
     assert "rows a second" in printed.out
     assert printed.err == ""
     assert main(command) == DONE
-    assert "nothing was left to do" in capsys.readouterr().out
+    assert "nothing was done" in capsys.readouterr().out
     assert main([*command, "--json"]) == DONE
     found = json.loads(capsys.readouterr().out)
     assert found["statuses"] == {"converged": 299, "bracketed": 0, "invalid": 1}
@@ -352,7 +352,8 @@ def test_the_command_prints_a_summary_and_goes_on(table, tmp_path, capsys, monke
 
 
 @pytest.mark.parametrize(
-    ("flags", "told"), [([], "the same command goes on"), (["--overwrite"], "without --overwrite goes on")]
+    ("flags", "told"),
+    [([], "the same command continues the run"), (["--overwrite"], "without --overwrite continues the run")],
 )
 def test_the_command_stops_at_once_when_interrupted_and_says_how_to_go_on(table, tmp_path, flags, told):
     pq.write_table(repeated(table, 50_000), tmp_path / "grasps.parquet")

@@ -198,9 +198,10 @@ def test_columns_in_which_everything_is_null_are_columns_of_bad_rows():
 
 
 def test_a_bracket_is_told_where_the_work_limit_leaves_it_wide():
-    # Two soft fingertips with true cones have a continuum of worst directions.
-    hard = {"id": "hard", "positions": [[1, 0, 0], [-1, 0, 0]], "normals": [[-1, 0, 0], [1, 0, 0]]}
-    hard |= {"friction": [0.5] * 2, "max_normal_force": [1.0] * 2, "torsion": [0.5] * 2}
+    # Soft fingertips that are nearly, but not quite, a tetrahedron have nearly a continuum of worst directions.
+    corners = 0.05 * np.array([[1.01, 1.01, 1.01], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    hard = {"id": "hard", "positions": corners.tolist(), "normals": (-corners).tolist()}
+    hard |= {"friction": [0.5] * 4, "max_normal_force": [1.0] * 4, "torsion": [0.02] * 4}
     (row,) = gf.grade(as_table([hard], torsion=NUMBERS), edges=None).to_pylist()
     assert row["status"] == "bracketed"
     told = []

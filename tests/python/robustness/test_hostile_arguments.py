@@ -166,7 +166,9 @@ def test_forces_balance_or_are_refused(grasp, objective, method, data):
         assert_finite(batch.forces[solved], batch.sigma_max[solved])
         assert np.isnan(batch.forces[~solved]).all()
     answer(
-        list, answer(distributor.step, data.draw(st.one_of(arrays(2, d), st.none(), st.just([wrench])))) or ()
+        list,
+        answer(distributor.solve_iter, data.draw(st.one_of(arrays(2, d), st.none(), st.just([wrench]))))
+        or (),
     )
 
 

@@ -1,0 +1,296 @@
+//! How the quality of one grasp is computed: outside first, then inside, and closure where neither is clear.
+//!
+//! *Outside first.* A good part of all grasps is open, and Wolfe's algorithm finds that out in a fraction of a
+//! polytope's time: some dozen calls of the oracle end with the distance, with the direction in which it lies, and so
+//! with the proof that there is no closure. Outside, the Minkowski sum is no nearer than the union (every point of it is
+//! a sum of wrenches on the far side of the separating plane), so `rho_max = rho_sum` there and the union serves both.
+//! What is not separated within a few calls is left to the polytope, so closed grasps hardly pay for the attempt.
+//!
+//! *Inside*, the expanding polytope brackets the radius. A set that holds no ball worth mentioning gets its class from
+//! the twin, and its radius from ever smaller simplices.
+
+use std::cmp::Ordering;
+
+use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Progress, Radius, Thinnest};
+use crate::convex::min_norm_point::{NearestPoint, nearest_point};
+use crate::convex::rounding::Rounding;
+use crate::grasp::Wrench;
+use crate::interrupt;
+use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::query::QualityQuery;
+use crate::quality::result::{Quality, QualityWorkspace};
+use crate::quality::set_rounding::SetRounding;
+use crate::quality::symmetric_radius::symmetric_radius;
+use crate::quality::symmetry::Symmetries;
+use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
+use crate::wrench_set::Criterion;
+
+/// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
+const CALLS_BEFORE_POLYTOPE: usize = 16;
+
+/// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
+const FACETS_BEFORE_SYMMETRY: usize = 10_000;
+
+/// Calls of the oracle that are no reason not to begin again.
+const CALLS_WORTH_REPEATING: usize = 1000;
+
+/// What looking at a grasp with an incumbent in mind yields.
+pub(crate) enum Examination<const D: usize> {
+    /// `epsilon <= upper`, too little; along the unit `direction` (in Euclidean coordinates).
+    Below { upper: f64, direction: Wrench<D> },
+    /// The quality, as if there were no incumbent.
+    Answer(Box<Quality<D>>),
+}
+
+impl<const D: usize> QualityQuery<'_, D> {
+    pub(crate) fn answer(&self, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
+        if let Some(quality) = self.separated() {
+            return quality;
+        }
+        workspace.polytope.allow(self.uncertain());
+        let first = self.expand(self.first_size(), &self.limits, workspace);
+        self.conclude(first, workspace)
+    }
+
+    /// The answer, unless `epsilon` turns out to lie below `stop_below` on the way.
+    pub(crate) fn examine(&self, stop_below: f64, workspace: &mut QualityWorkspace<D>) -> Examination<D> {
+        let limits = Limits { stop_below, ..self.limits };
+        workspace.polytope.allow(self.uncertain());
+        let first = self.expand(self.first_size(), &limits, workspace);
+        let (upper, direction) = match first {
+            Expansion::Radius(Radius { converged: true, .. }) => (f64::INFINITY, Wrench::zeros()),
+            Expansion::Radius(Radius { upper, direction, .. })
+            | Expansion::Pierced(Thinnest { upper, direction, .. })
+            | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
+        };
+        if upper < stop_below {
+            return Examination::Below { upper, direction };
+        }
+        Examination::Answer(Box::new(self.conclude(first, workspace)))
+    }
+
+    /// The expanding polytope, helped by the symmetries of the set where it does not end early.
+    fn expand(&self, size: f64, limits: &Limits, workspace: &mut QualityWorkspace<D>) -> Expansion<D> {
+        let QualityWorkspace { polytope, symmetric, .. } = workspace;
+        *symmetric = false;
+        let mut oracle = |z: &Wrench<D>| self.support(z);
+        polytope.start(size);
+        let early = Limits { max_facets: FACETS_BEFORE_SYMMETRY.min(limits.max_facets / 2), ..*limits };
+        let mut progress = polytope.grow(&early, &mut oracle);
+        let mut known = None;
+        if matches!(progress, Progress::Full(_)) {
+            let thinnest = *polytope.thinnest();
+            if thinnest.upper <= size {
+                return Expansion::Pierced(thinnest);
+            }
+            let symmetries = Symmetries::of(self, NEAR_SYMMETRY * thinnest.upper);
+            let exact = symmetries.deviation() <= EXACT_SYMMETRY * limits.rtol * thinnest.upper;
+            if exact {
+                known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
+            }
+            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
+            if let Some(radius) = known
+                && (radius.converged
+                    || radius.facets >= limits.max_facets
+                    || radius.upper < limits.stop_below)
+            {
+                *symmetric = true;
+                return Expansion::Radius(radius);
+            }
+            progress = polytope.grow(limits, &mut oracle);
+            if !exact && matches!(progress, Progress::Full(_)) {
+                known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+            }
+            *symmetric = known.is_some();
+        }
+        match (polytope.conclude(progress, size, limits), known) {
+            (Expansion::Radius(plain), Some(known)) => {
+                Expansion::Radius(plain.intersection(&known, limits.rtol))
+            }
+            (Expansion::Stopped(_) | Expansion::Pierced(_), Some(known)) => Expansion::Radius(known),
+            (plain, None) => plain,
+        }
+    }
+
+    /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
+    fn first_size(&self) -> f64 {
+        1e-3 * self.scale
+    }
+
+    /// The quality of a grasp whose wrenches all lie beyond a plane, and beyond the tolerance of closure.
+    fn separated(&self) -> Option<Quality<D>> {
+        if self.center.is_some() {
+            return None;
+        }
+        let nearest = self.nearest(CALLS_BEFORE_POLYTOPE);
+        if nearest.lower <= 0.0 {
+            return None;
+        }
+        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
+    }
+
+    fn conclude(&self, first: Expansion<D>, workspace: &mut QualityWorkspace<D>) -> Quality<D> {
+        if let (Expansion::Radius(radius), None) = (first, self.center)
+            && is_clear(self.grasp, &self.metric, radius.lower, self.scale)
+        {
+            return self.inside(&radius, 0.0, Closure::Force);
+        }
+        let verdict = classify(self.grasp, &mut workspace.twin);
+        let closure = verdict.closure;
+        match self.center {
+            Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
+                Ok(radius) => self.inside(&radius, 0.0, closure),
+                Err(unresolved) => self.about_center(&unresolved, closure),
+            },
+            None if closure == Closure::Force => {
+                let radius = self.small_radius(first, 1e-18 * self.scale, workspace);
+                let unknown = |thinnest: Thinnest<D>| Radius {
+                    lower: 0.0,
+                    upper: thinnest.upper.max(0.0),
+                    direction: thinnest.direction,
+                    converged: false,
+                    supports: thinnest.supports,
+                    facets: 0,
+                };
+                // What the twin proves is little, but more than nothing.
+                let least = verdict.certain(self.grasp, &self.metric);
+                self.inside(&radius.unwrap_or_else(unknown), least, closure)
+            }
+            None => self.outside(&verdict),
+        }
+    }
+
+    /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
+    pub(crate) fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
+        polytope.has_rival(-quality.lower, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
+    }
+
+    /// The radius of a set that is thin for its size: from ever smaller simplices. Where even a `negligible` one
+    /// does not fit, what is known of it.
+    fn small_radius(
+        &self,
+        first: Expansion<D>,
+        negligible: f64,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> std::result::Result<Radius<D>, Thinnest<D>> {
+        let (mut expansion, mut size) = (first, self.first_size());
+        loop {
+            let thinnest = match expansion {
+                Expansion::Radius(radius) => return Ok(radius),
+                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                Expansion::Stopped(thinnest)
+                    if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
+                {
+                    return Err(thinnest);
+                }
+                Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
+            };
+            size = 1e-3 * size.min(thinnest.upper);
+            // Not greater, rather than less: a size that is no number ends the search, too.
+            if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
+                return Err(thinnest);
+            }
+            expansion = self.expand(size, &self.limits, workspace);
+        }
+    }
+
+    /// `least` is a lower bound of the radius that is known besides.
+    fn inside(&self, radius: &Radius<D>, least: f64, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(&radius.direction);
+        let lost = self.lost_along(&radius.direction);
+        let upper = radius.upper + lost + ROUNDED_QUOTIENT * radius.upper;
+        let lower = radius.lower.max(least.min(upper));
+        Quality {
+            rho: -lower,
+            lower: -upper,
+            upper: -lower,
+            converged: radius.converged,
+            closure,
+            direction,
+            wrench: direction * lower,
+            supports: radius.supports,
+            facets: radius.facets,
+            metric: self.metric,
+        }
+    }
+
+    /// What is uncertain of `p(z)`.
+    fn lost_along(&self, z: &Wrench<D>) -> f64 {
+        SetRounding { query: self, criterion: self.set.criterion() }.of_support(z).0
+    }
+
+    /// Without a center, where the origin is not inside.
+    fn outside(&self, verdict: &Verdict<D>) -> Quality<D> {
+        let nearest = self.nearest(usize::MAX);
+        if verdict.closure == Closure::None {
+            return self.at_distance(&nearest, verdict.certain(self.grasp, &self.metric), verdict.closure);
+        }
+        let z = self.metric.unit_of_functional(&verdict.direction);
+        self.on_boundary(&z, self.value(&z), &nearest, verdict.closure)
+    }
+
+    /// With a center, where not even a negligible simplex fits: on the boundary, or outside.
+    fn about_center(&self, unresolved: &Thinnest<D>, closure: Closure) -> Quality<D> {
+        let rounding = SetRounding { query: self, criterion: self.set.criterion() };
+        let negligible = NEGLIGIBLE_RADIUS * self.scale;
+        let nearest =
+            nearest_point(self.outer_rtol(), negligible, usize::MAX, &rounding, |z| self.support(z));
+        if nearest.upper <= 2.0 * negligible && nearest.lower <= 0.0 {
+            return self.on_boundary(&unresolved.direction, unresolved.upper, &nearest, closure);
+        }
+        self.at_distance(&nearest, 0.0, closure)
+    }
+
+    /// Wolfe's algorithm on the union within this many calls, unless it finds the origin outside by then.
+    fn nearest(&self, max_calls: usize) -> NearestPoint<D> {
+        let rounding = SetRounding { query: self, criterion: Criterion::Sum };
+        nearest_point(self.outer_rtol(), 0.0, max_calls, &rounding, |z| self.set.union_support(z))
+    }
+
+    /// Outside, rounding sets the only price of precision.
+    fn outer_rtol(&self) -> f64 {
+        self.limits.rtol.min(1e-9)
+    }
+
+    /// `rho = 0`: neither is a ball certain inside, nor a plane outside. The bracket says what both leave open.
+    fn on_boundary(
+        &self,
+        z: &Wrench<D>,
+        reach: f64,
+        nearest: &NearestPoint<D>,
+        closure: Closure,
+    ) -> Quality<D> {
+        let direction = self.metric.to_physical(z);
+        let left = reach.max(0.0) + self.lost_along(z);
+        Quality {
+            rho: 0.0,
+            lower: -left,
+            upper: nearest.upper,
+            converged: left.max(nearest.upper) <= 1e-9 * self.scale,
+            closure,
+            direction,
+            wrench: direction * -0.0,
+            supports: nearest.supports,
+            facets: 0,
+            metric: self.metric,
+        }
+    }
+
+    /// `least` is a lower bound of the distance that is known besides.
+    fn at_distance(&self, nearest: &NearestPoint<D>, least: f64, closure: Closure) -> Quality<D> {
+        let direction = self.metric.to_physical(&nearest.witness);
+        Quality {
+            rho: nearest.upper,
+            lower: nearest.lower.max(least).min(nearest.upper).max(0.0),
+            upper: nearest.upper,
+            converged: nearest.converged,
+            closure,
+            direction,
+            wrench: direction * -nearest.upper,
+            supports: nearest.supports,
+            facets: 0,
+            metric: self.metric,
+        }
+    }
+}
