@@ -198,8 +198,9 @@ def test_columns_in_which_everything_is_null_are_columns_of_bad_rows():
 
 
 def test_a_bracket_is_told_where_the_work_limit_leaves_it_wide():
-    # Soft fingertips that are nearly, but not quite, a tetrahedron have nearly a continuum of worst directions.
-    corners = 0.05 * np.array([[1.01, 1.01, 1.01], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    # Soft fingertips on a tetrahedron that is not quite regular have nearly a continuum of worst directions.
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3)
+    corners *= 0.05 * np.array([[1.01], [0.99], [1.005], [1.0]])
     hard = {"id": "hard", "positions": corners.tolist(), "normals": (-corners).tolist()}
     hard |= {"friction": [0.5] * 4, "max_normal_force": [1.0] * 4, "torsion": [0.02] * 4}
     (row,) = gf.grade(as_table([hard], torsion=NUMBERS), edges=None).to_pylist()
