@@ -144,7 +144,7 @@ def _look_at_one(path: Path) -> SourceFile:
         with pq.ParquetFile(path) as file:
             metadata, schema = file.metadata, file.schema_arrow
         _check_counts(path, metadata)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         raise InvalidFileError(path, str(error)) from error
     return SourceFile(path, metadata.num_rows, state, schema)
 
