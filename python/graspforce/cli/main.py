@@ -51,6 +51,11 @@ def _bare(arguments: list[str]) -> int:
     if options.command is None:
         parser.print_help()
         return MISUSED
+    if options.json is not None and options.json.parent != options.out:
+        try:
+            _in_a_folder(str(options.json))
+        except argparse.ArgumentTypeError as error:
+            parser.error(f"argument --json: {error}")
     try:
         reproduce(options.example, json_file=options.json, out=options.out)
     except (GraspForceError, OSError) as error:
@@ -78,7 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     description = "Compute an example of the paper and print it beside the published numbers."
     command = commands.add_parser("reproduce", help=description, description=description)
     command.add_argument("example", choices=list(EXAMPLES))
-    command.add_argument("--json", type=_in_a_folder, metavar="FILE", help="write the numbers into FILE")
+    command.add_argument("--json", type=Path, metavar="FILE", help="write the numbers into FILE")
     command.add_argument(
         "--out", type=_in_a_folder, metavar="DIR", help="write the numbers and pictures into DIR"
     )

@@ -24,7 +24,7 @@ def reproduce(
     ],
     json_file: Annotated[
         Path | None,
-        typer.Option("--json", metavar="FILE", help="Write the numbers into FILE.", callback=in_a_folder),
+        typer.Option("--json", metavar="FILE", help="Write the numbers into FILE, which may lie in --out."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Write the numbers and pictures into DIR.", callback=in_a_folder)
@@ -34,5 +34,7 @@ def reproduce(
 
     Example: `graspforce reproduce racket --out out`
     """
+    if json_file is not None and json_file.parent != out:
+        in_a_folder(json_file)
     with progress("computing"):
         reproduction.reproduce(str(example), json_file=json_file, out=out)

@@ -11,7 +11,7 @@ import pytest
 
 import graspforce as gf
 from graspforce.cli.exit_codes import BAD_FILE, DONE, FAILED, INFEASIBLE, MISUSED
-from graspforce.cli.main import main
+from graspforce.cli.main import _bare, main
 from graspforce.cli.trajectory import solve_trajectory
 from graspforce.files import WrenchFile
 
@@ -63,6 +63,17 @@ def test_the_racket_is_printed_beside_the_published_numbers(reproduced):
 def test_the_numbers_are_written_to_the_file_that_is_named(tmp_path):
     run("reproduce", "racket", "--json", "numbers.json", cwd=tmp_path)
     assert json.loads((tmp_path / "numbers.json").read_text())["plans"]
+
+
+@pytest.mark.parametrize("module", ["graspforce.cli.app", "graspforce.cli.main"])
+def test_the_numbers_may_lie_in_the_folder_that_out_makes(tmp_path, monkeypatch, module):
+    monkeypatch.chdir(tmp_path)
+    arguments = ["reproduce", "racket", "--out", "out", "--json", "out/racket.json"]
+    if module == "graspforce.cli.main":
+        assert _bare(arguments) == DONE
+    else:
+        assert main(arguments) == DONE
+    assert json.loads((tmp_path / "out" / "racket.json").read_text())["plans"]
 
 
 def test_json_holds_the_reference_iterates_and_table(reproduced, racket):
