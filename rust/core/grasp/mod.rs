@@ -145,8 +145,15 @@ impl<const D: usize> Grasp<D> {
         } else {
             self.edges.push(None);
         }
-        // Squares of wrenches must be representable, or no norm of them is.
+        // Squares of wrenches must be representable, or no norm of them is: also of a unit normal force.
         let arm = map.amax();
+        for (argument, coefficient) in [("friction", contact.friction), ("torsion", contact.torsion)] {
+            if arm * coefficient >= REPRESENTABLE.end {
+                let reason =
+                    format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
+                return Err(Error::contact(argument, index, reason));
+            }
+        }
         let reach = match contact.forces {
             ForceModel::Extreme(_) => 0.0,
             _ => arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0),
