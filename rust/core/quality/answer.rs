@@ -16,7 +16,7 @@ use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::rounding::Rounding;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
@@ -126,7 +126,8 @@ impl<const D: usize> QualityQuery<'_, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        let functional = self.metric.functional(&nearest.witness);
+        let open = is_separated(self.grasp, &self.metric, &functional, nearest.lower, self.scale);
         open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
     }
 
