@@ -56,6 +56,10 @@ pub(crate) const ROUNDED_POSITION: f64 = 0.125;
 /// Deviations from symmetry of up to this part of the tolerance leave the bracket enough of it to close.
 pub(crate) const EXACT_SYMMETRY: f64 = 0.25;
 
+/// Relative width of the bracket of inscribed true cones that is narrow enough: what they are smaller than the
+/// linearised ones costs more.
+pub(crate) const INSCRIBED_RTOL: f64 = 1e-4;
+
 /// Larger deviations from symmetry may take up to this part of the radius from what is proven.
 pub(crate) const NEAR_SYMMETRY: f64 = 1e-3;
 

@@ -101,6 +101,13 @@ impl<const D: usize> QualityQuery<'_, D> {
             if !exact && matches!(progress, Progress::Full(_)) {
                 known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
             }
+            if matches!(progress, Progress::Full(_)) {
+                let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);
+                known = match (known, inscribed) {
+                    (Some(known), Some(inscribed)) => Some(known.intersection(&inscribed, limits.rtol)),
+                    (known, inscribed) => known.or(inscribed),
+                };
+            }
             *symmetric = known.is_some();
         }
         match (polytope.conclude(progress, size, limits), known) {
