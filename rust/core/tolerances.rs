@@ -18,6 +18,9 @@ pub(crate) const AWAY_FROM_CENTRE: f64 = -1e-3;
 /// fewer units.
 pub(crate) const ROUNDED_POINT: f64 = 16.0 * f64::EPSILON;
 
+/// The least square of a tangent's part across the normal that counts: what is less, the frame does not use.
+pub(crate) const LEAST_TANGENT: f64 = 1e-18;
+
 /// A point is beyond a plane `y . x = 1` where it exceeds it by this much: some thousand roundings, so that coplanar points
 /// are not.
 pub(crate) const BEYOND_PLANE: f64 = 1e-12;
@@ -27,6 +30,12 @@ pub(crate) const ROUNDED_DISTANCE: f64 = 8.0 * f64::EPSILON;
 
 /// What norms and quotients lose, relative to themselves.
 pub(crate) const ROUNDED_QUOTIENT: f64 = 8.0 * f64::EPSILON;
+
+/// A plane whose vertices are off it by more is computed afresh before it is used: some hundred roundings.
+pub(crate) const DRIFTED_PLANE: f64 = 1e-13;
+
+/// A plane this much shorter than the two that it is combined from has lost three digits, and is computed afresh.
+pub(crate) const CANCELLED_PLANE: f64 = 1e-3;
 
 /// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
 pub(crate) const PROVEN_PLANE: f64 = 0.5;
@@ -46,6 +55,10 @@ pub(crate) const ROUNDED_POSITION: f64 = 0.125;
 
 /// Deviations from symmetry of up to this part of the tolerance leave the bracket enough of it to close.
 pub(crate) const EXACT_SYMMETRY: f64 = 0.25;
+
+/// Relative width of the bracket of inscribed true cones that is narrow enough: what they are smaller than the
+/// linearised ones costs more.
+pub(crate) const INSCRIBED_RTOL: f64 = 1e-4;
 
 /// Larger deviations from symmetry may take up to this part of the radius from what is proven.
 pub(crate) const NEAR_SYMMETRY: f64 = 1e-3;

@@ -45,6 +45,8 @@ pub(crate) fn nearest_point<const D: usize>(
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
     let uncertain = rounding.of_any_point();
+    // A plane nearer than what is uncertain of every component proves nothing.
+    let negligible = uncertain.min().max(negligible);
     let start = Wrench::repeat((D as f64).sqrt().recip());
     let first = oracle(&start).wrench;
     let mut corral = Corral::of(first, start);
@@ -103,12 +105,31 @@ pub(crate) fn nearest_point<const D: usize>(
         }
         corral.admit(support.wrench, z, best.supports - 1);
     }
-    certify(&mut best, &reached, rounding, rtol);
+    if !certify_alike(&mut best, &reached.0, &uncertain, rtol) {
+        certify(&mut best, &reached, rounding, rtol);
+    }
     best
 }
 
 /// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
 const STALLED: usize = 40;
+
+/// Moves both bounds by what rounding may have done to any point. False, and nothing is moved, where that leaves the
+/// bracket wider than asked for: [`certify`] asks each contact.
+fn certify_alike<const D: usize>(
+    best: &mut NearestPoint<D>,
+    reached: &Wrench<D>,
+    uncertain: &Wrench<D>,
+    rtol: f64,
+) -> bool {
+    let lower = best.lower - along(&best.witness, uncertain) - ROUNDED_QUOTIENT * best.lower.abs();
+    let upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED_QUOTIENT);
+    let narrow = lower > 0.0 && upper - lower <= rtol * upper;
+    if narrow {
+        (best.lower, best.upper, best.converged) = (lower, upper, true);
+    }
+    narrow
+}
 
 /// Moves both bounds by what rounding may have done to them.
 fn certify<const D: usize>(

@@ -16,7 +16,7 @@ use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::rounding::Rounding;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
@@ -101,6 +101,13 @@ impl<const D: usize> QualityQuery<'_, D> {
             if !exact && matches!(progress, Progress::Full(_)) {
                 known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
             }
+            if matches!(progress, Progress::Full(_)) {
+                let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);
+                known = match (known, inscribed) {
+                    (Some(known), Some(inscribed)) => Some(known.intersection(&inscribed, limits.rtol)),
+                    (known, inscribed) => known.or(inscribed),
+                };
+            }
             *symmetric = known.is_some();
         }
         match (polytope.conclude(progress, size, limits), known) {
@@ -126,7 +133,8 @@ impl<const D: usize> QualityQuery<'_, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        let functional = self.metric.functional(&nearest.witness);
+        let open = is_separated(self.grasp, &self.metric, &functional, nearest.lower, self.scale);
         open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
     }
 

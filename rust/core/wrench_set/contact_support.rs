@@ -12,21 +12,21 @@ use nalgebra::{SMatrix, SVector};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge, edge_blocks, furthest_edge, longest_edge};
+use crate::wrench_set::edge_blocks::{EdgeBlock, collect_edge_blocks, edge, furthest_edge, longest_edge};
 
 /// The wrenches of one contact in a linear map, ready for products with a direction.
 #[derive(Debug, Clone)]
 pub(crate) enum ContactSupport<const R: usize> {
-    /// Extreme forces, and their wrenches in blocks.
-    Finite { blocks: Vec<EdgeBlock<R>>, forces: Vec<ContactForce> },
+    /// The wrenches of extreme forces in blocks; the number of the first of these forces among those of all contacts.
+    Finite { blocks: Vec<EdgeBlock<R>>, first: usize },
     /// `A G_i f^U` with the limit `f^U` and the friction coefficients `mu` and `gamma`.
     Cone { map: SMatrix<f64, R, 4>, limit: f64, mu: f64, gamma: f64 },
 }
 
 impl<const R: usize> ContactSupport<R> {
-    /// A contact that exerts these wrenches by these extreme forces.
-    pub(crate) fn finite(wrenches: &[SVector<f64, R>], forces: &[ContactForce]) -> Self {
-        Self::Finite { blocks: edge_blocks(wrenches).collect(), forces: forces.to_vec() }
+    /// A contact that exerts these wrenches by extreme forces that have numbers from `first` on.
+    pub(crate) fn finite(wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>, first: usize) -> Self {
+        Self::Finite { blocks: collect_edge_blocks(wrenches), first }
     }
 
     /// A true cone under the map `A G_i`, with normal forces up to `limit`.
@@ -41,8 +41,8 @@ impl<const R: usize> ContactSupport<R> {
         map: impl Fn(&Wrench<D>) -> SVector<f64, R>,
     ) -> Self {
         if let Some(range) = grasp.edges(i) {
-            let wrenches: Vec<_> = grasp.finite_wrenches()[range.clone()].iter().map(map).collect();
-            return Self::finite(&wrenches, &grasp.finite_forces()[range]);
+            let first = range.start;
+            return Self::finite(grasp.finite_wrenches()[range].iter().map(map), first);
         }
         let contact = &grasp.contacts()[i];
         let mut mapped = SMatrix::<f64, R, 4>::zeros();
@@ -79,10 +79,11 @@ impl<const R: usize> ContactSupport<R> {
         }
     }
 
-    /// The force, in the contact frame, that exerts [`Self::wrench`].
-    pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize) -> ContactForce {
+    /// The force, in the contact frame, that exerts [`Self::wrench`], where `forces` are the extreme forces of all
+    /// contacts.
+    pub(crate) fn force(&self, forces: &[ContactForce], z: &SVector<f64, R>, at: usize) -> ContactForce {
         match self {
-            Self::Finite { forces, .. } => forces[at],
+            Self::Finite { first, .. } => forces[first + at],
             Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
         }
     }

@@ -70,6 +70,8 @@ impl<const D: usize> Support<D> {
 pub struct WrenchSet<const D: usize> {
     criterion: Criterion,
     contacts: Vec<ContactSupport<D>>,
+    /// The extreme forces of all contacts.
+    forces: Vec<ContactForce>,
 }
 
 /// The best of one contact: how far it reaches along the direction, and by which force.
@@ -96,7 +98,7 @@ impl<const D: usize> WrenchSet<D> {
 
     fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
         let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
-        Self { criterion, contacts: contacts.collect() }
+        Self { criterion, contacts: contacts.collect(), forces: grasp.finite_forces().to_vec() }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
@@ -104,11 +106,12 @@ impl<const D: usize> WrenchSet<D> {
     pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
         let contact = |(i, map): (usize, &ContactMap<D>)| {
             if let Some(range) = grasp.edges(i) {
+                let first = range.start;
                 let forces = &grasp.finite_forces()[range];
                 // A force of zero is a wrench of zero; it has no direction to keep.
                 let unit =
                     |force: &ContactForce| (map * force).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
-                return ContactSupport::finite(&forces.iter().map(unit).collect::<Vec<_>>(), forces);
+                return ContactSupport::finite(forces.iter().map(unit), first);
             }
             let contact = &grasp.contacts()[i];
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
@@ -116,7 +119,8 @@ impl<const D: usize> WrenchSet<D> {
             let limit = lengths.fold(0.0, f64::max).recip();
             ContactSupport::cone(map, contact.friction, contact.torsion, limit)
         };
-        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
+        let contacts = maps.iter().enumerate().map(contact).collect();
+        Self { criterion, contacts, forces: grasp.finite_forces().to_vec() }
     }
 
     /// Which set this is.
@@ -192,6 +196,7 @@ impl<const D: usize> WrenchSet<D> {
     pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactReach<D> {
         let contact = &self.contacts[i];
         let (value, edge) = contact.furthest(z);
-        ContactReach { value, wrench: contact.wrench(z, edge), force: contact.force(z, edge) }
+        let force = contact.force(&self.forces, z, edge);
+        ContactReach { value, wrench: contact.wrench(z, edge), force }
     }
 }

@@ -219,7 +219,7 @@ impl<const D: usize> Polytope<D> {
         // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
         // ball, lies in the set.
         let certified = if reached > size && self.boundary.surrounds_origin() {
-            self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
+            self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached), upper).min(upper)
         } else {
             0.0
         };
