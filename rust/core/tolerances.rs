@@ -179,6 +179,12 @@ pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;
 
+/// Gradients below this, relative to the largest, are rounding where the equations were solved in 32 digits.
+pub(crate) const UNMOVED_BY_CHOICE: f64 = 1e-13;
+
+/// Equations of wrenches in their units that are dependent up to this add nothing: less than [`CHOSEN_REST`].
+pub(crate) const DEPENDENT_EQUATION: f64 = 1e-12;
+
 /// How far the objective of forces chosen by least squares may be above the least: half of the default tolerance.
 pub(crate) const CHOSEN_GAP: f64 = 5e-10;
 
