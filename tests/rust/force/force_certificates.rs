@@ -362,3 +362,26 @@ fn beside_a_contact_far_away_the_dual_proves_what_the_forces_balance() {
     println!("{solved} solved, {left_over} of them for another wrench by a share of 1e-3 of the objective");
     assert!(solved > 200 && left_over > 5, "{solved} solved, {left_over} with a residual that counts");
 }
+
+/// One edge's tangential force is rounding of a sine, and the heights differ by rounding: its torque is 1e-24.
+#[test]
+fn two_feet_whose_edges_lie_in_their_line_but_for_rounding_carry_their_load() {
+    for edges in 4..13 {
+        for height in [-6.672955182194161e-10, 3e-12, 1e-8] {
+            let foot = |x: f64, z: f64| {
+                Contact::new(Vector3::new(x, 0.0, z), Vector3::z()).friction(1.0).edges(edges)
+            };
+            let grasp =
+                Grasp::<6>::new(&[foot(0.033267896428769934, height), foot(-0.033267896428769934, 0.0)]);
+            let grasp = grasp.unwrap();
+            let external = Wrench::<6>::new(0.0, 0.0, -0.58274077344, 0.0, 0.0, 0.0);
+            for criterion in BOTH {
+                let distributor = ControlLoop::new(&grasp, criterion).unwrap();
+                let answer = distributor.solve(&external).unwrap();
+                let expected = if criterion == Criterion::Max { 0.29137038672 } else { 0.58274077344 };
+                assert!(close(answer.sigma, expected, 1e-9), "{edges} {height:e}: {answer:?}");
+                assert!(wrong(&grasp, &external, &answer) <= 1e-9, "{answer:?}");
+            }
+        }
+    }
+}

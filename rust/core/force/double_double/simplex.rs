@@ -113,7 +113,8 @@ impl<'a> DoubleDoubleSimplex<'a> {
         }
     }
 
-    /// Whether the columns at their levels add up to the target.
+    /// Whether the columns at their levels add up to the target, and none is negative: a pivot element of rounding makes
+    /// a level of any size out of one of zero.
     fn is_accurate(&self) -> bool {
         let mut rest = self.target;
         for (member, level) in self.members.iter().zip(&self.levels) {
@@ -125,7 +126,9 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
         }
         let largest = self.levels.iter().fold(1.0_f64, |largest, level| largest.max(level.value().abs()));
-        rest.iter().all(|rest| rest.value().abs() <= ROUNDED_BASIS * largest)
+        let rounded = ROUNDED_BASIS * largest;
+        rest.iter().all(|rest| rest.value().abs() <= rounded)
+            && self.levels.iter().all(|level| level.value() >= -rounded)
     }
 
     /// Raises the price until the answer is clear.
