@@ -75,7 +75,32 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             Outcome::Infeasible(witness) => return Err(self.infeasible(&witness, simplex.pivots)),
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        Self::add_up(&simplex, size, forces);
+        match self.finish(&simplex, &target, size, b, forces) {
+            Err(error @ Error::NotConverged { unmet: Unmet::Balance { .. }, .. }) => {
+                // Forces so large that rounding of their products exceeds the tolerance balance nothing.
+                if !simplex.lower_price() {
+                    return Err(error);
+                }
+                let lowered = self.finish(&simplex, &target, size, b, forces);
+                match (lowered, simplex.witness()) {
+                    (Err(_), Some(witness)) => Err(self.infeasible(&witness, simplex.pivots)),
+                    (lowered, _) => lowered,
+                }
+            }
+            finished => finished,
+        }
+    }
+
+    /// The forces of a basis, the least of those that are as good, with their certificate.
+    fn finish(
+        &self,
+        simplex: &DoubleDoubleSimplex<'_>,
+        target: &[f64; ROWS],
+        size: f64,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        Self::add_up(simplex, size, forces);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
@@ -86,24 +111,19 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
             certificate = better;
         }
+        let not_converged =
+            |unmet| Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet });
         let left = self.left_over(b, forces);
         let exact = self.columns.is_finite() || !self.least.is_empty();
         if exact && left > FEASIBILITY_TOLERANCE * size {
-            // Forces so large that rounding of their products exceeds the tolerance balance nothing.
-            let unmet = Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE };
-            let unbalanced = Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet };
-            return Err(match &simplex.separates {
-                Some(witness) => self.infeasible(witness, simplex.pivots),
-                None => unbalanced,
-            });
+            return not_converged(Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE });
         }
         self.check_torques(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
-        let unmet = Unmet::Gap { found: certificate.gap, allowed };
-        Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet })
+        not_converged(Unmet::Gap { found: certificate.gap, allowed })
     }
 
     /// The error for a wrench that a multiplier separates from all that the contacts balance.
@@ -203,9 +223,21 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);
-        let dual = Wrench::<D>::from_fn(|k, _| shrunk[k].value() * self.columns.units[k]);
+        let dual = self.valid_in_doubles(&shrunk);
         let gap = if sigma > 0.0 { (1.0 - bound / sigma).abs() } else { 0.0 };
         Certificate { sigma, dual, gap, pivots, fell_back: false }
+    }
+
+    /// The multiplier in doubles, shrunk by what it reaches beyond one since it was rounded.
+    fn valid_in_doubles(&self, z: &Vector) -> Wrench<D> {
+        let units = &self.columns.units;
+        let rounded = Wrench::<D>::from_fn(|k, _| z[k].value() * units[k]);
+        let mut again = [DoubleDouble::ZERO; ROWS];
+        again.iter_mut().zip(rounded.iter().zip(units)).for_each(|(z, (dual, unit))| {
+            *z = DoubleDouble::from(*dual) / DoubleDouble::from(*unit);
+        });
+        let [reach, _] = self.columns.values(&again, self.columns.objective().weight());
+        if self.least.is_empty() { rounded / reach.value().max(1.0) } else { rounded }
     }
 
     /// The third level: replaces the forces by the least among those that are as good, and certifies these.
