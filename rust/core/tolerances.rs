@@ -167,9 +167,6 @@ pub(crate) const RAY_GAP: f64 = 1e-13;
 /// How far a wrench may be from a ray, relative to its size: rounding.
 pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 
-/// Forces that change by more than this, relative to the wrench's and their own size, follow rounding of positions.
-pub(crate) const STEEP: f64 = 1e6;
-
 /// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
 /// remembered for no other wrench.
 pub(crate) const DELICATE: f64 = 1e5;
@@ -192,6 +189,12 @@ pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;
 
+/// Gradients below this, relative to the largest, are rounding where the equations were solved in 32 digits.
+pub(crate) const UNMOVED_BY_CHOICE: f64 = 1e-13;
+
+/// Equations of wrenches in their units that are dependent up to this add nothing: less than [`CHOSEN_REST`].
+pub(crate) const DEPENDENT_EQUATION: f64 = 1e-12;
+
 /// How far the objective of forces chosen by least squares may be above the least: half of the default tolerance.
 pub(crate) const CHOSEN_GAP: f64 = 5e-10;
 
@@ -208,8 +211,13 @@ pub(crate) const CLEAR_REACH: f64 = 4e-15;
 /// A wrench that reaches this far along a witness, relative to both their lengths, pushes along it.
 pub(crate) const PUSHING: f64 = 1e-9;
 
-/// What is left over of a wrench that was computed in doubles.
-pub(crate) const ROUNDED_WRENCH: f64 = 5e-16;
+/// What is left over of a wrench that was computed in doubles: some dozen roundings. To balance less than that may take
+/// multipliers that are too large for doubles.
+pub(crate) const ROUNDED_WRENCH: f64 = 1e-14;
+
+/// The objective up to which forces count, relative to a wrench of unit size: rounding of the products of larger ones
+/// comes near to [`FEASIBILITY_TOLERANCE`].
+pub(crate) const LARGEST_OBJECTIVE: f64 = 1e5;
 
 /// How far a support value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
 pub(crate) const ROUNDED_SUPPORT: f64 = 1e-14;

@@ -55,7 +55,7 @@ impl ContactForces {
         self.shares.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
     }
 
-    /// Certifies the forces by a multiplier that proves `bound`, or says how far they are from an answer.
+    /// Certifies the forces by a multiplier that proves `bound` for `b`, or says how far they are from an answer.
     pub(crate) fn certify<const D: usize>(
         &self,
         demand: &Demand<'_, D>,
@@ -70,7 +70,9 @@ impl ContactForces {
                 format!("forces of {sigma:e} times their limits are beyond what can be computed with");
             return Err(Error::input("external_wrench", reason));
         }
-        let gap = (1.0 - bound / sigma).abs();
+        // The bound is that of the wrench which the forces balance: no other says anything of these forces.
+        let rest = demand.maps.iter().zip(&self.forces).fold(-demand.b, |rest, (map, f)| rest + map * f);
+        let gap = (1.0 - (bound + dual.dot(&rest)) / sigma).abs();
         let short = demand.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
         let contacts = demand.maps.iter().zip(self.forces.iter().copied());
         let held = demand.least.iter().copied().fold(0.0, f64::max);

@@ -143,7 +143,7 @@ impl DoubleDoubleColumns {
     }
 
     /// What each contact adds to the cost of a column.
-    fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         match self.objective {
             Objective::Sum => 0.0,
             Objective::MaxThenSum => TIE_BREAK,
