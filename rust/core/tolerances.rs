@@ -44,7 +44,40 @@ pub(crate) const PROVEN_PLANE: f64 = 0.5;
 /// for.
 pub(crate) const LEAST_PROGRESS: f64 = 1e-12;
 
+/// Weights below this, times how far they move the nearest point, are rounding: points without weight leave the hull.
+pub(crate) const UNUSED_WEIGHT: f64 = 1e-14;
+
+/// The same in 32 digits.
+pub(crate) const UNUSED_WEIGHT_32_DIGITS: f64 = 1e-20;
+
+/// An edge of which a smaller part lies outside the span of the others depends on them: some hundred roundings.
+pub(crate) const DEPENDENT_EDGE: f64 = 1e-13;
+
+/// The same in 32 digits.
+pub(crate) const DEPENDENT_EDGE_32_DIGITS: f64 = 1e-26;
+
+/// Where the square of the support function's slope is below this part of the point's, the slope is rounding.
+pub(crate) const FLAT_SUPPORT: f64 = 1e-20;
+
+/// A direction is as bad as the worst where its support is larger by at most this part: the default tolerance of quality.
+pub(crate) const RIVAL_RADIUS: f64 = 1e-9;
+
+/// Directions nearer than this to the worst one are not others: near a smooth minimum they are nearly as bad.
+pub(crate) const RIVAL_DIRECTION: f64 = 1e-3;
+
 // Quality
+
+/// A radius below this part of the longest wrench is not searched for: rounding of wrenches is larger.
+pub(crate) const SMALLEST_RADIUS: f64 = 1e-18;
+
+/// The bracket of partial closure counts as converged up to this part of the longest wrench: the default tolerance.
+pub(crate) const ON_BOUNDARY: f64 = 1e-9;
+
+/// Contacts nearer to each other than this part of their distance from the origin coincide: some fifty roundings.
+pub(crate) const COINCIDENT_CONTACTS: f64 = 1e-14;
+
+/// A map is orthogonal, or a generator skew, up to this: some thousand roundings.
+pub(crate) const ORTHOGONAL_MAP: f64 = 1e-12;
 
 /// Closure is beyond doubt with a ball of more than this radius inside the hull of unit wrenches, or a gap of more than this
 /// between the hull and the origin: a million roundings.

@@ -7,7 +7,10 @@ use crate::convex::rounding::{Rounding, along};
 use crate::grasp::{Wrench, length};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    DEPENDENT_EDGE, DEPENDENT_EDGE_32_DIGITS, LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT,
+    ROUNDED_QUOTIENT, UNUSED_WEIGHT, UNUSED_WEIGHT_32_DIGITS,
+};
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
@@ -203,7 +206,7 @@ impl<const D: usize> Corral<D> {
 
     /// Moves to the nearest point of the hull, dropping what is not needed.
     fn settle(&mut self) {
-        let least = if self.careful { 1e-20 } else { 1e-14 };
+        let least = if self.careful { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
         for _ in 0..=D + 1 {
             self.shortest_first();
             let (target, nearest) =
@@ -274,7 +277,7 @@ impl<const D: usize> Corral<D> {
             }
             let left = length(&q[k]);
             // An edge in the span of the others decides nothing; its weight is zero.
-            if left > 1e-13 * length(&edge) {
+            if left > DEPENDENT_EDGE * length(&edge) {
                 r[k][k] = left;
                 q[k] /= left;
             } else {
@@ -326,7 +329,7 @@ impl<const D: usize> Corral<D> {
                 }
             }
             let left = dot(&edge, &edge).sqrt();
-            if left.value() > 1e-26 * whole.value() {
+            if left.value() > DEPENDENT_EDGE_32_DIGITS * whole.value() {
                 r[k][k] = left;
                 q[k] = edge.map(|x| x / left);
             }

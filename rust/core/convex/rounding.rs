@@ -1,13 +1,13 @@
 //! What rounding has done to a wrench set: a bound for every component of its points.
 //!
-//! A point of the set is a sum over contacts of `C G_i s`. Each product and sum on the way, from the normal as it was
-//! given to the point, loses at most a unit of rounding of its own size, so what is lost of a component is at most a
-//! small multiple of the unit times the sum of the *sizes* of the terms: `|C| |G_i| |s|`, with the sizes of the frame's
-//! components in `|G_i|`. Component by component, since a hard metric makes some of them many orders larger than others.
+//! A point of the set is a sum over contacts of `C G_i s`. Its computation starts from the normal as given. Each product
+//! and each sum loses at most a unit of rounding of its own size. A component therefore loses at most a small multiple of
+//! the unit times the sum of the *sizes* of its terms: `|C| |G_i| |s|`, with the sizes of the frame's components in
+//! `|G_i|`. The bound is one per component: a hard metric makes some of them many orders larger than others.
 //!
 //! With `e` such a bound, a plane `y` certifies `min_k y . v_k - |y| . e` where it would certify `min_k y . v_k`, and a
-//! support value along the unit `z` is right to within `|z| . e`. Each contact has its own bound: a contact that is many
-//! orders stronger than the others blurs only the points that it takes part in.
+//! support value along the unit `z` is right to within `|z| . e`. Each contact has its own bound. A contact that is
+//! many orders stronger than the others makes only those points uncertain that it takes part in.
 
 use nalgebra::Vector3;
 

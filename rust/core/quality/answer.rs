@@ -22,7 +22,9 @@ use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
-use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY, ROUNDED_QUOTIENT, SMALLEST_RADIUS,
+};
 use crate::wrench_set::Criterion;
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
@@ -88,7 +90,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             if exact {
                 known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
             }
-            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
+            // What neither closed the bracket nor reached `max_facets` was stopped by rounding.
             if let Some(radius) = known
                 && (radius.converged
                     || radius.facets >= limits.max_facets
@@ -152,7 +154,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
-                let radius = self.small_radius(first, 1e-18 * self.scale, workspace);
+                let radius = self.small_radius(first, SMALLEST_RADIUS * self.scale, workspace);
                 let unknown = |thinnest: Thinnest<D>| Radius {
                     lower: 0.0,
                     upper: thinnest.upper.max(0.0),
@@ -186,7 +188,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         loop {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
-                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                // What rounding broke early may go well from another simplex; `max_facets` would be reached again.
                 Expansion::Stopped(thinnest)
                     if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
                 {
@@ -275,7 +277,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             rho: 0.0,
             lower: -left,
             upper: nearest.upper,
-            converged: left.max(nearest.upper) <= 1e-9 * self.scale,
+            converged: left.max(nearest.upper) <= ON_BOUNDARY * self.scale,
             closure,
             direction,
             wrench: direction * -0.0,

@@ -20,7 +20,7 @@ use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
-use crate::tolerances::{CLEAR_CLOSURE, ROUNDED_POINT, ROUNDED_POSITION};
+use crate::tolerances::{CLEAR_CLOSURE, COINCIDENT_CONTACTS, ROUNDED_POINT, ROUNDED_POSITION};
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// What a grasp can resist, by Propositions 1 and 2.
@@ -210,7 +210,7 @@ impl Shape {
         let spread = contacts.iter().map(|c| (c.position - centroid).norm_squared() / count).sum::<f64>();
         // Contacts that all coincide exert no torque about their centroid; rounding must not become one.
         let reach = contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
-        let unit = if spread.sqrt() > 1e-14 * reach { spread.sqrt() } else { f64::INFINITY };
+        let unit = if spread.sqrt() > COINCIDENT_CONTACTS * reach { spread.sqrt() } else { f64::INFINITY };
         Self { centroid, shift: centroid - grasp.options().origin, unit }
     }
 

@@ -73,3 +73,29 @@ fn inscribed(contact: &Contact) -> Option<Contact> {
     inner.torsion *= circle * (1.0 - ROUNDED_QUOTIENT);
     Some(inner)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::grasp::Wrench;
+    use crate::wrench_set::{Criterion, WrenchSet};
+
+    #[test]
+    fn linearised_cones_contain_the_inscribed_ones() {
+        for (edges, torsion) in [(24, 0.0), (33, 0.0), (32, 0.02), (27, 0.3), (64, 0.01)] {
+            let mut contact = Contact::new(Vector3::new(0.1, 0.2, 0.3), Vector3::x()).torsion(torsion);
+            contact.forces = ForceModel::Edges(edges);
+            let set = |contact: &Contact| {
+                WrenchSet::new(&Grasp::<6>::new(&[contact.clone()]).unwrap(), Criterion::Sum)
+            };
+            let (outer, inner) = (set(&contact), set(&inscribed(&contact).unwrap()));
+            for k in 0..5000 {
+                let z =
+                    Wrench::<6>::from_fn(|row, _| ((row + 1) as f64 * (k as f64 + 0.5)).sin()).normalize();
+                assert!(inner.value(&z) <= outer.value(&z) + 1e-15, "{edges} {torsion} {z}");
+            }
+        }
+    }
+}

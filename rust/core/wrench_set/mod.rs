@@ -27,6 +27,7 @@ pub use criterion::Criterion;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::tolerances::FLAT_SUPPORT;
 use crate::wrench_set::contact_support::ContactSupport;
 
 /// The furthest point of a set along a direction.
@@ -44,7 +45,7 @@ impl<const D: usize> Support<D> {
     pub(crate) fn downhill(&self, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
         let slope = self.wrench - z * self.value;
         let steepness = slope.norm_squared();
-        if steepness <= 1e-20 * self.wrench.norm_squared() {
+        if steepness <= FLAT_SUPPORT * self.wrench.norm_squared() {
             return None;
         }
         let next = (z - slope * ((self.value - target) / steepness)).try_normalize(0.0)?;
