@@ -12,7 +12,9 @@ use nalgebra::{SMatrix, SVector};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge, edge_blocks, furthest_edge, longest_edge};
+use crate::wrench_set::edge_blocks::{
+    EdgeBlock, edge, edge_blocks, edges_reaching, furthest_edge, longest_edge,
+};
 
 /// The wrenches of one contact in a linear map, ready for products with a direction.
 #[derive(Debug, Clone)]
@@ -62,6 +64,44 @@ impl<const R: usize> ContactSupport<R> {
                 (h[0] + cone_slope(&h, *mu, *gamma), 0)
             }
         }
+    }
+
+    /// `h_i(z)`, and the wrench that attains it.
+    #[inline]
+    pub(crate) fn support(&self, z: &SVector<f64, R>) -> (f64, SVector<f64, R>) {
+        match self {
+            Self::Finite { blocks, .. } => {
+                let (value, number) = furthest_edge(blocks, z);
+                (value, edge(blocks, number))
+            }
+            Self::Cone { map, mu, gamma, .. } => {
+                let h = map.tr_mul(z);
+                (h[0] + cone_slope(&h, *mu, *gamma), map * cone_support(&h, *mu, *gamma))
+            }
+        }
+    }
+
+    /// Whether the contact lists its extreme forces.
+    pub(crate) fn is_finite(&self) -> bool {
+        matches!(self, Self::Finite { .. })
+    }
+
+    /// The extreme forces with their wrenches; none of a true cone.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = (SVector<f64, R>, ContactForce)> {
+        let (blocks, forces) = match self {
+            Self::Finite { blocks, forces } => (blocks.as_slice(), forces.as_slice()),
+            Self::Cone { .. } => (&[][..], &[][..]),
+        };
+        forces.iter().enumerate().map(|(number, force)| (edge(blocks, number), *force))
+    }
+
+    /// The numbers of the extreme forces that reach at least `least` along `z`; none of a true cone.
+    pub(crate) fn edges_reaching(&self, z: &SVector<f64, R>, least: f64) -> impl Iterator<Item = usize> {
+        let (blocks, count) = match self {
+            Self::Finite { blocks, forces } => (blocks.as_slice(), forces.len()),
+            Self::Cone { .. } => (&[][..], 0),
+        };
+        edges_reaching(blocks, count, z, least)
     }
 
     /// `h_i(z)`.

@@ -21,7 +21,7 @@ pub(crate) mod criterion;
 pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
 
-pub(crate) use cone::{cone_slope, cone_support};
+pub(crate) use cone::cone_support;
 pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;
