@@ -1,11 +1,14 @@
-"""Optimal forces that are not unique but for rounding: feet in a line, soft and hard pinches, duplicated contacts.
+"""Optimal forces that are not unique but for rounding: feet in a line, pinches, duplicated contacts.
 
-Feet stand in a line but for 1e-8 to 1e-6 of its length, as sensors see them. Pinches are two or four opposite fingers,
-moved by 1e-8 of their distance. Duplicates are contacts that a mesh or a simulator lists twice, with limits that are
-spread over four orders of magnitude.
+Feet stand in a line but for 1e-8 to 1e-6 of its length, as sensors see them. Pinches are two or four
+opposite fingers, hard or soft, moved by 1e-8 of their distance. Duplicates are contacts that a mesh or a
+simulator lists twice, some of them moved by up to 1e-9 of their size; their limits are spread over four
+orders of magnitude.
 """
 
 from __future__ import annotations
+
+import warnings
 
 import numpy as np
 from benches.trust.judge import verdict
@@ -70,34 +73,49 @@ def pinches(seed: int) -> Case:
 
 
 def duplicates(seed: int) -> Case:
-    """Contacts that are listed twice or three times, whose limits are spread over four orders of magnitude."""
+    """Contacts listed up to four times, in the plane or in space, with limits from 0.01 to 100 N."""
     rng = np.random.default_rng([3, seed])
-    number = int(rng.integers(2, 6))
-    outward = rng.standard_normal((number, 3))
+    dim = 2 if rng.integers(3) == 0 else 3
+    number = int(rng.integers(1, 5))
+    outward = rng.standard_normal((number, dim))
     outward /= np.linalg.norm(outward, axis=1)[:, None]
-    if rng.integers(2):
-        outward = np.vstack([np.eye(3), -np.eye(3)])[rng.permutation(6)[:number]]
+    kind = rng.integers(3)
+    if kind == 1:
+        outward = np.vstack([np.eye(dim), -np.eye(dim)])[rng.permutation(2 * dim)[:number]]
     size = 10 ** rng.uniform(-2, 0)
-    again = np.repeat(np.arange(number), rng.integers(1, 4, number))
-    limits = 10 ** rng.uniform(-2, 2, len(again))
-    torsion = 0.1 * size if rng.integers(3) == 0 else None
-    grasp = gf.Grasp(
-        size * outward[again],
-        -outward[again],
-        friction=float(rng.choice([0.3, 0.5, 1.0])),
-        torsion=torsion,
-        max_normal_force=limits,
-        edges=int(rng.choice([4, 6, 8])),
-    )
-    if rng.integers(2):
-        shares = rng.uniform(0, 1, len(grasp.primitive_wrenches)) * (
-            rng.uniform(size=len(grasp.primitive_wrenches)) < 0.4
+    again = np.repeat(np.arange(len(outward)), rng.integers(1, 5, len(outward)))
+    positions, normals = size * outward[again], -outward[again]
+    if kind == 2:
+        positions[:, -1] = 0
+        normals = np.tile(np.eye(dim)[-1], (len(again), 1))
+    positions += size * rng.choice([0, 0, 1e-16, 1e-12, 1e-9]) * rng.standard_normal(positions.shape)
+    spread = [
+        10 ** rng.uniform(-2, 2, len(again)),
+        10.0 ** rng.integers(-2, 3, len(again)),
+        rng.choice([0.01, 100.0], len(again)),
+    ]
+    options = {} if dim == 2 else {"edges": int(rng.choice([3, 4, 6, 8, 12]))}
+    if dim == 3 and rng.integers(3) == 0:
+        options["torsion"] = 0.1 * size
+    with warnings.catch_warnings():
+        # Duplicates are near each other, and feet have no side.
+        warnings.simplefilter("ignore", gf.GraspWarning)
+        grasp = gf.Grasp(
+            positions,
+            normals,
+            friction=float(rng.choice([0.2, 0.5, 1.0])),
+            max_normal_force=spread[rng.integers(3)],
+            **options,
         )
-        wrench = -shares @ grasp.primitive_wrenches
-        if shares.any():
-            return grasp, wrench, str(rng.choice(["max", "sum"]))
-    force = rng.standard_normal(3)
-    return grasp, np.hstack([force, size * rng.standard_normal(3)]), str(rng.choice(["max", "sum"]))
+    wrenches = grasp.primitive_wrenches
+    used = rng.uniform(size=len(wrenches)) < rng.choice([0.1, 0.3, 0.6, 1.0])
+    shares = rng.uniform(0, 1, len(wrenches)) * used
+    if rng.integers(2):
+        shares = np.round(4 * shares) / 4
+    wrench = -shares @ wrenches if shares.any() else -wrenches[0]
+    if rng.integers(8) == 0:
+        wrench = rng.standard_normal(len(wrench)) * np.abs(wrenches).max(axis=0)
+    return grasp, wrench, str(rng.choice(["max", "sum"]))
 
 
 FAMILIES = {

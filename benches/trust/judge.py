@@ -76,7 +76,7 @@ def least_by_highs(contacts: list[np.ndarray], wrench, scale, objective: str) ->
 
 
 def rounding_of(answer, wrench, scale, value: float) -> float:
-    """Bound what rounding of wrenches and multipliers leaves open where multipliers are large: at the edge of balance."""
+    """Bound what rounding of wrenches and multipliers leaves open at the edge of balance."""
     size = np.abs(np.asarray(wrench) / scale).max()
     return 1e-15 * np.abs(answer.dual * scale).sum() * max(size, value)
 

@@ -161,6 +161,36 @@ pub(crate) const TIED_COST: f64 = 1e-11;
 /// What rounding of multipliers makes of a reduced cost, relative to their size: nine roundings.
 pub(crate) const ROUNDED_COST: f64 = 2e-15;
 
+/// Products with a multiplier below this, relative to its size, do not reach along it: some hundred roundings.
+pub(crate) const UNREACHED: f64 = 1e-13;
+
+/// What the first phase of the simplex method leaves, relative to its multiplier, before that separates.
+pub(crate) const SEPARATED: f64 = 1e-11;
+
+/// Gains below this, relative to the multipliers, are lost in their last digit.
+pub(crate) const SMALLEST_GAIN: f64 = 5e-16;
+
+/// Gains below this, relative to the multipliers, may be rounding: nine terms and their sum.
+pub(crate) const FEIGNED_GAIN: f64 = 4e-15;
+
+/// Gains of the tie-break below this are no improvement, and below [`ROUNDED_GAIN`] of its multipliers.
+pub(crate) const TIED_GAIN: f64 = 1e-9;
+
+/// What rounding makes of a gain of the tie-break, relative to its multipliers.
+pub(crate) const ROUNDED_GAIN: f64 = 1e-12;
+
+/// What rounding makes of a support value, relative to the multipliers.
+pub(crate) const ROUNDED_SUPPORT_VALUE: f64 = 1e-15;
+
+/// Levels below this share of the largest are zero.
+pub(crate) const ROUNDED_LEVEL: f64 = 1e-15;
+
+/// How negative a level may be, relative to the largest, before the basis has lost the wrench.
+pub(crate) const NEGATIVE_LEVEL: f64 = 1e-13;
+
+/// A step of refinement larger than this, relative to the multipliers, means that updates have worn the inverse out.
+pub(crate) const WORN_OUT: f64 = 1e-10;
+
 /// Pivot elements below this share of the largest are not trusted: a basis would keep less than half its digits.
 pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
 
@@ -176,8 +206,17 @@ pub(crate) const CONE_SEPARATED: f64 = 1e-15;
 /// Ratios of levels that differ by this share of the largest level are equal up to rounding.
 pub(crate) const TIED_LEVELS: f64 = 1e-14;
 
+/// Normalised normal forces that differ by less than this share of the largest are the same.
+pub(crate) const SAME_SHARE: f64 = 1e-9;
+
 /// Levels below this share of their sum are not used, and so is no negative share of a remembered region.
 pub(crate) const UNUSED_LEVEL: f64 = 1e-11;
+
+/// How far forces on a face may be from balance and from the multipliers' objective before the basis is not trusted.
+pub(crate) const TRUSTED_FORCES: f64 = 1e-9;
+
+/// What rounding makes of forces, relative to their sum.
+pub(crate) const ROUNDED_FORCES: f64 = 1e-14;
 
 /// How negative a share may be, relative to the objective, in the critical region that was just built for a wrench.
 pub(crate) const NEGATIVE_IN_NEW_REGION: f64 = 1e-9;

@@ -48,8 +48,6 @@ pub(crate) fn nearest_point<const D: usize>(
     mut oracle: impl FnMut(&Wrench<D>) -> Support<D>,
 ) -> NearestPoint<D> {
     let uncertain = rounding.of_any_point();
-    // A plane nearer than what is uncertain of every component proves nothing.
-    let negligible = uncertain.min().max(negligible);
     let start = Wrench::repeat((D as f64).sqrt().recip());
     let first = oracle(&start).wrench;
     let mut corral = Corral::of(first, start);
@@ -75,7 +73,10 @@ pub(crate) fn nearest_point<const D: usize>(
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
             reached = (weighted, corral.directions);
         }
-        if norm <= negligible || (best.lower <= 0.0 && best.supports >= max_calls) {
+        // A plane nearer than what rounding does to the combination itself proves nothing.
+        if norm <= negligible.max(ROUNDED_POINT * corral.combined_length())
+            || (best.lower <= 0.0 && best.supports >= max_calls)
+        {
             break;
         }
         let z = point / -norm;
@@ -226,6 +227,15 @@ impl<const D: usize> Corral<D> {
             }
             self.drop(first);
         }
+    }
+
+    /// The lengths of the points, by their weights.
+    fn combined_length(&self) -> f64 {
+        self.points[..self.len]
+            .iter()
+            .zip(&self.weights)
+            .map(|(point, weight)| weight.abs() * length(point))
+            .sum()
     }
 
     fn longest(&self) -> f64 {

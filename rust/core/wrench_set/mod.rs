@@ -21,12 +21,12 @@ pub(crate) mod criterion;
 pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
 
-pub(crate) use cone::{cone_slope, cone_support};
+pub(crate) use cone::cone_support;
 pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
-use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::grasp::{ContactMap, Grasp, Wrench, unit};
 use crate::tolerances::FLAT_SUPPORT;
 use crate::wrench_set::contact_support::ContactSupport;
 
@@ -71,8 +71,6 @@ impl<const D: usize> Support<D> {
 pub struct WrenchSet<const D: usize> {
     criterion: Criterion,
     contacts: Vec<ContactSupport<D>>,
-    /// The extreme forces of all contacts.
-    forces: Vec<ContactForce>,
 }
 
 /// The best of one contact: how far it reaches along the direction, and by which force.
@@ -99,7 +97,7 @@ impl<const D: usize> WrenchSet<D> {
 
     fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
         let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
-        Self { criterion, contacts: contacts.collect(), forces: grasp.finite_forces().to_vec() }
+        Self { criterion, contacts: contacts.collect() }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
@@ -110,9 +108,11 @@ impl<const D: usize> WrenchSet<D> {
                 let first = range.start;
                 let forces = &grasp.finite_forces()[range];
                 // A force of zero is a wrench of zero; it has no direction to keep.
-                let unit =
-                    |force: &ContactForce| (map * force).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
-                return ContactSupport::finite(forces.iter().map(unit), first);
+                let unit = |force: &ContactForce| {
+                    let wrench = map * force;
+                    if wrench.amax() > 0.0 { unit(&wrench) } else { wrench }
+                };
+                return ContactSupport::finite(forces.iter().map(unit), grasp, first);
             }
             let contact = &grasp.contacts()[i];
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
@@ -120,8 +120,7 @@ impl<const D: usize> WrenchSet<D> {
             let limit = lengths.fold(0.0, f64::max).recip();
             ContactSupport::cone(map, contact.friction, contact.torsion, limit)
         };
-        let contacts = maps.iter().enumerate().map(contact).collect();
-        Self { criterion, contacts, forces: grasp.finite_forces().to_vec() }
+        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
     }
 
     /// Which set this is.
@@ -197,7 +196,6 @@ impl<const D: usize> WrenchSet<D> {
     pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactReach<D> {
         let contact = &self.contacts[i];
         let (value, edge) = contact.furthest(z);
-        let force = contact.force(&self.forces, z, edge);
-        ContactReach { value, wrench: contact.wrench(z, edge), force }
+        ContactReach { value, wrench: contact.wrench(z, edge), force: contact.force(z, edge) }
     }
 }
