@@ -172,6 +172,19 @@ impl Contact {
         Ok((o - n * n.dot(&o)).normalize())
     }
 
+    /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
+    pub fn force_count(&self, planar: bool) -> usize {
+        let (smooth, hard) = (self.friction == 0.0, self.torsion == 0.0);
+        match &self.forces {
+            ForceModel::Extreme(forces) => forces.len(),
+            _ if planar || smooth => 2 - usize::from(smooth && hard),
+            ForceModel::Cone => 0,
+            ForceModel::Edges(edges) if *edges > MAX_EDGES => 0,
+            ForceModel::Edges(edges) if hard => *edges,
+            ForceModel::Edges(edges) => (2 * latitudes(*edges) - 1).saturating_mul(*edges).saturating_add(2),
+        }
+    }
+
     /// The extreme forces of Eq. 3 in order, or `None` for a true cone.
     pub(crate) fn extreme_forces(&self, index: usize, planar: bool) -> Result<Option<Vec<ContactForce>>> {
         let limit = self.max_normal_force;

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::convert::arrays::{as_array, read_only};
+use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored::{Checked, copied, expect, finite, within};
 
@@ -151,17 +151,17 @@ impl PyMinkowskiSum {
     /// Hands the enumeration over to NumPy.
     pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, sum: &MinkowskiSum<D>) -> PyResult<Self> {
         let offsets = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.start as i32));
-        let indices =
-            |values: &[u32]| read_only(PyArray1::from_iter(py, values.iter().map(|&x| x as i32))).unbind();
+        let indices = |values: &[u32]| {
+            vector(py, "points", values.len(), values.iter().map(|&x| x as i32)).map(Bound::unbind)
+        };
         let points = sum.len();
-        let wrenches = PyArray1::from_iter(py, sum.wrenches().iter().flat_map(|w| w.iter().copied()));
-        let wrenches = wrenches.reshape([points, D])?;
+        let wrenches = matrix(py, points, D, sum.wrenches().iter().flat_map(|w| w.iter().copied()))?;
         Ok(Self {
             wrenches: read_only(wrenches).unbind(),
-            starts: indices(sum.starts()),
-            ends: indices(sum.ends()),
-            contacts: indices(sum.contacts()),
-            edges: indices(sum.edges()),
+            starts: indices(sum.starts())?,
+            ends: indices(sum.ends())?,
+            contacts: indices(sum.contacts())?,
+            edges: indices(sum.edges())?,
             offsets: offsets.collect(),
             rows: grasp.primitive_wrenches().map_or(0, <[_]>::len),
             points,

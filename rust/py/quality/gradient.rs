@@ -10,6 +10,7 @@ use crate::convert::arrays::{matrix, read_only};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::restored::{Checked, expect, finite, within};
 use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_work};
 use crate::runtime::workspace::Workspace;
 
 /// How epsilon changes as contacts move.
@@ -105,6 +106,7 @@ impl PyGradient {
     where
         QualityWorkspace<D>: Workspace,
     {
+        check_work(py, grasp, Work::Gradient)?;
         let gradient =
             detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)))?;
         let gradient = gradient.map_err(|error| to_python(py, &error))?;
