@@ -1,6 +1,6 @@
 //! The arguments of `Grasp(...)` and of batches of grasps: shapes, broadcasting, and contacts out of them.
 
-use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, room};
+use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, check_room, room};
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use numpy::PyUntypedArrayMethods;
@@ -94,6 +94,9 @@ impl Arguments {
 
     /// The contacts of one grasp of the batch.
     pub fn contacts_of(&self, grasp: usize) -> Result<Vec<Contact>, Error> {
+        let given = self.extreme_forces.iter().flatten().map(Vec::len).sum::<usize>();
+        // They are copied for the contacts here, for those of the grasp, and to leave out zeros.
+        check_room("extreme_forces", 3 * given, size_of::<ContactForce>())?;
         let mut contacts = room("positions", self.contacts)?;
         contacts.extend((0..self.contacts).map(|contact| self.contact(grasp, contact)));
         Ok(contacts)

@@ -8,7 +8,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::{read_only, vector};
+use crate::convert::arrays::vector;
 use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
 use crate::convert::quality_options::parse_criterion;
@@ -103,7 +103,7 @@ impl PyForceDistributor {
                 let contacts = self.state(py)?.grasp.get().num_contacts();
                 Some(vector(py, "min_normal", contacts, repeat_n(all, contacts))?)
             }
-            ref each => Some(read_only(PyArray1::from_slice(py, each))),
+            ref each => Some(vector(py, "min_normal", each.len(), each.iter().copied())?),
         })
     }
 
@@ -112,7 +112,7 @@ impl PyForceDistributor {
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let state = self.state(py)?;
         let points = by_dimension!(&state.inner, shared => shared.distributor.reduced_points());
-        Ok(points.map(|points| read_only(PyArray1::from_slice(py, points))))
+        points.map(|points| vector(py, "points", points.len(), points.iter().copied())).transpose()
     }
 
     /// Least contact forces that balance an external wrench (Eq. 11).

@@ -1,5 +1,7 @@
 //! `graspforce.MinkowskiSum`.
 
+use std::iter::repeat_n;
+
 use graspforce::{Grasp, MinkowskiSum};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -74,14 +76,15 @@ impl PyMinkowskiSum {
             let offset = usize::try_from(contact).ok().and_then(|contact| self.offsets.get(contact));
             offset.and_then(|offset| offset.checked_add(edge))
         };
-        let rows: Option<Vec<i32>> = pairs.map(row).collect();
-        let rows = rows.ok_or_else(|| invalid_input(py, "contacts: an entry was overwritten"))?;
-        let rows = PyArray1::from_vec(py, rows);
+        if pairs.clone().any(|entry| row(entry).is_none()) {
+            return Err(invalid_input(py, "contacts: an entry was overwritten"));
+        }
+        let rows = vector(py, "rows", contacts.len(), pairs.filter_map(row))?;
         let pointers = starts.as_slice()?.iter().chain(ends.as_slice()?.last()).copied();
-        let ones = PyArray1::from_iter(py, std::iter::repeat_n(1.0_f64, contacts.as_slice()?.len()));
+        let ones = vector(py, "ones", contacts.len(), repeat_n(1.0_f64, contacts.len()))?;
         let options = PyDict::new(py);
         options.set_item("shape", (self.rows, self.points))?;
-        let parts = (ones, rows, PyArray1::from_iter(py, pointers));
+        let parts = (ones, rows, vector(py, "pointers", starts.len() + 1, pointers)?);
         py.import("scipy.sparse")?.call_method("csc_array", (parts,), Some(&options))
     }
 
