@@ -173,6 +173,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     return {
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
+        "balanced": solution.balanced,
         "within_limits": solution.within_limits,
         "gap": solution.gap,
         "pivots": solution.pivots,

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 use crate::error::{Error, Result};
+use crate::memory::room;
 
 /// More edges than this for one cone are refused: the true cone is then both exact and cheaper.
 pub const MAX_EDGES: usize = 65_536;
@@ -286,11 +287,12 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
     }
     // Zero belongs to every contact's forces already; among the extreme ones it would make the set touch the
     // origin.
-    let forces: Vec<_> = forces.iter().filter(|f| f.amax() > 0.0).copied().collect();
-    if forces.is_empty() {
+    let mut extreme = room("extreme_forces", forces.len())?;
+    extreme.extend(forces.iter().filter(|f| f.amax() > 0.0));
+    if extreme.is_empty() {
         return Err(Error::contact("extreme_forces", index, "all forces are zero"));
     }
-    Ok(forces)
+    Ok(extreme)
 }
 
 /// The unit vector along `v`, safe against overflow and underflow of the squares.

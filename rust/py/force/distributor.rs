@@ -115,7 +115,7 @@ impl PyForceDistributor {
         points.map(|points| vector(py, "points", points.len(), points.iter().copied())).transpose()
     }
 
-    /// Least contact forces that balance an external wrench (Eq. 11).
+    /// Compute the least contact forces that balance an external wrench (Eq. 11).
     ///
     /// Parameters
     /// ----------
@@ -145,7 +145,7 @@ impl PyForceDistributor {
         Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
     }
 
-    /// The same, written into an array of the caller's: for control loops.
+    /// Solve and write the forces into an array of the caller's: for control loops.
     ///
     /// Parameters
     /// ----------
@@ -185,7 +185,7 @@ impl PyForceDistributor {
         by_dimension!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
     }
 
-    /// Least contact forces for many wrenches in one call.
+    /// Compute the least contact forces for many wrenches in one call.
     ///
     /// Parameters
     /// ----------
@@ -217,7 +217,7 @@ impl PyForceDistributor {
         by_dimension!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
     }
 
-    /// Solves for each wrench that an iterable yields, when it yields it.
+    /// Solve for each wrench that an iterable yields, when it yields it.
     ///
     /// Parameters
     /// ----------
@@ -240,7 +240,7 @@ impl PyForceDistributor {
         Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little.
+    /// Go on with another grasp, in which contacts have rolled or slid a little.
     ///
     /// The answers are those of a new distributor; over linearised cones without ``min_normal`` the last basis is kept
     /// where contacts and edges are as many as before, which makes the next solve cheaper.
@@ -249,6 +249,15 @@ impl PyForceDistributor {
     /// ----------
     /// grasp : Grasp
     ///     Of the same dimension.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     The grasp has the other dimension.
+    /// InvalidGraspError, TooLargeError
+    ///     As for a new distributor. The old grasp stays.
+    /// BusyError
+    ///     Another thread is using this distributor.
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = match self.state.try_write() {
             Ok(state) => state,

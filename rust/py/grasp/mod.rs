@@ -235,7 +235,7 @@ impl PyGrasp {
         resistance::resistance(py, &self.inner, directions, criterion, external_wrench)
     }
 
-    /// The other numbers a grasp is judged by: singular values, isotropy, volumes.
+    /// Compute the other numbers a grasp is judged by: singular values, isotropy, volumes.
     ///
     /// Returns
     /// -------
@@ -286,7 +286,7 @@ impl PyGrasp {
         })
     }
 
-    /// Contacts and what is derived from them as plain Python numbers and lists, ready for JSON.
+    /// Return the contacts and what is derived from them as plain Python numbers and lists, ready for JSON.
     ///
     /// Examples
     /// --------
@@ -297,7 +297,7 @@ impl PyGrasp {
         slf.py().import("graspforce._internal.to_dict")?.call_method1("grasp_dict", (slf,))
     }
 
-    /// Makes the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
+    /// Make the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
     ///
     /// Parameters
     /// ----------
@@ -327,7 +327,7 @@ impl PyGrasp {
         given.py().import("graspforce._internal.to_dict")?.call_method1("grasp_of", (given,))
     }
 
-    /// The same grasp with other arguments.
+    /// Make the same grasp with other arguments.
     ///
     /// Parameters
     /// ----------

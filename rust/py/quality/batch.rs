@@ -225,10 +225,10 @@ impl PyQualityBatch {
     }
 }
 
-/// Qualities of many grasps with the same number of contacts, on all cores.
+/// Compute the qualities of many grasps with the same number of contacts, on all cores.
 ///
-/// The interpreter lock is released while they are computed, and any number of threads may call it at once. A row that is not a grasp does not stop the others:
-/// it gets ``Status.INVALID`` (2) and its reason.
+/// Safe to call from several threads. The interpreter lock is released. A row that is not a grasp does not stop the
+/// others: it gets ``Status.INVALID`` (2) and its reason.
 ///
 /// Parameters
 /// ----------
