@@ -71,10 +71,10 @@ class Record:
         return {name: _plain(value) for name, value in values}
 
 
-def _made(kind: type[Record], fields: dict[str, Any]) -> Record:
+def _made(kind: Any, fields: Any) -> Record:
     expect(isinstance(kind, type) and issubclass(kind, Record), "class", "one of results")
     expect(isinstance(fields, dict), "fields", "a dictionary")
-    record = kind(**fields)
+    record: Record = kind(**fields)
     record._check()  # noqa: SLF001
     return record
 

@@ -1,9 +1,9 @@
-"""Who may connect to the viewer: the holder of its token, on a page that the viewer itself served.
+"""The check of each request to the viewer: it must hold the token and come from the viewer's own page.
 
 viser serves its page and its WebSocket to anyone who reaches the port, any page in the browser included. The
-guard checks each request before viser sees it. viser has no hook for that, but it calls the public
-``websockets.asyncio.server.serve``; `guarded` replaces that function while the server starts, and only for an
-address of the type `GuardedHost`.
+guard checks each request before viser sees it. viser has no hook for such a check. It calls the public
+function ``websockets.asyncio.server.serve``. `guarded` replaces this function while the server starts, and
+only for an address of the type `GuardedHost`.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ __all__ = [
 ]
 
 MAX_MESSAGE_BYTES = 1 << 16
-"""Bytes of one message; those of viser's page have a few hundred."""
+"""Largest size of one message in bytes. Messages of viser's page have a few hundred."""
 
 MAX_CONNECTIONS = 512
-"""Sockets open at once whose request held the token."""
+"""Largest number of open sockets whose request held the token."""
 
 MAX_HANDSHAKES = 64
-"""Sockets open at once whose request has not been read, or was refused. A new one closes the oldest."""
+"""Largest number of open sockets whose request was refused, or not read yet. A new one closes the oldest."""
 
 _MESSAGES_PER_SECOND = 250
-"""Of one client; its page sends up to 20 a second for a drag, and 50 for the camera."""
+"""Largest rate for one client. Its page sends up to 20 a second for a drag, and 50 for the camera."""
 
 _HANDSHAKE_SECONDS = 2.0
 _CLOSE_SECONDS = 0.2
@@ -118,7 +118,7 @@ class Guard:
         }
 
     def close(self) -> None:
-        """Drop all connections at once: a goodbye to hundreds of clients, some silent, takes seconds."""
+        """Drop all connections at once. A closing handshake with hundreds of clients takes seconds."""
 
         def abort() -> None:
             for connection in (*self._open, *self._unknown):
@@ -129,7 +129,7 @@ class Guard:
                 self._loop.call_soon_threadsafe(abort)
 
     def opened(self, connection: _Connection) -> None:
-        """Count a socket whose request has not been read; the oldest of them makes room for it."""
+        """Count a socket whose request has not been read, and close the oldest beyond the limit."""
         while len(self._unknown) >= MAX_HANDSHAKES:
             oldest = next(iter(self._unknown))
             del self._unknown[oldest]
@@ -187,7 +187,7 @@ class Guard:
 
 
 class _Connection(websockets_server.ServerConnection):
-    """A connection whose messages have passed the guard, at a bounded rate."""
+    """A connection that passes on the messages that the guard accepts, at a bounded rate."""
 
     def __init__(self, guard: Guard, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -216,7 +216,7 @@ class _Connection(websockets_server.ServerConnection):
 
 @contextlib.contextmanager
 def guarded(guard: Guard) -> Iterator[GuardedHost]:
-    """Put a guard before the viser server that is started inside, at the yielded address."""
+    """Guard the viser server that is started inside this context at the yielded address."""
     host = GuardedHost(guard.host)
     host.guard = guard
     with _STARTING:

@@ -60,6 +60,8 @@ CALLS = {
 
 # Kinds whose memory is taken in many pieces: its sum is tried beforehand.
 LARGE = """
+import numpy as np
+
 def around(contacts):
     outward = np.random.default_rng(0).normal(size=(contacts, 3))
     outward /= np.linalg.norm(outward, axis=1)[:, None]
@@ -96,7 +98,7 @@ def test_whatever_the_limit_an_allocation_that_fails_is_an_error(name):
     for room in (3, 12, 30, 60, 120, 500):
         code = LIMITED.replace("{given}", given).replace("{call}", call).replace("{room}", str(room))
         child = subprocess.run(
-            [sys.executable, "-c", "import numpy as np\n" + LARGE + code], capture_output=True, text=True, timeout=60, check=False,
+            [sys.executable, "-c", LARGE + code], capture_output=True, text=True, timeout=60, check=False,
             env={"RAYON_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )  # fmt: skip
         assert child.returncode == 0, (room, child.stderr[-2000:])
