@@ -378,6 +378,7 @@ class ForceSolution:
         wrenches: Sequence[Sequence[float]],
         numbers: tuple[float, float, float, float, float, int],
         answers: tuple[bool, bool],
+        held: float,
     ) -> ForceSolution: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
