@@ -134,7 +134,9 @@ def search_bounds(
         raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
     if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():
         row, side = beyond[0]
-        raise InvalidInputError(f"bounds, row {row}: {array[row, side]} is beyond what can be computed with")
+        raise InvalidInputError(
+            f"bounds, row {row}: {array[row, side]} must be within -1e140 to 1e140; check the units"
+        )
     lower, upper = array[:, 0].copy(), array[:, 1].copy()
     for row, (low, high, start) in enumerate(zip(lower, upper, initial, strict=True)):
         if low > high:

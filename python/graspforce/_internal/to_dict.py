@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import unwarned_grasp
+from graspforce._internal.restored import expect
 from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidGraspError
 from graspforce.typing import GRASP_ARGUMENTS
@@ -60,14 +61,22 @@ class Record:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
         return _made, (type(self), {name: getattr(self, name) for name in names})
 
+    def _check(self) -> None:
+        """Refuse fields of a pickle that do not belong together."""
+        raise NotImplementedError
+
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON; None in place of NaN."""
         values = ((field.name, getattr(self, field.name)) for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
         return {name: _plain(value) for name, value in values}
 
 
-def _made(kind: type[Record], fields: dict[str, Any]) -> Record:
-    return kind(**fields)
+def _made(kind: Any, fields: Any) -> Record:
+    expect(isinstance(kind, type) and issubclass(kind, Record), "class", "one of results")
+    expect(isinstance(fields, dict), "fields", "a dictionary")
+    record: Record = kind(**fields)
+    record._check()  # noqa: SLF001
+    return record
 
 
 def _plain(value: Any) -> Any:
@@ -164,6 +173,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     return {
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
+        "balanced": solution.balanced,
         "within_limits": solution.within_limits,
         "gap": solution.gap,
         "pivots": solution.pivots,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["contact_places", "load_surface", "mesh_path"]
 
 MAX_PARTS = 256
-"""Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
+"""Largest number of closed parts of a mesh. Each pair of parts is checked for overlap, which takes time."""
 
 _FAR = 2.0
 """Times the extent of the mesh: a contact further away than this is in other units, or another frame."""

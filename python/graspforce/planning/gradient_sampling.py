@@ -13,9 +13,16 @@ from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
-from graspforce._core import Grasp, unwarned_grasp
+from graspforce._core import Grasp, Quality, unwarned_grasp
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.restored import (
+    expect,
+    expect_array,
+    expect_instance,
+    expect_number,
+    expect_whole,
+)
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
@@ -25,7 +32,6 @@ from .problem import SearchProblem, read_only_copy
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Quality
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .scoring import Contacts
@@ -75,6 +81,18 @@ class Refinement(Record):
     iterations: int
     evaluations: int
     unique: bool
+
+    def _check(self) -> None:
+        expect_array("params", self.params, (None,))
+        expect_instance("grasp", self.grasp, Grasp)
+        expect_instance("quality", self.quality, Quality)
+        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_number("gain", self.gain, least=0)
+        expect_number("slope", self.slope, least=0)
+        for name in ("stationary", "unique"):
+            expect_instance(name, getattr(self, name), bool)
+        for name in ("iterations", "evaluations"):
+            expect_whole(name, getattr(self, name))
 
 
 def refine(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast, get_args
 
 import numpy as np
 
@@ -12,21 +12,29 @@ from graspforce._core import quality_many
 from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.restored import (
+    expect,
+    expect_array,
+    expect_instance,
+    expect_number,
+    expect_tuple,
+)
 from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.typing import Stopped
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import deadline_after, pattern_search
+from .plan_result import Plan
 from .problem import SearchProblem, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .candidates import CandidateSource
-    from .pattern_search import Plan
     from .placement_noise import PlacementNoise
 
     Array = NDArray[np.float64]
@@ -70,6 +78,25 @@ class PlanSet(Record):
     failures: dict[int, str]
     stopped: Stopped
     seconds: float
+
+    def _check(self) -> None:
+        expect_tuple("plans", self.plans, Plan)
+        expect(self.plans, "plans", "one or more")
+        expect_array("starts", self.starts, (None, self.plans[0].params.size))
+        rows = len(self.starts)
+        expect(
+            all(plan.params.shape == self.starts.shape[1:] for plan in self.plans),
+            "plans",
+            "as many parameters as the starts",
+        )
+        expect_array("epsilon", self.epsilon, (rows,), finite=False)
+        expect(not np.isinf(self.epsilon).any(), "epsilon", "finite numbers or NaN")
+        expect_instance("failures", self.failures, dict)
+        for row, reason in self.failures.items():
+            expect(type(row) is int and 0 <= row < rows, "failures", "rows of the starts")
+            expect_instance("failures", reason, str)
+        expect(self.stopped in get_args(Stopped), "stopped", "a reason")
+        expect_number("seconds", self.seconds, least=0)
 
     @property
     def best(self) -> Plan:

@@ -6,12 +6,13 @@
 //! priced by the support oracle.
 //!
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
-//! - [`certificate`]: checks lower bounds, balance and duality gap of the forces.
+//! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
+pub(crate) mod balance;
 pub(crate) mod batch;
 pub(crate) mod certificate;
 pub(crate) mod distributor;

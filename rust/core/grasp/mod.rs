@@ -27,7 +27,8 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
-use crate::grasp::contact::{Contact, ContactForce, ForceModel, check_count};
+use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count};
+use crate::memory::{check_room, room};
 
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,13 +112,17 @@ impl<const D: usize> Grasp<D> {
         }
         let planar = D == 3;
         let count = contacts.len();
+        let counts = contacts.iter().map(|contact| contact.force_count(planar).min(MAX_EXTREME_FORCES));
+        let forces = counts.fold(0, |sum: usize, count| sum.saturating_add(count).min(MAX_EXTREME_FORCES));
+        // Those that the caller gave are copied; those of one contact are made apart.
+        check_room("edges", 2 * forces, size_of::<ContactForce>())?;
         let mut grasp = Self {
-            contacts: Vec::with_capacity(count),
-            frames: Vec::with_capacity(count),
-            maps: Vec::with_capacity(count),
-            edges: Vec::with_capacity(count),
-            extreme_forces: Arc::default(),
-            primitive_wrenches: Vec::new(),
+            contacts: room("positions", count)?,
+            frames: room("positions", count)?,
+            maps: room("positions", count)?,
+            edges: room("positions", count)?,
+            extreme_forces: Arc::new(room("edges", forces)?),
+            primitive_wrenches: room("edges", forces)?,
             options,
             force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
         };
@@ -140,9 +145,9 @@ impl<const D: usize> Grasp<D> {
         contact.torsion /= self.options.friction_margin;
         let start = self.extreme_forces.len();
         if let Some(forces) = contact.extreme_forces(index, planar)? {
+            check_count(self.extreme_forces.len() + forces.len(), index)?;
             self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
             Arc::make_mut(&mut self.extreme_forces).extend(forces);
-            check_count(self.extreme_forces.len(), index)?;
             self.edges.push(Some(start..self.extreme_forces.len()));
         } else {
             self.edges.push(None);

@@ -1,121 +1,36 @@
 //! `graspforce.ForceDistributor`.
 
+use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DistributionOptions, ForceDistributor, Method, check_room};
-use numpy::{PyArray1, PyUntypedArrayMethods};
+use graspforce::{DEFAULT_MAX_POINTS, ForceDistributor, Grasp, Method};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::{contents, float_array, read_only, shaped};
-use crate::convert::dimension::AnyGrasp;
+use crate::convert::arrays::vector;
+use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
 use crate::convert::quality_options::parse_criterion;
 use crate::force::batch::PyForceBatch;
+use crate::force::distribution_options::distribution_options;
 use crate::force::shared::SharedDistributor;
 use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
 use crate::grasp::PyGrasp;
-use crate::runtime::interrupt::{detached, keep};
+use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_points, check_work};
 
-#[derive(Clone)]
-enum Any {
-    Planar(SharedDistributor<3>),
-    Spatial(SharedDistributor<6>),
-}
-
-/// Runs the same expression on a distributor of either dimension.
-macro_rules! with_distributor {
-    ($any:expr, $distributor:ident => $body:expr) => {
-        match $any {
-            Any::Planar($distributor) => $body,
-            Any::Spatial($distributor) => $body,
-        }
-    };
-}
-
-impl Any {
-    fn update(&mut self, grasp: &AnyGrasp) -> Option<graspforce::Result<()>> {
-        match (self, grasp) {
-            (Self::Planar(distributor), AnyGrasp::Planar(grasp)) => Some(distributor.update(grasp)),
-            (Self::Spatial(distributor), AnyGrasp::Spatial(grasp)) => Some(distributor.update(grasp)),
-            _ => None,
-        }
-    }
-}
+type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
 
 /// What `update` replaces.
 struct State {
-    inner: Any,
+    inner: AnyDistributor,
     grasp: Py<PyGrasp>,
 }
 
-/// Least contact forces for one grasp and any number of external wrenches.
-///
-/// Parameters
-/// ----------
-/// grasp : Grasp
-///     Whose forces are distributed. Force closure is not needed: what its cones can balance is balanced.
-/// objective : {"max", "sum"}, optional
-///     Minimise the maximum of normalised normal forces (Eq. 7; among its optima, then the sum) or their sum
-///     (Eq. 6).
-/// method : {"implicit", "enumerated", "reduced"}, optional
-///     "implicit" is a simplex method that asks the support oracle for its columns. "enumerated" is the paper's:
-///     all points of the wrench set listed in advance, ``z_b`` of Eq. 26 by an interior-point solver, forces
-///     from the points on its hyperplane. "reduced" keeps only the points that ``samples`` need, completed until
-///     the origin is interior (section 4.2), and asks the whole set where these do not suffice. The answers agree.
-/// weight : float, optional
-///     With "max": minimise the maximum plus ``weight`` times the sum, a family that leads from one objective to
-///     the other. Zero means the maximum and, among its optima, the least sum; at most 1e6.
-/// min_normal : float or array_like, optional
-///     Lower bounds on the normalised normal forces ``f_n / f^U``, one for all contacts or (m,), so that no finger
-///     loses contact. The forces are then not proportional to the wrench, and no wrench at all needs some, too.
-///     Only with "implicit"; zero for contacts with ``extreme_forces``.
-/// samples : array_like, optional
-///     (S, d) external wrenches that choose the points of "reduced"; only with it.
-/// rtol : float, optional
-///     Largest relative gap between the objective and its proven lower bound. True cones (``edges=None``) take
-///     the longer the smaller it is; 1e-6 is enough for control. Where limits, or the strengths of directions, are
-///     spread over so many orders that double precision cannot keep it, it is what rounding leaves, at most 1e-6.
-///
-/// Raises
-/// ------
-/// InvalidInputError
-///     An option is unknown or out of range.
-/// InvalidGraspError
-///     "enumerated" or "reduced", and a contact has its true cone, which has no finite set.
-/// TooLargeError
-///     "enumerated" or "reduced" would list too many points.
-///
-/// Notes
-/// -----
-/// The forces are nonnegative combinations of extreme forces up to rounding: no coefficient is below -1e-9 of the
-/// objective. The pseudoinverse of Eqs. 27 to 29 does not have this property where more than d points lie on one
-/// supporting hyperplane, the normal case in space, and is not used. Every answer is checked at its own wrench (signs,
-/// balance, gap); what fails raises `NotConvergedError`.
-///
-/// With ``extreme_forces`` "normalised normal force" means the sum of a contact's coefficients, whatever their normal
-/// forces are.
-///
-/// Over linearised cones the forces depend on the wrench alone: where objective and tie-break leave a choice, the
-/// least ``sum |f_i|^2 / f_i^U^2`` decides. They are continuous along a continuous path of wrenches. For true
-/// cones there is no exact tie-break; a small ``weight`` prefers a small sum.
-///
-/// Two threads that use one distributor at once get right answers or a `BusyError`, never a wait. Copies and pickles
-/// start without a basis; `copy.copy` shares what does not change while solving.
-///
-/// Examples
-/// --------
-/// Two fingers squeeze a disc and carry 1 N of weight.
-///
-/// >>> import graspforce as gf
-/// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-/// >>> s = gf.ForceDistributor(grasp, "max").solve([0, -1, 0])
-/// >>> round(s.sigma_max, 9)
-/// 0.25
-/// >>> s.forces.round(9).tolist()
-/// [[1.0, 0.5], [1.0, -0.5]]
+#[doc = include_str!("distributor.rst")]
 #[pyclass(name = "ForceDistributor", module = "graspforce", frozen)]
 pub struct PyForceDistributor {
     state: RwLock<State>,
@@ -152,41 +67,20 @@ impl PyForceDistributor {
     ) -> PyResult<Self> {
         let criterion =
             parse_criterion("objective", objective).map_err(|message| invalid_input(py, message))?;
-        let (method, name) = match method {
-            "implicit" => (Method::Implicit, "implicit"),
-            "enumerated" => (Method::Enumerated, "enumerated"),
-            "reduced" => (Method::Reduced, "reduced"),
-            other => {
-                let message =
-                    format!("method: {other:?} is none of \"implicit\", \"enumerated\" and \"reduced\"");
-                return Err(invalid_input(py, message));
-            }
-        };
-        let mut options = DistributionOptions::default();
-        options.method = method;
-        options.weight = weight;
-        options.rtol = rtol;
-        if let Some(min_normal) = min_normal {
-            let contacts = grasp.get().num_contacts();
-            options.min_normal =
-                lower_bounds(min_normal, contacts).map_err(|message| invalid_input(py, message))?;
-        }
-        if let Some(samples) = samples {
-            options.samples = rows("samples", samples).map_err(|message| invalid_input(py, message))?;
-        }
+        let contacts = grasp.get().num_contacts();
+        let options = distribution_options(method, weight, min_normal, samples, rtol, contacts);
+        let (options, method) = options.map_err(|message| invalid_input(py, message))?;
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
-        let inner = detached(py, || match &grasp.get().inner {
-            AnyGrasp::Planar(g) => ForceDistributor::with_options(g, criterion, options)
-                .map(|distributor| Any::Planar(SharedDistributor::new(distributor))),
-            AnyGrasp::Spatial(g) => ForceDistributor::with_options(g, criterion, options)
-                .map(|distributor| Any::Spatial(SharedDistributor::new(distributor))),
-        })?;
-        let inner = inner.map_err(|error| to_python(py, &error))?;
+        let inner = map_dimension!(&grasp.get().inner, of => {
+            check_distributor(py, of, options.method)?;
+            let made = detached(py, || ForceDistributor::with_options(of, criterion, options))?;
+            SharedDistributor::new(made.map_err(|error| to_python(py, &error))?)
+        });
         let objective = if objective == "max" { "max" } else { "sum" };
         Ok(Self {
             state: RwLock::new(State { inner, grasp }),
             objective,
-            method: name,
+            method,
             weight,
             min_normal,
             samples,
@@ -207,9 +101,9 @@ impl PyForceDistributor {
             [] => None,
             [all] => {
                 let contacts = self.state(py)?.grasp.get().num_contacts();
-                Some(read_only(PyArray1::from_vec(py, vec![all; contacts])))
+                Some(vector(py, "min_normal", contacts, repeat_n(all, contacts))?)
             }
-            ref each => Some(read_only(PyArray1::from_slice(py, each))),
+            ref each => Some(vector(py, "min_normal", each.len(), each.iter().copied())?),
         })
     }
 
@@ -217,11 +111,11 @@ impl PyForceDistributor {
     #[getter]
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
         let state = self.state(py)?;
-        let points = with_distributor!(&state.inner, shared => shared.distributor.reduced_points());
-        Ok(points.map(|points| read_only(PyArray1::from_slice(py, points))))
+        let points = by_dimension!(&state.inner, shared => shared.distributor.reduced_points());
+        points.map(|points| vector(py, "points", points.len(), points.iter().copied())).transpose()
     }
 
-    /// Least contact forces that balance an external wrench (Eq. 11).
+    /// Compute the least contact forces that balance an external wrench (Eq. 11).
     ///
     /// Parameters
     /// ----------
@@ -246,14 +140,12 @@ impl PyForceDistributor {
     ///     Another thread is using this distributor.
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        let grasp = state.grasp.clone_ref(py);
-        Ok(match &state.inner {
-            Any::Planar(of) => PyForceSolution::planar(grasp, solve(py, of, external_wrench)?),
-            Any::Spatial(of) => PyForceSolution::spatial(grasp, solve(py, of, external_wrench)?),
-        })
+        let found = map_dimension!(&state.inner, of => solve(py, of, external_wrench)?);
+        let held = self.min_normal.iter().copied().fold(0.0, f64::max);
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
     }
 
-    /// The same, written into an array of the caller's: for control loops.
+    /// Solve and write the forces into an array of the caller's: for control loops.
     ///
     /// Parameters
     /// ----------
@@ -290,10 +182,10 @@ impl PyForceDistributor {
         forces: &Bound<'_, PyAny>,
     ) -> PyResult<f64> {
         let state = self.state(py)?;
-        with_distributor!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
+        by_dimension!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
     }
 
-    /// Least contact forces for many wrenches in one call.
+    /// Compute the least contact forces for many wrenches in one call.
     ///
     /// Parameters
     /// ----------
@@ -322,10 +214,10 @@ impl PyForceDistributor {
         parallel: bool,
     ) -> PyResult<PyForceBatch> {
         let state = self.state(py)?;
-        with_distributor!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
+        by_dimension!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
     }
 
-    /// Solves for each wrench that an iterable yields, when it yields it.
+    /// Solve for each wrench that an iterable yields, when it yields it.
     ///
     /// Parameters
     /// ----------
@@ -348,7 +240,7 @@ impl PyForceDistributor {
         Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little.
+    /// Go on with another grasp, in which contacts have rolled or slid a little.
     ///
     /// The answers are those of a new distributor; over linearised cones without ``min_normal`` the last basis is kept
     /// where contacts and edges are as many as before, which makes the next solve cheaper.
@@ -357,17 +249,27 @@ impl PyForceDistributor {
     /// ----------
     /// grasp : Grasp
     ///     Of the same dimension.
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     The grasp has the other dimension.
+    /// InvalidGraspError, TooLargeError
+    ///     As for a new distributor. The old grasp stays.
+    /// BusyError
+    ///     Another thread is using this distributor.
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = match self.state.try_write() {
             Ok(state) => state,
             Err(TryLockError::WouldBlock) => return Err(busy(py)),
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
         };
-        let inner = &mut state.inner;
-        match detached(py, || inner.update(&grasp.get().inner))? {
-            Some(updated) => updated.map_err(|error| to_python(py, &error))?,
-            None => return Err(invalid_input(py, "grasp: its dimension is not this distributor's")),
-        }
+        let both = state.inner.as_mut().with(grasp.get().inner.as_ref());
+        let both = both.ok_or_else(|| invalid_input(py, "grasp: its dimension is not this distributor's"))?;
+        by_dimension!(both, (shared, grasp) => {
+            check_distributor(py, grasp, shared.distributor.options().method)?;
+            detached(py, || shared.update(grasp))?.map_err(|error| to_python(py, &error))?;
+        });
         state.grasp = grasp;
         Ok(())
     }
@@ -416,28 +318,11 @@ impl PyForceDistributor {
     }
 }
 
-/// One number for all contacts, or one for each.
-fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
-    let array = float_array("min_normal", value)?;
-    match (array.shape(), contents(&array)) {
-        ([], &[bound]) => Ok(vec![bound]),
-        ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
-        (given, _) => Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given))),
-    }
-}
+/// Bytes for a point of an enumeration and for one of its entries, with the solver's copies.
+const LISTED: (usize, usize) = (208, 8);
 
-fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
-    let array = float_array(argument, value)?;
-    match array.shape() {
-        &[_, columns] if columns > 0 => {
-            // Each row is an allocation of its own.
-            let each = size_of::<Vec<f64>>() + size_of_val(contents(&array)) / array.shape()[0].max(1) + 16;
-            check_room("samples", array.shape()[0], each).map_err(|error| {
-                keep(to_python(value.py(), &error));
-                error.to_string()
-            })?;
-            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
-        }
-        given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),
-    }
+/// Refuses a distributor that memory would not hold.
+fn check_distributor<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, method: Method) -> PyResult<()> {
+    check_work(py, grasp, Work::Distributor)?;
+    if method == Method::Implicit { Ok(()) } else { check_points(py, grasp, DEFAULT_MAX_POINTS, LISTED) }
 }

@@ -6,11 +6,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::convert::arrays::{as_array, matrix, read_only};
+use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
 use crate::grasp::PyGrasp;
+use crate::runtime::memory::{Work, check_work};
 
 /// Least contact forces for one external wrench, with their certificate.
 ///
@@ -38,6 +39,8 @@ use crate::grasp::PyGrasp;
 /// residual : numpy.ndarray
 ///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
 ///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
+/// balanced : bool
+///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve`.
 /// pivots : int
 ///     Simplex pivots this solve took; 0 where a known region held the wrench.
 /// fell_back : bool
@@ -54,9 +57,11 @@ use crate::grasp::PyGrasp;
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
     found: AnyDistribution,
+    /// The largest lower bound of the shares.
+    held: f64,
 }
 
-type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
+pub type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
 
 /// Runs the same expression on a distribution and its grasp, where they are of one dimension.
 macro_rules! with_both {
@@ -92,6 +97,7 @@ impl PyForceSolution {
             Dimensional::Planar(_) => 2,
             Dimensional::Spatial(_) => 3,
         };
+        self.check_arrays(py)?;
         let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
         let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
         matrix(py, world.len(), dim, values).map(read_only)
@@ -100,6 +106,7 @@ impl PyForceSolution {
     /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.check_arrays(py)?;
         with_both!(py, self, |found, grasp| {
             let wrenches = found.contact_wrenches(grasp);
             matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
@@ -118,15 +125,23 @@ impl PyForceSolution {
         read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
     }
 
+    /// Whether the forces balance the wrench: the residual is within `FEASIBILITY_TOLERANCE`.
+    #[getter]
+    fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(with_both!(py, self, |found, grasp| found.balanced(grasp, self.held)))
+    }
+
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
-    fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => &found.shares)))
+    fn shares<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let shares = by_dimension!(&self.found, found => &found.shares);
+        vector(py, "shares", shares.len(), shares.iter().copied())
     }
 
     /// (m,) unused share of each contact's friction.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.check_arrays(py)?;
         let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
         Ok(read_only(PyArray1::from_vec(py, margins)))
     }
@@ -198,6 +213,7 @@ impl PyForceSolution {
     }
 
     #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
     fn _restore(
         py: Python<'_>,
         grasp: Py<PyGrasp>,
@@ -206,6 +222,7 @@ impl PyForceSolution {
         wrenches: [Vec<f64>; 2],
         numbers: (f64, f64, f64, f64, f64, usize),
         answers: (bool, bool),
+        held: f64,
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
         let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
@@ -217,7 +234,8 @@ impl PyForceSolution {
             3 => Dimensional::Planar(state.distribution()),
             _ => Dimensional::Spatial(state.distribution()),
         };
-        let restored = Self { grasp, found };
+        restored::within("held", held, 0.0..=f64::MAX).map_err(|message| invalid_input(py, message))?;
+        let restored = Self { grasp, found, held };
         with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
             .map_err(|message| invalid_input(py, message))?;
         Ok(restored)
@@ -225,9 +243,10 @@ impl PyForceSolution {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
+        this.check_arrays(py)?;
         let State { forces, shares, wrenches, numbers, answers } =
             by_dimension!(&this.found, found => State::of(found));
-        let state = (&this.grasp, forces, shares, wrenches, numbers, answers).into_pyobject(py)?;
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.held).into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
@@ -242,12 +261,13 @@ impl PyForceSolution {
 }
 
 impl PyForceSolution {
-    pub fn planar(grasp: Py<PyGrasp>, found: Distribution<3>) -> Self {
-        Self { grasp, found: Dimensional::Planar(found) }
+    /// Forces of a grasp, each of whose contacts had to press with at least the share `held` of its limit.
+    pub fn new(grasp: Py<PyGrasp>, found: AnyDistribution, held: f64) -> Self {
+        Self { grasp, found, held }
     }
 
-    pub fn spatial(grasp: Py<PyGrasp>, found: Distribution<6>) -> Self {
-        Self { grasp, found: Dimensional::Spatial(found) }
+    fn check_arrays(&self, py: Python<'_>) -> PyResult<()> {
+        by_dimension!(&self.grasp.get().inner, grasp => check_work(py, grasp, Work::Arrays))
     }
 
     fn contact_forces(&self) -> &[ContactForce] {
