@@ -39,7 +39,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         }
         let contacts: Option<Vec<_>> = given.iter().map(inscribed).collect();
         // The coefficients of friction have been divided by the margin already.
-        let in_place = GraspOptions { friction_margin: 1.0, ..self.grasp.options().clone() };
+        let in_place = GraspOptions { friction_margin: 1.0, ..*self.grasp.options() };
         let grasp = Grasp::<D>::with_options(&contacts?, in_place).ok()?;
         let options = QualityOptions {
             external_wrench: self.center.map(|(physical, _)| physical),
