@@ -1,6 +1,6 @@
 """Print what the argument `max_facets` costs, and how narrow the bracket gets: `python benches/facets.py`.
 
-The grasp has four soft contacts with true cones on a tetrahedron. Their friction differs, so no symmetry helps.
+The grasp has four soft contacts with true cones on a tetrahedron. Their friction differs: no symmetry helps.
 """
 
 from __future__ import annotations

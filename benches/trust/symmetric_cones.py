@@ -146,7 +146,7 @@ def least_support(grasp: gf.Grasp, criterion: str, target: float, starts: int = 
 
 @dataclass(frozen=True)
 class Turned:
-    """A ring or a pinch of linearised cones, turned and shifted at random, with the default tangents or others."""
+    """A ring or a pinch of linearised cones in any pose, with the default tangents or others."""
 
     positions: np.ndarray
     normals: np.ndarray

@@ -73,7 +73,7 @@ impl<const D: usize> Metric<D> {
 
     /// `C w`: where Euclidean geometry sees the physical wrench `w`, or each of several side by side.
     #[inline]
-    pub(crate) fn to_euclidean<const N: usize>(&self, wrenches: &SMatrix<f64, D, N>) -> SMatrix<f64, D, N> {
+    pub(crate) fn to_euclidean<const N: usize>(self, wrenches: &SMatrix<f64, D, N>) -> SMatrix<f64, D, N> {
         if self.diagonal {
             return SMatrix::from_fn(|row, column| self.factor[(row, row)] * wrenches[(row, column)]);
         }
@@ -81,7 +81,7 @@ impl<const D: usize> Metric<D> {
     }
 
     /// `C^-1 w`: the inverse of [`Self::to_euclidean`].
-    pub(crate) fn to_physical(&self, wrench: &Wrench<D>) -> Wrench<D> {
+    pub(crate) fn to_physical(self, wrench: &Wrench<D>) -> Wrench<D> {
         self.inverse * wrench
     }
 

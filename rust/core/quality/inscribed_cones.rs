@@ -39,7 +39,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         }
         let contacts: Option<Vec<_>> = given.iter().map(inscribed).collect();
         // The coefficients of friction have been divided by the margin already.
-        let in_place = GraspOptions { friction_margin: 1.0, ..self.grasp.options().clone() };
+        let in_place = GraspOptions { friction_margin: 1.0, ..*self.grasp.options() };
         let grasp = Grasp::<D>::with_options(&contacts?, in_place).ok()?;
         let options = QualityOptions {
             external_wrench: self.center.map(|(physical, _)| physical),
@@ -88,12 +88,12 @@ mod tests {
             let mut contact = Contact::new(Vector3::new(0.1, 0.2, 0.3), Vector3::x()).torsion(torsion);
             contact.forces = ForceModel::Edges(edges);
             let set = |contact: &Contact| {
-                WrenchSet::new(&Grasp::<6>::new(&[contact.clone()]).unwrap(), Criterion::Sum)
+                WrenchSet::new(&Grasp::<6>::new(std::slice::from_ref(contact)).unwrap(), Criterion::Sum)
             };
             let (outer, inner) = (set(&contact), set(&inscribed(&contact).unwrap()));
             for k in 0..5000 {
-                let z =
-                    Wrench::<6>::from_fn(|row, _| ((row + 1) as f64 * (k as f64 + 0.5)).sin()).normalize();
+                let z = Wrench::<6>::from_fn(|row, _| ((row + 1) as f64 * (f64::from(k) + 0.5)).sin())
+                    .normalize();
                 assert!(inner.value(&z) <= outer.value(&z) + 1e-15, "{edges} {torsion} {z}");
             }
         }
