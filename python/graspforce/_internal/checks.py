@@ -5,6 +5,7 @@ What the extension module receives it checks itself.
 
 from __future__ import annotations
 
+import inspect
 import operator
 import reprlib
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ import numpy as np
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -38,11 +39,18 @@ def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
         raise InvalidInputError(f"{argument}: {value!r} is {either} {choices[-1]!r}")
 
 
-def known_options(options: Iterable[str], known: Collection[str]) -> None:
-    """Refuse keywords that would be passed on to something that does not take them."""
+def known_options(
+    options: Iterable[str], known: Collection[str], function: Callable[..., object] | None = None
+) -> None:
+    """Refuse keywords that would be passed on to something that does not take them.
+
+    The error lists the keywords that `function` itself takes, too.
+    """
     for name in options:
         if name not in known:
-            raise InvalidInputError(f"{name}: no such option; there are {', '.join(known)}")
+            parameters = () if function is None else inspect.signature(function).parameters.values()
+            own = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
+            raise InvalidInputError(f"{name}: no such option; there are {', '.join([*own, *known])}")
 
 
 def whole_number(argument: str, value: Any, *, least: int, most: int | None = None) -> int:
@@ -130,8 +138,10 @@ def search_bounds(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
     array = finite_array("bounds", bounds)
-    if array.shape != (initial.size, 2):
-        raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    if len(array) != initial.size:
+        raise InvalidInputError(f"{argument}: {initial.size} parameters, but bounds has {len(array)} rows")
     if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():
         row, side = beyond[0]
         raise InvalidInputError(f"bounds, row {row}: {array[row, side]} is beyond what can be computed with")

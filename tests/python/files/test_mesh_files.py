@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -374,6 +375,32 @@ def test_refinement_ends_when_the_time_of_the_search_is_over_and_is_part_of_it(r
     assert (found.stopped, calls) == ("time", 1)
     assert found.seconds >= 1.5
     assert planned(slow, SEARCH + "time_limit: 1.0e-9\n")[1] == 0
+
+
+def test_time_over_within_a_refinement_ends_the_plan_soon_and_says_so(refining):
+    def timed(_, refine):
+        began = time.monotonic()
+        better = refine()
+        assert time.monotonic() - began < 1.5
+        ended.append(better.stopped)
+        return better
+
+    ended = []
+    planned, _ = refining
+    found, calls = planned(timed, SEARCH + "edges: null\ntime_limit: 0.7\n")
+    assert found.stopped == "time"
+    assert ended[-1:] in ([], ["time"])
+    assert calls < 3
+
+
+def test_ctrl_c_within_a_refinement_keeps_what_it_gained(refining):
+    def interrupted(_, refine):
+        return replace(refine(), stopped="interrupted")
+
+    planned, plain = refining
+    found, calls = planned(interrupted)
+    assert (found.stopped, calls, len(found.plans)) == ("interrupted", 1, 3)
+    assert sum(lengths(found)) == sum(lengths(plain)) + 1
 
 
 def test_grasps_that_refine_into_one_are_one(refining):
