@@ -102,7 +102,7 @@ def test_a_parameter_at_its_bound_stays_within_it():
 
 def test_bad_starts_are_refused():
     disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
-    with pytest.raises(gf.InvalidInputError, match="params: .* refused by min_distance"):
+    with pytest.raises(gf.InvalidInputError, match=r"params: .* refused by min_distance"):
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], min_distance=0.01)
     with pytest.raises(gf.InvalidInputError, match="tolerance"):
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], tolerance=0)
