@@ -6,6 +6,8 @@ The classes of the extension module call these functions.
 from __future__ import annotations
 
 import dataclasses
+import os
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "ReadOnly",
     "Record",
     "batch_dict",
     "distributor_dict",
@@ -45,8 +48,8 @@ __all__ = [
 ]
 
 
-class Record:
-    """A frozen dataclass that can be written as JSON; its arrays are read-only, also after a copy."""
+class ReadOnly:
+    """A frozen dataclass whose arrays and dictionaries are read-only, also after a copy."""
 
     __slots__ = ()
 
@@ -55,10 +58,22 @@ class Record:
             value = getattr(self, field.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
                 object.__setattr__(self, field.name, read_only(value))
+            elif isinstance(value, dict):
+                object.__setattr__(self, field.name, MappingProxyType(value))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
-        return _made, (type(self), {name: getattr(self, name) for name in names})
+        values = {name: getattr(self, name) for name in names}
+        return _made, (
+            type(self),
+            {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()},
+        )
+
+
+class Record(ReadOnly):
+    """A frozen dataclass, read-only also after a copy, that can be written as JSON."""
+
+    __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON; None in place of NaN."""
@@ -66,7 +81,7 @@ class Record:
         return {name: _plain(value) for name, value in values}
 
 
-def _made(kind: type[Record], fields: dict[str, Any]) -> Record:
+def _made(kind: type[ReadOnly], fields: dict[str, Any]) -> ReadOnly:
     return kind(**fields)
 
 
@@ -77,8 +92,10 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if isinstance(value, dict):
+    if isinstance(value, dict | MappingProxyType):
         return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 

@@ -62,7 +62,7 @@ def grade(
     ``tangents``, ``origin`` and ``length_scale`` are optional. All are as for `graspforce.Grasp`. Other
     columns are passed on unchanged, and these are added:
 
-    - ``status``: ``converged``; ``bracketed`` if the work limit left a bracket wider than asked for;
+    - ``status``: ``converged``; ``bracketed`` if the bracket is wider than asked for;
       ``invalid`` if the row is no grasp.
     - ``message``: why a row did not converge, with column, contact and value.
     - ``closure``: ``force``, ``partial`` or ``none``.

@@ -47,7 +47,13 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
 
     Where it need not be `closed`, holes are no fault.
     """
-    vertices, faces = load_mesh(mesh_path(document, model))
+    path = mesh_path(document, model)
+    try:
+        vertices, faces = load_mesh(path)
+    except InvalidFileError as error:
+        if document.mesh is not None:
+            raise
+        raise document.error(("mesh", "file"), str(error)) from None
     if (parts := _num_parts(faces)) > MAX_PARTS:
         message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
         raise document.error(("mesh", "file"), message)

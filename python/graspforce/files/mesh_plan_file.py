@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.planning import Iterate, plan_multistart, refine
 from graspforce.planning.distinct import default_distance, distinct_plans
@@ -34,7 +35,7 @@ _BRACKET = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeshPlanFile:
+class MeshPlanFile(ReadOnly):
     """A planning problem on a mesh from a file.
 
     Threads may share it; it can be copied and pickled.
