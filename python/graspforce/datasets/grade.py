@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, overload
 
+from graspforce._internal.checks import progress_function
 from graspforce.errors import InvalidInputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -150,6 +151,7 @@ def grade(
     except ModuleNotFoundError as error:
         raise MissingExtraError("datasets", error) from error
 
+    progress_function(progress)
     asked = options.GradeOptions.of(criteria, edges=edges, rtol=rtol, length_scale=length_scale)
     if isinstance(source, str | os.PathLike):
         if out is None:

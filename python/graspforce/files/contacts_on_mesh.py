@@ -28,9 +28,6 @@ __all__ = ["contact_places", "load_surface", "mesh_path"]
 MAX_PARTS = 256
 """Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
 
-_FAR = 2.0
-"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
-
 
 def mesh_path(document: Document, model: MeshModel) -> Path:
     """Where the mesh is: its name is relative to the file that names it, beside it or below."""
@@ -156,12 +153,8 @@ def _on_mesh(
     given = np.array(contact.point if contact.point is not None else contact.position)
     if given.shape != (3,):
         raise document.error(("contacts", i, field), f"{len(given)} numbers, where a mesh has 3")
-    points, normals = surface.contacts(given[None])
-    distance, extent = float(np.linalg.norm(points[0] - given)), float(np.ptp(surface.bounds, axis=1).max())
-    if distance > _FAR * extent:
-        message = (
-            f"{distance:.4g} m away from the mesh, which is {extent:.4g} m long: "
-            "is it in metres, and the mesh's `unit` right?"
-        )
-        raise document.error(("contacts", i, field), message)
+    try:
+        points, normals = surface.nearest(given[None])
+    except InvalidInputError as error:
+        raise document.error(("contacts", i, field), str(error).partition(": ")[2]) from None
     return (points[0] if contact.point is not None else given), normals[0]
