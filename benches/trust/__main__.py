@@ -3,6 +3,7 @@
 import argparse
 
 from benches.trust import (
+    feet_and_pinches,
     global_bounds,
     history_free,
     mesh_unions,
@@ -17,6 +18,7 @@ from benches.trust import (
 
 FAMILIES = (
     nearly_degenerate,
+    feet_and_pinches,
     origin_contacts,
     tumbles,
     history_free,

@@ -22,6 +22,7 @@ pub use wrench::{ContactMap, Wrench, wrench_of_force};
 pub(crate) use wrench::{REPRESENTABLE, contact_map, length, unit};
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -88,7 +89,8 @@ pub struct Grasp<const D: usize> {
     frames: Vec<Matrix3<f64>>,
     maps: Vec<ContactMap<D>>,
     edges: Vec<Option<Range<usize>>>,
-    extreme_forces: Vec<ContactForce>,
+    /// Shared with the wrench sets of the grasp.
+    extreme_forces: Arc<Vec<ContactForce>>,
     primitive_wrenches: Vec<Wrench<D>>,
     options: GraspOptions,
     force_dim: usize,
@@ -114,7 +116,7 @@ impl<const D: usize> Grasp<D> {
             frames: Vec::with_capacity(count),
             maps: Vec::with_capacity(count),
             edges: Vec::with_capacity(count),
-            extreme_forces: Vec::new(),
+            extreme_forces: Arc::default(),
             primitive_wrenches: Vec::new(),
             options,
             force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
@@ -139,14 +141,21 @@ impl<const D: usize> Grasp<D> {
         let start = self.extreme_forces.len();
         if let Some(forces) = contact.extreme_forces(index, planar)? {
             self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
-            self.extreme_forces.extend(forces);
+            Arc::make_mut(&mut self.extreme_forces).extend(forces);
             check_count(self.extreme_forces.len(), index)?;
             self.edges.push(Some(start..self.extreme_forces.len()));
         } else {
             self.edges.push(None);
         }
-        // Squares of wrenches must be representable, or no norm of them is.
+        // Squares of wrenches must be representable, or no norm of them is: also of a unit normal force.
         let arm = map.amax();
+        for (argument, coefficient) in [("friction", contact.friction), ("torsion", contact.torsion)] {
+            if arm * coefficient >= REPRESENTABLE.end {
+                let reason =
+                    format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
+                return Err(Error::contact(argument, index, reason));
+            }
+        }
         let reach = match contact.forces {
             ForceModel::Extreme(_) => 0.0,
             _ => arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0),
@@ -238,6 +247,11 @@ impl<const D: usize> Grasp<D> {
 
     /// The extreme forces of those contacts, beside [`Self::finite_wrenches`].
     pub(crate) fn finite_forces(&self) -> &[ContactForce] {
+        &self.extreme_forces
+    }
+
+    /// The same, to be kept.
+    pub(crate) fn shared_forces(&self) -> &Arc<Vec<ContactForce>> {
         &self.extreme_forces
     }
 

@@ -16,13 +16,15 @@ use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::rounding::Rounding;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
-use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY, ROUNDED_QUOTIENT, SMALLEST_RADIUS,
+};
 use crate::wrench_set::Criterion;
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
@@ -88,7 +90,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             if exact {
                 known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
             }
-            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
+            // What neither closed the bracket nor reached `max_facets` was stopped by rounding.
             if let Some(radius) = known
                 && (radius.converged
                     || radius.facets >= limits.max_facets
@@ -100,6 +102,13 @@ impl<const D: usize> QualityQuery<'_, D> {
             progress = polytope.grow(limits, &mut oracle);
             if !exact && matches!(progress, Progress::Full(_)) {
                 known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+            }
+            if matches!(progress, Progress::Full(_)) {
+                let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);
+                known = match (known, inscribed) {
+                    (Some(known), Some(inscribed)) => Some(known.intersection(&inscribed, limits.rtol)),
+                    (known, inscribed) => known.or(inscribed),
+                };
             }
             *symmetric = known.is_some();
         }
@@ -126,7 +135,8 @@ impl<const D: usize> QualityQuery<'_, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        let functional = self.metric.functional(&nearest.witness);
+        let open = is_separated(self.grasp, &self.metric, &functional, nearest.lower, self.scale);
         open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
     }
 
@@ -144,7 +154,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
-                let radius = self.small_radius(first, 1e-18 * self.scale, workspace);
+                let radius = self.small_radius(first, SMALLEST_RADIUS * self.scale, workspace);
                 let unknown = |thinnest: Thinnest<D>| Radius {
                     lower: 0.0,
                     upper: thinnest.upper.max(0.0),
@@ -178,7 +188,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         loop {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
-                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                // What rounding broke early may go well from another simplex; `max_facets` would be reached again.
                 Expansion::Stopped(thinnest)
                     if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
                 {
@@ -267,7 +277,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             rho: 0.0,
             lower: -left,
             upper: nearest.upper,
-            converged: left.max(nearest.upper) <= 1e-9 * self.scale,
+            converged: left.max(nearest.upper) <= ON_BOUNDARY * self.scale,
             closure,
             direction,
             wrench: direction * -0.0,

@@ -20,7 +20,7 @@ use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
-use crate::tolerances::{CLEAR_CLOSURE, ROUNDED_POINT, ROUNDED_POSITION};
+use crate::tolerances::{CLEAR_CLOSURE, COINCIDENT_CONTACTS, ROUNDED_POINT, ROUNDED_POSITION};
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// What a grasp can resist, by Propositions 1 and 2.
@@ -107,8 +107,25 @@ impl<const D: usize> Verdict<D> {
     }
 }
 
+/// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all, where every wrench
+/// of the grasp has a value of at most `-gap` and none is longer than `longest` in the norm of the `metric`.
+///
+/// The value of the twin's wrench `S w / |S w|` along the twin's unit direction is `-gap / (|S w| |S^-T y|)` at most.
+/// Most open grasps are open by so much that the twin itself is not needed.
+pub(crate) fn is_separated<const D: usize>(
+    grasp: &Grasp<D>,
+    metric: &Metric<D>,
+    functional: &Wrench<D>,
+    gap: f64,
+    longest: f64,
+) -> bool {
+    let shape = Shape::of(grasp);
+    let size = shape.functional_of_twin(functional).norm() * shape.distortion_from(metric) * longest;
+    gap > 4.0 * CLEAR_CLOSURE * size || separates(grasp, functional)
+}
+
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
-pub(crate) fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
+fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
     let twin = Twin::of(grasp);
     twin.set.value(&twin.shape.unit_of_functional(functional)) < -CLEAR_CLOSURE
 }
@@ -193,7 +210,7 @@ impl Shape {
         let spread = contacts.iter().map(|c| (c.position - centroid).norm_squared() / count).sum::<f64>();
         // Contacts that all coincide exert no torque about their centroid; rounding must not become one.
         let reach = contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
-        let unit = if spread.sqrt() > 1e-14 * reach { spread.sqrt() } else { f64::INFINITY };
+        let unit = if spread.sqrt() > COINCIDENT_CONTACTS * reach { spread.sqrt() } else { f64::INFINITY };
         Self { centroid, shift: centroid - grasp.options().origin, unit }
     }
 
@@ -206,8 +223,13 @@ impl Shape {
     fn distortions<const D: usize>(&self, metric: &Metric<D>) -> (f64, f64) {
         let unit = |row| Wrench::<D>::from_fn(|other, _| f64::from(u8::from(other == row)));
         let to = metric.size_of_columns((0..D).map(|row| self.wrench_of_twin(&unit(row))));
+        (to, self.distortion_from(metric))
+    }
+
+    /// By how much the map from the coordinates of the metric to those of the twin stretches at most.
+    fn distortion_from<const D: usize>(&self, metric: &Metric<D>) -> f64 {
         let from = metric.inverse_columns().map(|column| self.twin_of_wrench(&column).norm_squared());
-        (to, from.sum::<f64>().sqrt())
+        from.sum::<f64>().sqrt()
     }
 
     /// The physical wrench about the torque origin.
@@ -243,6 +265,11 @@ impl Shape {
     /// The unit direction that measures the twin's wrenches as `functional` measures physical ones: the inverse of
     /// [`Self::physical`].
     fn unit_of_functional<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
+        unit(&self.functional_of_twin(functional))
+    }
+
+    /// `S^-T y`: what the functional `y` on physical wrenches is on those of the twin.
+    fn functional_of_twin<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
         let mut z = *functional;
         let c = &self.shift;
         if D == 3 {
@@ -257,7 +284,7 @@ impl Shape {
                 z[row + 3] *= self.size();
             }
         }
-        unit(&z)
+        z
     }
 
     /// The direction that measures physical wrenches as `z` measures the twin's.

@@ -1,7 +1,7 @@
 //! The radius of a symmetric set, from the part of the sphere that its symmetries do not repeat.
 //!
 //! The minimisers of the support function of a symmetric set are a circle or a sphere, or as many points as there are
-//! symmetries, and a polytope that must resolve all of them meets its bound on the work. Two reductions help:
+//! symmetries, and a polytope that must resolve all of them reaches `max_facets`. Two reductions help:
 //!
 //! - **Slice.** With the rotations `e^{tX}`, each orbit has a point on the hyperplane `l . z = 0` for any `l` in the range
 //!   of `X`: `l . e^{tX} z` has mean zero in `t`, so it vanishes somewhere. The least `p` on the sphere is the least on

@@ -10,7 +10,7 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, Vector3};
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, contact_map};
 use crate::quality::query::QualityQuery;
-use crate::tolerances::ALIKE_FEATURES;
+use crate::tolerances::{ALIKE_FEATURES, ORTHOGONAL_MAP};
 use crate::wrench_set::Criterion;
 
 /// More contacts than this are not searched for symmetries.
@@ -56,7 +56,7 @@ impl<const D: usize> Symmetries<D> {
         }
         for isometry in features.isometries(query) {
             let map = query.metric.conjugate(&lift(&isometry));
-            let orthogonal = (map.tr_mul(&map) - SMatrix::identity()).amax() < 1e-12;
+            let orthogonal = (map.tr_mul(&map) - SMatrix::identity()).amax() < ORTHOGONAL_MAP;
             let known = |other: &Symmetry<D>| (other.map - map).amax() < ALIKE_FEATURES;
             if !orthogonal
                 || (map - SMatrix::identity()).amax() < ALIKE_FEATURES
@@ -282,7 +282,7 @@ fn rotation<const D: usize>(query: &QualityQuery<'_, D>, axis: &Vector3<f64>) ->
         },
     );
     let map = query.metric.conjugate(&generator);
-    if (map + map.transpose()).amax() > 1e-12 {
+    if (map + map.transpose()).amax() > ORTHOGONAL_MAP {
         return None;
     }
     let grasp = query.grasp;

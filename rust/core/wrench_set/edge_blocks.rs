@@ -19,6 +19,24 @@ pub(crate) fn edge_blocks<const R: usize>(
     })
 }
 
+/// [`edge_blocks`] of wrenches that come one by one.
+pub(crate) fn collect_edge_blocks<const R: usize>(
+    wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
+) -> Vec<EdgeBlock<R>> {
+    let mut blocks: Vec<EdgeBlock<R>> = Vec::with_capacity(wrenches.len().div_ceil(LANES));
+    for (number, wrench) in wrenches.enumerate() {
+        let lane = number % LANES;
+        if lane == 0 {
+            blocks.push(std::array::from_fn(|row| [wrench[row]; LANES]));
+        } else if let Some(block) = blocks.last_mut() {
+            for (row, component) in block.iter_mut().zip(wrench.iter()) {
+                row[lane] = *component;
+            }
+        }
+    }
+    blocks
+}
+
 /// How far the furthest wrench reaches along `z`, and its number. Among equals the lowest wins, so that the answer does
 /// not depend on the lanes.
 #[inline]

@@ -30,7 +30,8 @@ use crate::grasp::PyGrasp;
 /// sigma_max, sigma_sum : float
 ///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
 /// dual : numpy.ndarray
-///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. Without lower bounds it is
+///     ``(residual - external_wrench) @ dual``.
 /// gap : float
 ///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
 ///     forces balance.

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, ContactForces, Demand, loosened};
+use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
 use crate::force::simplex::basis::Basis;
@@ -126,7 +126,7 @@ impl<const D: usize> ConeProgram<D> {
     ) -> Result<Certificate<D>> {
         let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
         let dual = self.equilibration.dual(&z);
-        let demand = Demand {
+        let required = Requirements {
             b,
             maps: &self.maps,
             units: self.equilibration.units(),
@@ -134,7 +134,7 @@ impl<const D: usize> ConeProgram<D> {
             objective: self.columns.objective,
             tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
-        forces.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
+        forces.certify(&required, (dual, dual.dot(b)), "column generation", pivots)
     }
 
     /// Asks the interior-point solver, and returns its multiplier. What its forces leave unbalanced is balanced by
