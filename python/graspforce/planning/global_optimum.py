@@ -52,7 +52,7 @@ class GlobalOptimum(Record):
 
         - "tolerance": the gap is proven to be within the argument `gap`.
         - "open": it is proven that no grasp within the bounds is force closure by more than a millionth of
-          the contacts' strength.
+          the norm of the longest wrench that a normal force at its limit exerts.
         - "estimate": one of the two above holds by an estimated curvature, without a proof.
         - "boxes": `max_boxes` was reached, or every box left is too small to be cut.
         - "time": `time_limit` was reached.

@@ -24,9 +24,9 @@ from graspforce.errors import GraspForceError, InvalidInputError
 from graspforce.typing import Stopped
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
-from .pattern_search import deadline_after, pattern_search
+from .pattern_search import pattern_search
 from .plan_result import Plan
-from .problem import SearchProblem, read_only_copy
+from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def plan_multistart(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, placement=placement,
+        plan_multistart, surface, grasp_options, feasible, min_distance, placement=placement,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
@@ -259,10 +259,14 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
     lower, upper = search_bounds(box, np.minimum(box[:, 0], box[:, 1]))
     if not isinstance(starts, int | np.integer):
         points = finite_array("starts", starts)
+        if points.ndim == 0:
+            raise InvalidInputError(
+                f"starts: {starts!r} is neither a whole number nor an array (S, {len(box)})"
+            )
         if points.ndim != 2 or points.shape[1] != len(box) or not len(points):
             raise InvalidInputError(f"starts: shape {points.shape}, expected (S, {len(box)})")
-        for point in points:
-            search_bounds(box, point)
+        for row, point in enumerate(points):
+            search_bounds(box, point, f"starts, row {row}")
         return points
     starts = whole_number("starts", starts, least=1, most=_MAX_STARTS)
     sequence = _halton(len(box), seed)
@@ -279,10 +283,10 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
         if len(points):
             kept.extend(points[source.feasible(contacts)])
     if not kept:
-        why = "" if failure is None else f"; the surface has no contacts at some: {failure}"
-        raise InvalidInputError(
-            f"feasible: none of {drawn} starts drawn within the bounds was feasible{why}"
-        ) from failure
+        message = f"starts: all {drawn} drawn within the bounds were refused"
+        message += f" by {source.conditions}" if source.conditions else ""
+        message += f"; the surface has no contacts at some: {failure}" if failure else ""
+        raise InvalidInputError(message) from failure
     return np.array(kept[:starts])
 
 
@@ -302,7 +306,11 @@ def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], fl
     epsilon = np.full(len(points), -np.inf)
     if not contacts:
         return np.arange(len(points)), 0.0
-    coarse = {**problem.quality_options, "rtol": max(problem.quality_options["rtol"] or 0.0, 1e-2)}
+    rtol = problem.quality_options["rtol"]
+    coarse = {
+        **problem.quality_options,
+        "rtol": 1e-2 if rtol is None else max(real_number("rtol", rtol), 1e-2),
+    }
     given: dict[str, Any] = {**problem.source.options, **contacts}
     answered = np.delete(np.arange(len(points)), list(failed))
     epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)

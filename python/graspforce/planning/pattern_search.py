@@ -7,6 +7,7 @@ the support function along directions that were critical before.
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Unpack
@@ -17,7 +18,8 @@ from graspforce._internal.checks import finite_vector, real_number, search_bound
 from graspforce.errors import GraspForceError, InvalidInputError
 
 from .plan_result import Blocks, Iterate, Plan
-from .problem import SearchProblem, read_only_copy
+from .problem import SearchProblem, deadline_after, read_only_copy
+from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["deadline_after", "pattern_search", "plan"]
+__all__ = ["pattern_search", "plan"]
 
 
 def plan(
@@ -49,6 +51,7 @@ def plan(
     time_limit: float | None = None,
     max_candidates: int = 729,
     prune: bool = True,
+    progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> Plan:
     r"""Search for the contact positions that minimise rho, by the OGP algorithm of section 3.4.
@@ -68,7 +71,8 @@ def plan(
     initial : array_like
         (p,) parameters of the start, within the bounds.
     step, tolerance : array_like
-        (p,) or scalar, positive: the first steps, and the steps at which the search ends.
+        (p,) or scalar, positive: the first steps, and the steps at which the search ends. No tolerance may
+        exceed its first step.
     bounds : array_like
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
@@ -95,6 +99,10 @@ def plan(
     prune : bool
         True rejects candidates that provably lose without computing their quality. False gives the same plan
         more slowly.
+    progress : bool or callable
+        True shows a progress bar (needs rich). A function is called as ``progress(done, total, epsilon)``
+        after every iteration: how often the largest step, in units of its tolerance, was halved, how often it
+        has to be, and the best epsilon so far.
     **grasp_options
         ``friction``, ``max_normal_force``, ``edges``, ``torsion``, ``tangents``, ``origin``,
         ``length_scale``, ``friction_margin`` and ``extreme_forces`` of `Grasp`.
@@ -108,7 +116,8 @@ def plan(
     Raises
     ------
     InvalidInputError
-        An argument has the wrong shape or is not finite. A step or tolerance is not positive. Bounds are
+        An argument has the wrong shape or is not finite. A step or tolerance is not positive, or a tolerance
+        exceeds its step. Bounds are
         reversed, or the start is outside them. The surface returns contacts that are not finite. No candidate
         is feasible. The error's attribute ``partial`` is the `Plan` found before it, or None.
     InvalidGraspError
@@ -141,17 +150,14 @@ def plan(
     True
     """
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
+        plan, surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     deadline = deadline_after(time_limit)
-    return pattern_search(problem, initial, step, tolerance, bounds, target, deadline, max_candidates)
-
-
-def deadline_after(seconds: float | None) -> float:
-    """Return the `time.monotonic` value at which a search of so many seconds must end."""
-    limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
-    return time.monotonic() + limit
+    with reporting(progress, "planning", "best epsilon") as report:
+        return pattern_search(
+            problem, initial, step, tolerance, bounds, target, deadline, max_candidates, report
+        )
 
 
 @dataclass(slots=True)
@@ -173,12 +179,17 @@ def pattern_search(
     target: float | None,
     deadline: float,
     max_candidates: int,
+    report: Report | None = None,
 ) -> Plan:
     """Run the search of `plan`; `deadline` is a `time.monotonic` value."""
     source = problem.source
     center = finite_vector("initial", initial)
     steps = finite_vector("step", step, size=center.size, positive=True)
     tolerances = finite_vector("tolerance", tolerance, size=center.size, positive=True)
+    if (tolerances > steps).any():
+        at = int(np.argmax(tolerances > steps))
+        raise InvalidInputError(f"tolerance, entry {at}: {tolerances[at]} exceeds the step {steps[at]}")
+    halvings = _halvings(steps, tolerances)
     lower, upper = search_bounds(bounds, center)
     goal = np.inf if target is None else real_number("target", target, finite=False)
     # Fewer leave no room for the three candidates of one parameter.
@@ -201,6 +212,9 @@ def pattern_search(
     try:
         while True:
             _sweep(state, problem, lower, upper, blocks)
+            if report is not None:
+                best = np.nan if state.rho is None else -state.rho
+                report(halvings - _halvings(state.steps, tolerances), halvings, best)
             if np.all(state.steps <= tolerances):
                 break
             if state.rho is not None and -state.rho >= goal:
@@ -219,9 +233,14 @@ def pattern_search(
     if state.rho is None:
         tried = (source.counts - start).candidates
         raise InvalidInputError(
-            f"feasible: none of the {tried} candidates tried was feasible; give another start or larger steps"
+            f"{source.conditions}: refused all {tried} candidates; give another start or larger steps"
         )
     return result(stopped)
+
+
+def _halvings(steps: Array, tolerances: Array) -> int:
+    """How often all steps have to be halved to be within their tolerances."""
+    return max(0, math.ceil(float((np.log2(steps) - np.log2(tolerances)).max())))
 
 
 def _sweep(
