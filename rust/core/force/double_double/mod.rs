@@ -108,7 +108,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let z = simplex.multiplier;
         let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
-        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
+        if let Some(better) = self.choose(simplex, &balanced, size, forces) {
             certificate = better;
         }
         let not_converged =
@@ -243,20 +243,21 @@ impl<const D: usize> DoubleDoubleProgram<D> {
     /// The third level: replaces the forces by the least among those that are as good, and certifies these.
     fn choose(
         &self,
-        z: &Vector,
+        simplex: &DoubleDoubleSimplex<'_>,
         balanced: &Vector,
         size: f64,
-        left_over: f64,
         forces: &mut ContactForces,
-        pivots: usize,
     ) -> Option<Certificate<D>> {
-        let (largest, sum) = forces.totals();
-        let unit = DoubleDouble::from(size) / DoubleDouble::from(largest);
-        let bound = |least: &f64| least * self.largest / largest;
+        let (z, pivots) = (&simplex.multiplier, simplex.pivots);
+        let (_, sum) = forces.totals();
+        // In 32 digits: what is rounded here contradicts equations that differ by a billionth.
+        let sigma_max = simplex.largest_share();
+        let (largest, highest) = (sigma_max.value() * size, DoubleDouble::from(self.largest / size));
+        let bound = |least: &f64| highest.times(*least) / sigma_max;
         let optimum = Optimum {
-            balanced: &balanced.map(|b| b * unit),
+            balanced: &balanced.map(|b| b / sigma_max),
             multiplier: z,
-            sigma_max: largest / size,
+            sigma_max: sigma_max.value(),
             sigma_sum: sum / size,
             least: &self.least.iter().map(bound).collect::<Vec<_>>(),
             lost: CHOSEN_GAP.min(0.5 * self.tolerance),
@@ -275,7 +276,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
-        if left > CHOSEN_REST || left + left_over > FEASIBILITY_TOLERANCE {
+        if left > CHOSEN_REST || left + simplex.left_over() > FEASIBILITY_TOLERANCE {
             return None;
         }
         let mut own = *balanced;
