@@ -118,7 +118,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         if exact && left > FEASIBILITY_TOLERANCE * size {
             return not_converged(Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE });
         }
-        self.check_torques(b, forces, simplex.pivots)?;
+        self.check_parts(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
@@ -145,9 +145,9 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
-    /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
-    /// torques that forces of this size exert at the longest arm.
-    fn check_torques(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
+    /// A torsion or a friction of immense size makes the unit of torques or of forces immense. What is left over must
+    /// also be nothing beside the forces themselves, and beside the torques that they exert at the longest arm.
+    fn check_parts(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
         let split = if D == 3 { 2 } else { 3 };
         let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
         for (map, f) in self.maps.iter().zip(&forces.forces) {
@@ -156,11 +156,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             torsion += f[3].abs();
             arm = arm.max(map.fixed_columns::<3>(0).rows_range(split..).norm());
         }
-        let left = rest.rows_range(split..).amax();
-        let terms = force * arm + torsion + b.rows_range(split..).amax();
-        if left <= 2.0 * FEASIBILITY_TOLERANCE * terms {
-            return Ok(());
-        }
+        let torque = force * arm + torsion + b.rows_range(split..).amax();
+        let parts = [(rest.rows_range(..split).amax(), force), (rest.rows_range(split..).amax(), torque)];
+        let within = |&(left, terms): &(f64, f64)| left <= 2.0 * FEASIBILITY_TOLERANCE * terms;
+        let Some((left, terms)) = parts.into_iter().find(|part| !within(part)) else { return Ok(()) };
         let unmet = Unmet::Balance { found: left / terms, allowed: FEASIBILITY_TOLERANCE };
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
