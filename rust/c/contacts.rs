@@ -129,10 +129,10 @@ pub(crate) unsafe fn described(
     let (given, options) = unsafe { (memory::read(contacts)?, memory::read_or_default(options)?) };
     let (count, dim) = (given.count, given.dim);
     if !matches!(dim, 2 | 3) {
-        return Err(Fault::Argument("dim", "neither 2 nor 3"));
+        return Err(Fault::Number("dim", dim as i128, "is neither 2 nor 3"));
     }
     if count > MAX_EXTREME_FORCES {
-        return Err(Fault::Argument("count", "more contacts than a grasp may have"));
+        return Err(Fault::Number("count", count as i128, "is more than a grasp may have"));
     }
     let mut options_of_grasp = core::GraspOptions::default();
     options_of_grasp.origin.as_mut_slice()[..dim].copy_from_slice(&options.origin[..dim]);
@@ -210,7 +210,11 @@ impl Contacts {
             return Ok(Vec::new());
         }
         if all > MAX_EXTREME_FORCES {
-            return Err(Fault::Argument("num_extreme_forces", "more than a grasp may have"));
+            return Err(Fault::Number(
+                "num_extreme_forces",
+                all as i128,
+                "rows in all are more than a grasp may have",
+            ));
         }
         let components: &[usize] = if dim == 2 { &[0, 2] } else { &[0, 1, 2, 3] };
         // SAFETY: the caller's promise.

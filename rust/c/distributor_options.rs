@@ -73,7 +73,9 @@ impl DistributorOptions {
         match self.objective {
             n if n == Objective::Max as i32 => Ok(Criterion::Max),
             n if n == Objective::Sum as i32 => Ok(Criterion::Sum),
-            _ => Err(Fault::Argument("objective", "neither GF_OBJECTIVE_MAX nor GF_OBJECTIVE_SUM")),
+            n => {
+                Err(Fault::Number("objective", n.into(), "is neither GF_OBJECTIVE_MAX nor GF_OBJECTIVE_SUM"))
+            }
         }
     }
 

@@ -33,8 +33,10 @@ pub enum Status {
 #[derive(Debug)]
 pub(crate) enum Fault {
     Core(Error),
-    /// An argument that no array of the core stands for.
+    /// An argument that the core never sees.
     Argument(&'static str, &'static str),
+    /// The same, of which the value is a whole number.
+    Number(&'static str, i128, &'static str),
     /// A struct whose size was not set.
     Size(&'static str, usize),
     NullPointer(&'static str),
@@ -62,6 +64,7 @@ impl Fault {
         match self {
             Self::Core(Error::InvalidGrasp { .. } | Error::InvalidInput { .. })
             | Self::Argument(..)
+            | Self::Number(..)
             | Self::Size(..) => Status::Invalid,
             Self::Core(Error::InfeasibleWrench { .. }) => Status::Infeasible,
             Self::Core(Error::TooLarge { .. } | Error::OutOfMemory { .. }) | Self::OutOfMemory => {
@@ -80,6 +83,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Core(error) => error.fmt(f),
             Self::Argument(argument, reason) => write!(f, "{argument}: {reason}"),
+            Self::Number(argument, number, reason) => write!(f, "{argument}: {number} {reason}"),
             Self::Size(argument, size) => {
                 write!(f, "{argument}: its size is {size}; initialise the struct by its init function")
             }

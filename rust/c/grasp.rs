@@ -153,8 +153,8 @@ fn grasp_matrix<const D: usize>(grasp: &core::Grasp<D>) -> Vec<f64> {
     entries
 }
 
-/// Writes the contact frames, m x dim x dim: the columns of a frame are `n, t` (planar) or `n, o, t` in world axes, so a
-/// frame times a contact force without torsion is the force in the world. `length` is m dim dim.
+/// Writes the contact frames, m x dim x dim: the rows of a frame are the axes `n, t` (planar) or `n, o, t` in the world, so
+/// the components of a force times these rows sum to the force in world axes. `length` is m dim dim.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gf_grasp_frames(
     grasp: *const Grasp,
@@ -175,12 +175,12 @@ pub unsafe extern "C" fn gf_grasp_frames(
 }
 
 fn contact_frames<const D: usize>(grasp: &core::Grasp<D>) -> Vec<f64> {
-    let (rows, columns): (&[usize], &[usize]) =
-        if D == 3 { (&[0, 1], &[0, 2]) } else { (&[0, 1, 2], &[0, 1, 2]) };
-    let mut entries = Vec::with_capacity(grasp.num_contacts() * rows.len() * columns.len());
+    let (axes, coordinates): (&[usize], &[usize]) =
+        if D == 3 { (&[0, 2], &[0, 1]) } else { (&[0, 1, 2], &[0, 1, 2]) };
+    let mut entries = Vec::with_capacity(grasp.num_contacts() * axes.len() * coordinates.len());
     for frame in grasp.frames() {
-        for &row in rows {
-            entries.extend(columns.iter().map(|&column| frame[(row, column)]));
+        for &axis in axes {
+            entries.extend(coordinates.iter().map(|&row| frame[(row, axis)]));
         }
     }
     entries

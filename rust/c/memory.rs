@@ -123,7 +123,7 @@ pub(crate) unsafe fn required<'a, T>(
 ) -> Outcome<&'a [T]> {
     check(argument, array)?;
     if length > MAX_NUMBERS {
-        return Err(Fault::Argument(argument, "more than 2^32 numbers"));
+        return Err(Fault::Number(argument, length as i128, "numbers are more than 2^32"));
     }
     // SAFETY: not NULL, aligned, and of `length` values.
     Ok(unsafe { std::slice::from_raw_parts(array, length) })

@@ -162,7 +162,7 @@ pub(crate) fn criterion(argument: &'static str, number: i32) -> Outcome<core::Cr
     match number {
         n if n == Criterion::Max as i32 => Ok(core::Criterion::Max),
         n if n == Criterion::Sum as i32 => Ok(core::Criterion::Sum),
-        _ => Err(Fault::Argument(argument, "neither GF_CRITERION_MAX nor GF_CRITERION_SUM")),
+        _ => Err(Fault::Number(argument, number.into(), "is neither GF_CRITERION_MAX nor GF_CRITERION_SUM")),
     }
 }
 

@@ -499,8 +499,8 @@ gf_status gf_grasp_matrix(const gf_grasp *grasp,
                           size_t message_size);
 
 /**
- * Writes the contact frames, m x dim x dim: the columns of a frame are `n, t` (planar) or `n, o, t` in world axes, so a
- * frame times a contact force without torsion is the force in the world. `length` is m dim dim.
+ * Writes the contact frames, m x dim x dim: the rows of a frame are the axes `n, t` (planar) or `n, o, t` in the world, so
+ * the components of a force times these rows sum to the force in world axes. `length` is m dim dim.
  */
 gf_status gf_grasp_frames(const gf_grasp *grasp,
                           double *frames,
