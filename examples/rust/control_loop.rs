@@ -8,7 +8,8 @@ use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Wrench};
 use nalgebra::Vector3;
 
 fn main() -> Result<(), graspforce::Error> {
-    let argument = |k: usize, default| std::env::args().nth(k).and_then(|n| n.parse().ok()).unwrap_or(default);
+    let argument =
+        |k: usize, default| std::env::args().nth(k).and_then(|n| n.parse().ok()).unwrap_or(default);
     let (ticks, period) = (argument(1, 5000), Duration::from_micros(argument(2, 1000)));
     let fingers = [
         ([0.04, 0.0, 0.0], [-1.0, 0.0, 0.1]),

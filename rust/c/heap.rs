@@ -116,6 +116,7 @@ impl Heap {
 
     fn release(&mut self, pointer: *mut u8, layout: Layout) {
         if let Some((class, bytes)) = block(layout) {
+            #[allow(clippy::cast_ptr_alignment, reason = "blocks are aligned")]
             let freed = pointer.cast::<Free>();
             // SAFETY: the block is this heap's, nobody uses it any more, and it is aligned and large enough for a pointer.
             unsafe { freed.write(Free { next: self.free[class] }) };
@@ -161,7 +162,7 @@ impl Drop for Heap {
             for chunk in &self.chunks[..self.count] {
                 // SAFETY: `grow` allocated the chunk with this layout, and none of its blocks is in use.
                 unsafe {
-                    System.dealloc(chunk.start, Layout::from_size_align_unchecked(chunk.bytes, ALIGNMENT))
+                    System.dealloc(chunk.start, Layout::from_size_align_unchecked(chunk.bytes, ALIGNMENT));
                 };
             }
         }
@@ -223,5 +224,45 @@ unsafe impl GlobalAlloc for Allocator {
             }
             moved
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ALIGNMENT, FIRST_CHUNK, Heap};
+    use std::alloc::Layout;
+
+    #[test]
+    fn blocks_in_use_do_not_meet_and_memory_is_used_again() {
+        let mut heap = Heap::new();
+        let mut live: Vec<(*mut u8, Layout, u8)> = Vec::new();
+        let mut state = 1_u64;
+        for step in 0..20_000_u32 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let draw = (state >> 33) as usize;
+            if draw % 2 == 0 || live.len() > 100 {
+                if let Some((pointer, layout, mark)) =
+                    (!live.is_empty()).then(|| live.swap_remove(draw % live.len()))
+                {
+                    // SAFETY: the block has this many bytes, which were written below.
+                    let bytes = unsafe { std::slice::from_raw_parts(pointer, layout.size()) };
+                    assert!(bytes.iter().all(|&byte| byte == mark));
+                    heap.release(pointer, layout);
+                }
+            } else {
+                let layout = Layout::from_size_align(draw % 3000 + 1, 1 << (draw % 7)).unwrap();
+                let (pointer, mark) = (heap.allocate(layout), step as u8);
+                assert_eq!(pointer.addr() % layout.align().min(ALIGNMENT), 0);
+                // SAFETY: the block has this many bytes.
+                unsafe { pointer.write_bytes(mark, layout.size()) };
+                live.push((pointer, layout, mark));
+            }
+        }
+        for (pointer, layout, _) in live {
+            heap.release(pointer, layout);
+        }
+        assert_eq!(heap.used(), 0);
+        // At most 101 blocks of at most 4096 bytes at once, of nine sizes.
+        assert!(heap.chunks.iter().map(|chunk| chunk.bytes).sum::<usize>() <= 4 * FIRST_CHUNK);
     }
 }

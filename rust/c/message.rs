@@ -71,7 +71,9 @@ mod tests {
             let mut buffer = [c_char::MAX; 12];
             // SAFETY: the buffer has 12 bytes.
             let mut message = unsafe { Message::new(buffer.as_mut_ptr(), size) };
-            let _ = write!(message, "{}-{}", "a\u{b5}", "bc");
+            for part in ["a\u{b5}", "-", "bc"] {
+                let _ = message.write_str(part);
+            }
             assert!(buffer[size..].iter().all(|&byte| byte == c_char::MAX), "{size}");
             if size > 0 {
                 // SAFETY: the buffer has a zero.

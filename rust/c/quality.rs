@@ -9,7 +9,7 @@ use nalgebra::SMatrix;
 
 use crate::boundary::call;
 use crate::fault::{Fault, Outcome, Status};
-use crate::grasp::{AnyGrasp, Grasp, borrowed};
+use crate::grasp::{Grasp, borrowed, with_grasp};
 use crate::memory::{self, SizedStruct, optional};
 
 /// Which measure of the contact forces is limited.
@@ -145,10 +145,7 @@ pub unsafe extern "C" fn gf_grasp_quality(
         // SAFETY: the header's rules.
         let (any, options) = unsafe { (borrowed(grasp)?, memory::read_or_default(options)?) };
         // SAFETY: the header's rules.
-        let answer = match any {
-            AnyGrasp::Planar(grasp) => unsafe { measured(grasp, &options) },
-            AnyGrasp::Spatial(grasp) => unsafe { measured(grasp, &options) },
-        }?;
+        let answer = with_grasp!(any, grasp => unsafe { measured(grasp, &options) })?;
         // SAFETY: the header's rules.
         unsafe { memory::write(quality, &answer) }?;
         Ok(if answer.converged == 1 { Status::Solved } else { Status::NotConverged })
