@@ -41,7 +41,7 @@ pub(crate) fn multiplier<const D: usize>(
             ForceSet::Finite(polytope) => polytope.forces.clone(),
         };
         for (j, column) in columns.iter().enumerate() {
-            let wrench = contact.map * column;
+            let wrench = contact.wrench(column);
             for k in 0..rows_of_balance {
                 program.push(k, start + j, wrench[k]);
             }

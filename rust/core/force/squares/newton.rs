@@ -3,7 +3,6 @@
 use nalgebra::SMatrix;
 
 use crate::force::squares::dual::{Dual, DualPoint};
-use crate::force::squares::whitening::{backward, cholesky, forward};
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
 
@@ -65,8 +64,7 @@ fn newton_direction<const D: usize>(point: &DualPoint<D>, relative: f64) -> Opti
     for k in 0..D {
         matrix[(k, k)] += regularised;
     }
-    let factor = cholesky(&matrix)?;
-    Some(backward(&factor, &forward(&factor, &-point.gradient)))
+    solve_definite(&mut matrix, &-point.gradient)
 }
 
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
@@ -117,4 +115,33 @@ fn line_search<const D: usize>(
     }
     let found = lower?;
     Some(dual.at(&found.y, b, forces, shares))
+}
+
+/// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T`: `D` divisions.
+#[inline]
+fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrench<D>) -> Option<Wrench<D>> {
+    let mut solved = *right;
+    let mut inverse = [0.0; D];
+    for k in 0..D {
+        let pivot = matrix[(k, k)];
+        if !(pivot > 0.0) {
+            return None;
+        }
+        inverse[k] = pivot.recip();
+        for c in k + 1..D {
+            let by = matrix[(c, k)] * inverse[k];
+            for r in c..D {
+                matrix[(r, c)] -= matrix[(r, k)] * by;
+            }
+            solved[c] -= by * solved[k];
+        }
+    }
+    for k in (0..D).rev() {
+        let mut sum = solved[k];
+        for r in k + 1..D {
+            sum -= matrix[(r, k)] * solved[r];
+        }
+        solved[k] = sum * inverse[k];
+    }
+    Some(solved)
 }
