@@ -8,7 +8,6 @@ use crate::grasp::{Grasp, REPRESENTABLE};
 /// Options of [`ForceDistributor::squares`](crate::ForceDistributor::squares), which minimises
 /// `sum_i weights_i |f_i - reference_i|^2 / 2`.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub struct SquaresOptions<const D: usize> {
     /// Forces to stay close to, in the contact frames; empty for zero.
     pub reference: Vec<ContactForce>,
