@@ -176,6 +176,7 @@ impl<const D: usize> ForceDistributor<D> {
             unique: forces.unique,
             fell_back: answer.fell_back,
             residual: self.residual(&b, &forces.forces),
+            distance: 0.0,
             tolerance: self.options.rtol,
         })
     }
@@ -190,11 +191,7 @@ impl<const D: usize> ForceDistributor<D> {
         external_wrench: &Wrench<D>,
         forces: &mut [f64],
     ) -> Result<f64> {
-        let length = self.grasp.num_contacts() * self.grasp.force_dim();
-        if forces.len() != length {
-            let reason = format!("{} numbers, expected {length}", forces.len());
-            return Err(Error::input("forces", reason));
-        }
+        self.check_rows(forces)?;
         if self.needs_no_forces(external_wrench) {
             forces.fill(0.0);
             return Ok(0.0);
@@ -203,18 +200,48 @@ impl<const D: usize> ForceDistributor<D> {
         workspace.solve_into(&-external_wrench, forces).map_err(|error| cause(error, external_wrench))
     }
 
+    /// Refuses an array that does not hold the components of all forces.
+    pub(crate) fn check_rows(&self, forces: &[f64]) -> Result<()> {
+        let length = self.grasp.num_contacts() * self.grasp.force_dim();
+        if forces.len() != length {
+            let reason = format!("{} numbers, expected {length}", forces.len());
+            return Err(Error::input("forces", reason));
+        }
+        Ok(())
+    }
+
+    /// The grasp, shared.
+    pub(crate) fn shared_grasp(&self) -> &Arc<Grasp<D>> {
+        &self.grasp
+    }
+
+    /// Lower and upper bounds of the share of each contact.
+    pub(crate) fn bounds(&self) -> Vec<(f64, f64)> {
+        let least = |i: usize| match self.options.min_normal[..] {
+            [] => 0.0,
+            [all] => all,
+            ref each => each[i],
+        };
+        (0..self.grasp.num_contacts()).map(|i| (least(i), 1.0)).collect()
+    }
+
+    /// The objective of least squares; zero with other objectives.
+    pub(crate) fn squared(&self, forces: &[ContactForce]) -> f64 {
+        if let Program::Squares(program) = &self.program { program.dual.objective(forces) } else { 0.0 }
+    }
+
     /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
         self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.
-    fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
+    pub(crate) fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
         external_wrench.iter().all(|x| *x == 0.0) && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
     }
 
     /// Replaces the workspace of another distributor.
-    fn claim(&self, workspace: &mut ForceWorkspace<D>) {
+    pub(crate) fn claim(&self, workspace: &mut ForceWorkspace<D>) {
         if !workspace.belongs_to(&self.grasp) {
             *workspace = self.workspace();
         }
@@ -239,6 +266,7 @@ fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D>
         unique: true,
         fell_back: false,
         residual: Wrench::zeros(),
+        distance: 0.0,
         tolerance,
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::error::Result;
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::linear_cones::program::{LinearProgram, LinearWorkspace};
+use crate::force::nearest::answer::NearestMemory;
 use crate::force::preload::program::{PreloadProgram, PreloadWorkspace};
 use crate::force::squares::program::{SquaresProgram, SquaresWorkspace};
 use crate::force::true_cones::program::{ConeProgram, ConeWorkspace};
@@ -21,6 +22,8 @@ pub struct ForceWorkspace<const D: usize> {
     grasp: Arc<Grasp<D>>,
     pub(crate) solver: Solver<D>,
     pub(crate) forces: ContactForces,
+    /// What was computed for wrenches that nothing balances.
+    pub(crate) nearest: Option<Box<NearestMemory<D>>>,
 }
 
 /// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds; or its least squares.
@@ -49,7 +52,7 @@ impl<const D: usize> ForceWorkspace<D> {
             Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
             Program::Squares(program) => Solver::Squares(Arc::clone(program), program.workspace()),
         };
-        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()) }
+        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()), nearest: None }
     }
 
     /// Whether it was created for this grasp by the distributor that holds it.
@@ -59,6 +62,7 @@ impl<const D: usize> ForceWorkspace<D> {
 
     /// Forgets earlier wrenches, so that the next solve starts cold. The answers do not change.
     pub fn forget(&mut self) {
+        self.nearest = None;
         match &mut self.solver {
             Solver::Linear(_, workspace) => workspace.forget(),
             Solver::Cone(_, workspace) => workspace.forget(),
@@ -69,7 +73,7 @@ impl<const D: usize> ForceWorkspace<D> {
 
     /// Leaves least forces for `b = -w_ext` in the workspace.
     pub(crate) fn solve(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
-        let Self { grasp, solver, forces } = self;
+        let Self { grasp, solver, forces, .. } = self;
         match solver {
             Solver::Linear(program, workspace) => {
                 program.solve(workspace, b, grasp.force_components(), forces)
@@ -82,7 +86,7 @@ impl<const D: usize> ForceWorkspace<D> {
 
     /// Writes rows of the components that exist, and returns the objective.
     pub(crate) fn solve_into(&mut self, b: &Wrench<D>, rows: &mut [f64]) -> Result<f64> {
-        let Self { grasp, solver, forces } = self;
+        let Self { solver, forces, .. } = self;
         let certificate = match solver {
             Solver::Linear(program, workspace) => {
                 let (region, _) = program.locate(workspace, b, forces)?;
@@ -93,13 +97,18 @@ impl<const D: usize> ForceWorkspace<D> {
             Solver::Preload(program, workspace) => program.solve(workspace, b, forces)?,
             Solver::Squares(program, workspace) => program.solve(workspace, b, forces)?,
         };
-        let components = grasp.force_components();
-        for (row, force) in rows.chunks_mut(components.len()).zip(&forces.forces) {
+        self.write(rows);
+        Ok(certificate.sigma)
+    }
+
+    /// Writes the last forces as rows of the components that exist.
+    pub(crate) fn write(&self, rows: &mut [f64]) {
+        let components = self.grasp.force_components();
+        for (row, force) in rows.chunks_mut(components.len()).zip(&self.forces.forces) {
             for (x, &component) in row.iter_mut().zip(components) {
                 *x = force[component];
             }
         }
-        Ok(certificate.sigma)
     }
 
     /// The largest share of the last solve and the sum of its shares.

@@ -7,6 +7,7 @@ use crate::force::squares::projection::{CutCone, Projection};
 use crate::force::squares::whitening::Whitening;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
+use crate::wrench_set::cone::cone_slope;
 use crate::grasp::{Grasp, Wrench};
 
 /// The forces of a contact.
@@ -118,6 +119,12 @@ impl<const D: usize> Dual<D> {
         }
     }
 
+    /// `sum_i weight_i |f_i - reference_i|^2 / 2`.
+    pub(crate) fn objective(&self, forces: &[ContactForce]) -> f64 {
+        let contacts = self.contacts.iter().zip(forces);
+        contacts.map(|(c, force)| 0.5 * c.weight * (force - c.reference).norm_squared()).sum()
+    }
+
     /// The multiplier with `T^T y = z`, as far as the contacts feel it.
     pub(crate) fn from_physical(&self, z: &Wrench<D>, grasp: &Grasp<D>) -> Wrench<D> {
         let contacts = self.contacts.iter().zip(grasp.maps());
@@ -194,6 +201,28 @@ impl<const D: usize> DualContact<D> {
             }
         }
         sum
+    }
+
+    /// How far a force of share one over `unit` reaches along `h`.
+    pub(crate) fn furthest(&self, h: &ContactForce) -> f64 {
+        match &self.set {
+            ForceSet::Cone(cone) => h[0] + cone_slope(h, cone.mu, cone.gamma),
+            ForceSet::Finite(polytope) => {
+                polytope.forces.iter().map(|force| force.dot(h)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            ForceSet::Zero => 0.0,
+        }
+    }
+
+    /// How far forces reach along `h`; those without an upper bound up to the share `strongest`.
+    pub(crate) fn reach(&self, h: &ContactForce, strongest: f64) -> f64 {
+        let (low, high) = match &self.set {
+            ForceSet::Cone(cone) => (cone.low, cone.high),
+            ForceSet::Finite(polytope) => (polytope.low, polytope.high),
+            ForceSet::Zero => return 0.0,
+        };
+        let furthest = self.furthest(h);
+        furthest * if furthest > 0.0 { high.min(strongest * self.unit) } else { low }
     }
 
     /// `(T G_i)^T y`.

@@ -20,7 +20,7 @@ const STALLED: f64 = 1e-11;
 
 /// What regularises Newton's matrix, relative to the gradient; and its bounds beside the identity.
 const REGULARISED: f64 = 1e-3;
-const LEAST_REGULARISED: f64 = 1e-14;
+const LEAST_REGULARISED: f64 = 1e-17;
 const MOST_REGULARISED: f64 = 1e-3;
 
 /// Multipliers beyond this, relative to what forces of that size need, belong to no answer.
@@ -46,7 +46,7 @@ pub(crate) fn minimise<const D: usize>(
         if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
             return (point, step);
         }
-        let Some(direction) = newton_direction(&point, relative) else { return (point, step) };
+        let direction = newton_direction(&point, relative);
         let next = line_search(dual, b, &point, &direction, forces, shares);
         let Some(next) = next else {
             point = dual.at(&point.y, b, forces, shares);
@@ -58,7 +58,7 @@ pub(crate) fn minimise<const D: usize>(
     (point, MAX_STEPS)
 }
 
-fn newton_direction<const D: usize>(point: &DualPoint<D>, relative: f64) -> Option<Wrench<D>> {
+fn newton_direction<const D: usize>(point: &DualPoint<D>, relative: f64) -> Wrench<D> {
     let mut matrix: SMatrix<f64, D, D> = point.hessian;
     let regularised = (REGULARISED * relative).clamp(LEAST_REGULARISED, MOST_REGULARISED);
     for k in 0..D {
@@ -119,14 +119,12 @@ fn line_search<const D: usize>(
 
 /// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T`: `D` divisions.
 #[inline]
-fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrench<D>) -> Option<Wrench<D>> {
+fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
     let mut solved = *right;
     let mut inverse = [0.0; D];
     for k in 0..D {
-        let pivot = matrix[(k, k)];
-        if !(pivot > 0.0) {
-            return None;
-        }
+        // Rounding may make a pivot negative where no contact resists.
+        let pivot = matrix[(k, k)].max(LEAST_REGULARISED);
         inverse[k] = pivot.recip();
         for c in k + 1..D {
             let by = matrix[(c, k)] * inverse[k];
@@ -143,5 +141,5 @@ fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrenc
         }
         solved[k] = sum * inverse[k];
     }
-    Some(solved)
+    solved
 }
