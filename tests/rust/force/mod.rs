@@ -7,4 +7,5 @@ mod force_laws;
 mod force_preload;
 mod force_reduced;
 mod force_reference;
+mod squares;
 mod third_level;
