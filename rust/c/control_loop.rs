@@ -1,22 +1,34 @@
 //! A distributor with its workspace, whatever the dimension.
 
-use graspforce_core::{Criterion, DistributionOptions, ForceDistributor, ForceWorkspace, Grasp, Wrench};
+use graspforce_core::{ForceDistributor, ForceWorkspace, Grasp, NearestOptions, Wrench};
 
+use crate::distributor_options::DistributorOptions;
 use crate::fault::{Fault, Outcome};
 use crate::grasp::AnyGrasp;
 use crate::memory::check_length;
 use crate::solution::Solution;
+
+/// Which forces are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Question {
+    /// Those that balance the wrench.
+    Balance,
+    /// Those whose wrench comes nearest to balance.
+    Nearest,
+}
 
 /// The calls of a distributor.
 pub(crate) trait ControlLoop {
     /// Number of contacts times components of a force.
     fn num_forces(&self) -> usize;
 
-    /// Least forces, row by row.
-    fn solve(&mut self, external_wrench: &[f64]) -> Outcome<&[f64]>;
-
-    /// The same, with what it says beside the forces, also about an error.
-    fn solve_with(&mut self, external_wrench: &[f64], solution: &mut Solution) -> Outcome<&[f64]>;
+    /// Forces row by row, and their distance. `solution` gets what is known beside them, also about an error.
+    fn compute(
+        &mut self,
+        question: Question,
+        external_wrench: &[f64],
+        solution: Option<&mut Solution>,
+    ) -> Outcome<(&[f64], f64)>;
 
     /// Goes on with another grasp.
     fn update(&mut self, grasp: &AnyGrasp) -> Outcome<()>;
@@ -26,14 +38,20 @@ pub(crate) trait ControlLoop {
 }
 
 /// A distributor of a grasp of either dimension.
-pub(crate) fn control_loop(
+///
+/// # Safety
+///
+/// The pointers of the options keep the header's rules.
+pub(crate) unsafe fn control_loop(
     grasp: &AnyGrasp,
-    objective: Criterion,
-    options: DistributionOptions,
+    options: &DistributorOptions,
 ) -> Outcome<Box<dyn ControlLoop>> {
-    Ok(match grasp {
-        AnyGrasp::Planar(grasp) => Box::new(Loop::<3>::new(grasp, objective, options)?),
-        AnyGrasp::Spatial(grasp) => Box::new(Loop::<6>::new(grasp, objective, options)?),
+    // SAFETY: the caller's promise.
+    Ok(unsafe {
+        match grasp {
+            AnyGrasp::Planar(grasp) => Box::new(Loop::<3>::new(grasp, options)?),
+            AnyGrasp::Spatial(grasp) => Box::new(Loop::<6>::new(grasp, options)?),
+        }
     })
 }
 
@@ -41,14 +59,20 @@ pub(crate) fn control_loop(
 struct Loop<const D: usize> {
     distributor: ForceDistributor<D>,
     workspace: ForceWorkspace<D>,
+    nearest: NearestOptions<D>,
     rows: Vec<f64>,
 }
 
 impl<const D: usize> Loop<D> {
-    fn new(grasp: &Grasp<D>, objective: Criterion, options: DistributionOptions) -> Outcome<Self> {
-        let distributor = ForceDistributor::with_options(grasp, objective, options)?;
+    /// # Safety
+    ///
+    /// The pointers of the options keep the header's rules.
+    unsafe fn new(grasp: &Grasp<D>, options: &DistributorOptions) -> Outcome<Self> {
+        // SAFETY: the caller's promise.
+        let (distributor, nearest) = unsafe { (options.distributor(grasp)?, options.nearest()?) };
         let workspace = distributor.workspace();
-        Ok(Self { distributor, workspace, rows: vec![0.0; grasp.num_contacts() * grasp.force_dim()] })
+        let rows = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
+        Ok(Self { distributor, workspace, nearest, rows })
     }
 }
 
@@ -77,26 +101,35 @@ where
         self.rows.len()
     }
 
-    fn solve(&mut self, external_wrench: &[f64]) -> Outcome<&[f64]> {
+    fn compute(
+        &mut self,
+        question: Question,
+        external_wrench: &[f64],
+        solution: Option<&mut Solution>,
+    ) -> Outcome<(&[f64], f64)> {
         check_length("external_wrench", external_wrench.len(), D)?;
         let wrench = Wrench::<D>::from_column_slice(external_wrench);
-        self.distributor.solve_into(&mut self.workspace, &wrench, &mut self.rows)?;
-        Ok(&self.rows)
-    }
-
-    fn solve_with(&mut self, external_wrench: &[f64], solution: &mut Solution) -> Outcome<&[f64]> {
-        check_length("external_wrench", external_wrench.len(), D)?;
-        let wrench = Wrench::<D>::from_column_slice(external_wrench);
-        let found = self.distributor.solve(&mut self.workspace, &wrench);
+        let Self { distributor, workspace, nearest, rows } = self;
+        let Some(solution) = solution else {
+            let distance = match question {
+                Question::Balance => distributor.solve_into(workspace, &wrench, rows).map(|_| 0.0),
+                Question::Nearest => distributor.nearest_into(workspace, &wrench, nearest, rows),
+            }?;
+            return Ok((rows, distance));
+        };
+        let found = match question {
+            Question::Balance => distributor.solve(workspace, &wrench),
+            Question::Nearest => distributor.nearest(workspace, &wrench, nearest),
+        };
         let found = found.inspect_err(|error| *solution = error.into())?;
         *solution = (&found).into();
-        let components = self.distributor.grasp().force_components();
-        for (row, force) in self.rows.chunks_exact_mut(components.len()).zip(&found.forces) {
+        let components = distributor.grasp().force_components();
+        for (row, force) in rows.chunks_exact_mut(components.len()).zip(&found.forces) {
             for (x, &component) in row.iter_mut().zip(components) {
                 *x = force[component];
             }
         }
-        Ok(&self.rows)
+        Ok((rows, found.distance))
     }
 
     fn update(&mut self, grasp: &AnyGrasp) -> Outcome<()> {

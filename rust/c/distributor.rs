@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::boundary::call;
 use crate::contacts::{Contacts, GraspOptions};
-use crate::control_loop::{ControlLoop, control_loop};
+use crate::control_loop::{ControlLoop, Question, control_loop};
 use crate::distributor_options::DistributorOptions;
 use crate::fault::{Fault, Outcome, Status};
-use crate::grasp::{AnyGrasp, Grasp, borrowed, with_grasp};
+use crate::grasp::{AnyGrasp, Grasp, borrowed};
 use crate::heap::Heap;
 use crate::memory::{self, check, check_length, copy_to, required};
 use crate::solution::Solution;
@@ -130,10 +130,8 @@ pub unsafe extern "C" fn gf_distributor_create(
         let mut made = Box::new(Distributor { busy: AtomicBool::new(false), state: UnsafeCell::new(state) });
         let state = made.state.get_mut();
         let fill = |control: &mut Option<Box<dyn ControlLoop>>| {
-            let contacts = with_grasp!(grasp, grasp => grasp.num_contacts());
             // SAFETY: the header's rules.
-            let core = unsafe { options.core(contacts) }?;
-            *control = Some(control_loop(grasp, options.objective()?, core)?);
+            *control = Some(unsafe { control_loop(grasp, &options) }?);
             Ok(Status::Solved)
         };
         // SAFETY: nobody else knows the state; the header's rules.
@@ -183,22 +181,83 @@ pub unsafe extern "C" fn gf_distributor_solve(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
+    let target = Target { forces, num_forces, solution, distance: ptr::null_mut() };
+    // SAFETY: the header's rules.
+    unsafe {
+        compute(distributor, Question::Balance, external_wrench, wrench_dim, target, message, message_size)
+    }
+}
+
+/// Forces whose wrench comes nearest to balance, the least among those: the forces of `gf_distributor_solve` where that
+/// succeeds within the limits. `nearest_limits` and `nearest_metric` of the options say within what limits, and nearest
+/// in which norm.
+///
+/// Every wrench has an answer, with what stays unbalanced in `residual`. `distance` gets its norm; it and `solution` may
+/// be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gf_distributor_nearest(
+    distributor: *mut Distributor,
+    external_wrench: *const f64,
+    wrench_dim: usize,
+    forces: *mut f64,
+    num_forces: usize,
+    distance: *mut f64,
+    solution: *mut Solution,
+    message: *mut c_char,
+    message_size: usize,
+) -> Status {
+    let target = Target { forces, num_forces, solution, distance };
+    // SAFETY: the header's rules.
+    unsafe {
+        compute(distributor, Question::Nearest, external_wrench, wrench_dim, target, message, message_size)
+    }
+}
+
+/// Where an answer goes.
+struct Target {
+    forces: *mut f64,
+    num_forces: usize,
+    /// NULL where not asked for.
+    solution: *mut Solution,
+    /// NULL where not asked for.
+    distance: *mut f64,
+}
+
+/// # Safety
+///
+/// The pointers keep the header's rules.
+unsafe fn compute(
+    distributor: *mut Distributor,
+    question: Question,
+    external_wrench: *const f64,
+    wrench_dim: usize,
+    target: Target,
+    message: *mut c_char,
+    message_size: usize,
+) -> Status {
     let body = |control: &mut dyn ControlLoop| {
-        check("forces", forces)?;
-        check_length("forces", num_forces, control.num_forces())?;
+        check("forces", target.forces)?;
+        check_length("forces", target.num_forces, control.num_forces())?;
+        if !target.distance.is_null() {
+            check("distance", target.distance)?;
+        }
         // SAFETY: the header's rules.
         let wrench = unsafe { required("external_wrench", external_wrench, wrench_dim) }?;
-        let answer = if solution.is_null() {
-            control.solve(wrench)
-        } else {
-            let mut found = Solution::default();
-            let answer = control.solve_with(wrench, &mut found);
+        let mut found = Solution::default();
+        let wanted = !target.solution.is_null();
+        let answer = control.compute(question, wrench, wanted.then_some(&mut found));
+        if wanted {
             // SAFETY: the header's rules.
-            unsafe { memory::write(solution, &found) }?;
-            answer
-        };
-        // SAFETY: the header's rules.
-        unsafe { copy_to("forces", forces, num_forces, answer?) }?;
+            unsafe { memory::write(target.solution, &found) }?;
+        }
+        let (forces, distance) = answer?;
+        // SAFETY: the header's rules; `distance` is NULL or aligned.
+        unsafe {
+            copy_to("forces", target.forces, target.num_forces, forces)?;
+            if !target.distance.is_null() {
+                target.distance.write(distance);
+            }
+        }
         Ok(Status::Solved)
     };
     // SAFETY: the header's rules.

@@ -11,7 +11,7 @@ use graspforce_core::Error;
 pub enum Status {
     /// The answer is there, within the tolerance asked for.
     Solved = 0,
-    /// No forces inside the friction cones balance the external wrench.
+    /// No forces inside the friction cones, or within the limits that were asked for, balance the external wrench.
     Infeasible = 1,
     /// An argument cannot be used; the message names the argument, the contact and the value.
     Invalid = 2,
@@ -66,7 +66,7 @@ impl Fault {
             | Self::Argument(..)
             | Self::Number(..)
             | Self::Size(..) => Status::Invalid,
-            Self::Core(Error::InfeasibleWrench { .. }) => Status::Infeasible,
+            Self::Core(error) if error.is_infeasible() => Status::Infeasible,
             Self::Core(Error::TooLarge { .. } | Error::OutOfMemory { .. }) | Self::OutOfMemory => {
                 Status::OutOfMemory
             }

@@ -4,10 +4,10 @@ use std::ffi::c_char;
 use std::ptr;
 
 use graspforce_core as core;
-use graspforce_core::{Metric, QualityWorkspace, Wrench};
-use nalgebra::SMatrix;
+use graspforce_core::{QualityWorkspace, Wrench};
 
 use crate::boundary::call;
+use crate::distributor_options::metric;
 use crate::fault::{Fault, Outcome, Status};
 use crate::grasp::{Grasp, borrowed, with_grasp};
 use crate::memory::{self, SizedStruct, optional};
@@ -172,11 +172,10 @@ unsafe fn measured<const D: usize>(grasp: &core::Grasp<D>, options: &QualityOpti
     asked.max_facets = (options.max_facets != 0).then_some(options.max_facets as usize);
     // SAFETY: the caller's promise.
     let (external_wrench, metric) = unsafe {
-        (optional("external_wrench", options.external_wrench, D)?, optional("metric", options.metric, D * D)?)
+        (optional("external_wrench", options.external_wrench, D)?, metric("metric", options.metric)?)
     };
     asked.external_wrench = external_wrench.map(Wrench::from_column_slice);
-    let metric = metric.map(|rows| Metric::from_matrix(&SMatrix::<f64, D, D>::from_row_slice(rows)));
-    asked.metric = metric.transpose()?;
+    asked.metric = metric;
     let found = grasp.quality_with(&asked, &mut QualityWorkspace::default())?;
     let mut quality = Quality {
         epsilon: 0.0 - found.rho,

@@ -25,6 +25,8 @@ pub struct Solution {
     dual: [f64; 6],
     /// What the forces leave unbalanced: the external wrench plus that of the forces.
     residual: [f64; 6],
+    /// The norm of the residual by `gf_distributor_nearest`; 0 by `gf_distributor_solve`.
+    distance: f64,
     /// Of an infeasible wrench: a direction along which no contact can push, but the external wrench must be balanced.
     direction: [f64; 6],
     /// 1 where objective and tie-break alone determine the forces, else 0.
@@ -50,6 +52,7 @@ impl Default for Solution {
             gap: f64::NAN,
             dual: [f64::NAN; 6],
             residual: [f64::NAN; 6],
+            distance: f64::NAN,
             direction: [f64::NAN; 6],
             unique: 0,
             within_limits: 0,
@@ -72,6 +75,7 @@ impl<const D: usize> From<&Distribution<D>> for Solution {
             sigma_max: found.sigma_max,
             sigma_sum: found.sigma_sum,
             gap: found.gap,
+            distance: found.distance,
             unique: i32::from(found.unique),
             within_limits: i32::from(found.within_limits()),
             pivots: found.pivots as u64,
@@ -86,7 +90,7 @@ impl<const D: usize> From<&Distribution<D>> for Solution {
 impl From<&Error> for Solution {
     fn from(error: &Error) -> Self {
         let mut solution = Self::default();
-        if let Error::InfeasibleWrench { direction, .. } = error {
+        if let Error::InfeasibleWrench { direction, .. } | Error::BeyondLimits { direction } = error {
             solution.direction[..direction.len()].copy_from_slice(direction);
         }
         solution

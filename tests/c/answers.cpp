@@ -2,8 +2,10 @@
 //
 // A case: dim count k, then for each contact position, normal, tangent, friction, limit, torsion, edges and the number
 // of its extreme forces with their rows, then origin, length scale, friction margin, objective, weight, lower bounds
-// (m numbers, or -1 for none), the number of wrenches and the wrenches. Printed are matrix, frames, both qualities, and
-// for each wrench a status with forces, objective and residual, or with the separating direction.
+// (m numbers, or -1 for none); of least squares weights, references, and 1 with the slack or 0; then the number of
+// wrenches and the wrenches. Printed are matrix, frames, for each wrench a status with forces, objective, gap and
+// residual, or with the separating direction, then distance, forces and residual of the nearest wrench; and both
+// qualities.
 
 #include <graspforce.h>
 
@@ -91,6 +93,17 @@ void answer(std::size_t dim) {
     options.weight = numbers(1)[0];
     const std::vector<double> bounds = numbers(count);
     if (bounds[0] >= 0.0) options.min_normal = bounds.data();
+    std::vector<double> weights, reference, slack;
+    if (options.objective == GF_OBJECTIVE_SQUARES) {
+        weights = numbers(count);
+        reference = numbers(count * force_dim);
+        options.weights = weights.data();
+        options.reference = reference.data();
+        if (whole() == 1) {
+            slack = numbers(wrench_dim * wrench_dim);
+            options.slack = slack.data();
+        }
+    }
     gf_distributor *distributor = nullptr;
     solved(gf_distributor_create(grasp, &options, &distributor, message, sizeof message));
     gf_solution solution;
@@ -112,6 +125,16 @@ void answer(std::size_t dim) {
         } else {
             print(solution.direction, wrench_dim);
         }
+        double distance = 0.0;
+        solved(gf_distributor_nearest(distributor, wrench.data(), wrench_dim, again.data(), again.size(), &distance, nullptr,
+                                      message, sizeof message));
+        print(&distance, 1);
+        print(again.data(), again.size());
+        solved(gf_distributor_nearest(distributor, wrench.data(), wrench_dim, forces.data(), forces.size(), nullptr,
+                                      &solution, message, sizeof message));
+        print(&solution.distance, 1);
+        print(forces.data(), forces.size());
+        print(solution.residual, wrench_dim);
     }
 
     gf_quality_options asked;

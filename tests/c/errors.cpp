@@ -113,6 +113,21 @@ int main() {
     options.min_normal = negative;
     expect(distribute(), GF_STATUS_INVALID, {"min_normal", "2", "-0.1"});
     options.min_normal = nullptr;
+    options.weights = arrays.limits.data();
+    expect(distribute(), GF_STATUS_INVALID, {"weights", "SQUARES"});
+    options.weights = nullptr;
+    options.objective = GF_OBJECTIVE_SQUARES;
+    double slack[36] = {0.0};
+    options.slack = slack;
+    expect(distribute(), GF_STATUS_INVALID, {"slack"});
+    options.slack = nullptr;
+    options.weights = negative;
+    expect(distribute(), GF_STATUS_INVALID, {"weights", "row 0", "0"});
+    options.weights = nullptr;
+    options.objective = GF_OBJECTIVE_MAX;
+    options.nearest_metric = slack;
+    expect(distribute(), GF_STATUS_INVALID, {"nearest_metric"});
+    options.nearest_metric = nullptr;
     expect(distribute(), GF_STATUS_SOLVED, {});
 
     double wrench[] = {0, 0, -1, 0, 0, 0}, forces[12] = {7.0};
@@ -126,13 +141,25 @@ int main() {
     expect(solve(6, 12, forces), GF_STATUS_INVALID, {"external_wrench", "component 4", "NaN"});
     if (forces[0] != 7.0) fail("forces were written in spite of an error");
     wrench[4] = 0.0;
+    const auto nearest = [&](double *target, double *distance) {
+        return gf_distributor_nearest(distributor, wrench, 6, target, 12, distance, nullptr, message, sizeof message);
+    };
+    expect(nearest(nullptr, nullptr), GF_STATUS_NULL_POINTER, {"forces"});
+    expect(nearest(forces, reinterpret_cast<double *>(reinterpret_cast<char *>(slack) + 1)), GF_STATUS_NULL_POINTER,
+           {"distance", "aligned"});
+    wrench[2] = -1e6;
+    double distance = 0.0;
+    expect(nearest(forces, &distance), GF_STATUS_SOLVED, {});
+    if (!(distance > 0.9e6 && distance < 1e6)) fail("a wrench beyond all limits is near");
+    wrench[2] = -1.0;
     gf_solution solution = gf_solution();
     expect(gf_distributor_solve(distributor, wrench, 6, forces, 12, &solution, message, sizeof message), GF_STATUS_INVALID,
            {"solution", "init"});
     expect(gf_distributor_solve(nullptr, wrench, 6, forces, 12, nullptr, message, sizeof message), GF_STATUS_NULL_POINTER,
            {"distributor"});
     expect(gf_distributor_update(distributor, nullptr, message, sizeof message), GF_STATUS_NULL_POINTER, {"grasp"});
-    const Arrays planar(kinds[16], 1);
+    const Kind flat = {"planar", 2, 3, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 0.0, false};
+    const Arrays planar(flat, 1);
     expect(gf_distributor_update_contacts(distributor, &planar.contacts, nullptr, message, sizeof message),
            GF_STATUS_INVALID, {"grasp", "planar"});
     arrays.normals[0] = arrays.normals[1] = arrays.normals[2] = 0.0;

@@ -56,6 +56,9 @@ const std::vector<Kind> kinds = {
     {"millimetres", 3, 4, 8, 0.0, 1e-3, 0.0, 0.0, GF_OBJECTIVE_MAX, 0.0, false},
     {"limits over nine decades", 3, 4, 8, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 9.0, false},
     {"true cones, limits over six decades", 3, 4, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 6.0, false},
+    {"least squares, edges", 3, 4, 8, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_SQUARES, 0.0, false},
+    {"least squares, true cones", 3, 4, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_SQUARES, 0.0, true},
+    {"least squares, soft fingers", 3, 4, 0, 0.01, 1.0, 0.01, 0.0, GF_OBJECTIVE_SQUARES, 3.0, false},
     {"two contacts", 3, 2, 8, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 0.0, true},
     {"planar", 2, 3, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 0.0, false},
     {"planar, symmetric, least sum", 2, 4, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_SUM, 0.0, true},
@@ -63,7 +66,7 @@ const std::vector<Kind> kinds = {
 
 /// The arrays of a grasp.
 struct Arrays {
-    std::vector<double> positions, normals, friction, limits, torsion, min_normal;
+    std::vector<double> positions, normals, friction, limits, torsion, min_normal, weights;
     std::vector<std::uint32_t> edges;
     gf_contacts contacts;
 
@@ -83,6 +86,7 @@ struct Arrays {
             limits.push_back(10.0 * std::pow(10.0, kind.spread == 0.0 ? 0.0 : random.within(-kind.spread, 0.0)));
             torsion.push_back(kind.torsion * kind.scale);
             min_normal.push_back(kind.min_normal);
+            weights.push_back(1.0 + static_cast<double>(i));
             edges.push_back(kind.edges);
         }
         gf_contacts_init(&contacts, sizeof contacts);
@@ -115,6 +119,7 @@ inline gf_distributor *distributor_of(const Kind &kind, const Arrays &arrays, co
     gf_distributor_options_init(&options, sizeof options);
     options.objective = kind.objective;
     options.weight = kind.weight;
+    if (kind.objective == GF_OBJECTIVE_SQUARES) options.weights = arrays.weights.data();
     if (kind.min_normal > 0.0) options.min_normal = arrays.min_normal.data();
     char message[256];
     gf_distributor *distributor = nullptr;

@@ -101,6 +101,13 @@ public:
         char *message = step % 5 == 0 ? nullptr : message_;
         ends[gf_distributor_solve(distributor_, wrench_.data(), length, forces_.data(), forces_.size(), solution, message,
                                   sizeof message_)]++;
+        if (step % 2 == 1) {
+            double distance;
+            if (step % 7 == 3)
+                for (double &x : wrench_) x *= 1e3;
+            ends[gf_distributor_nearest(distributor_, wrench_.data(), length, forces_.data(), forces_.size(), &distance,
+                                        solution, message, sizeof message_)]++;
+        }
         if (step % 41 == 17) {
             arrays_.roll(random_);
             ends[gf_distributor_update_contacts(distributor_, &arrays_.contacts, nullptr, message, sizeof message_)]++;

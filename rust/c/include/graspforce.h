@@ -19,8 +19,8 @@
  * Threads: a grasp does not change, and any number of threads may use it at once. A distributor is for one thread at a
  * time; a call meanwhile from another thread returns GF_STATUS_BUSY and changes nothing.
  *
- * The control loop: gf_distributor_solve, _update, _update_contacts and _forget neither take memory from the system nor
- * give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
+ * The control loop: gf_distributor_solve, _nearest, _update, _update_contacts and _forget neither take memory from the
+ * system nor give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
  * set aside. A grasp with more contacts or edges than that of gf_distributor_create may need more; give `reserve` for it.
  *
  * No panic of Rust and no exception leaves a call. */
@@ -42,7 +42,7 @@ typedef enum {
    */
   GF_STATUS_SOLVED = 0,
   /**
-   * No forces inside the friction cones balance the external wrench.
+   * No forces inside the friction cones, or within the limits that were asked for, balance the external wrench.
    */
   GF_STATUS_INFEASIBLE = 1,
   /**
@@ -119,6 +119,10 @@ typedef enum {
    * The sum of the normalised normal forces.
    */
   GF_OBJECTIVE_SUM = 1,
+  /**
+   * `sum_i weights_i |f_i - reference_i|^2 / 2`: the forces change continuously with the wrench.
+   */
+  GF_OBJECTIVE_SQUARES = 2,
 } gf_objective;
 
 /**
@@ -242,6 +246,32 @@ typedef struct {
    * m lower bounds on the normalised normal forces, so that no finger loses contact. NULL: none.
    */
   const double *min_normal;
+  /**
+   * With `GF_OBJECTIVE_SQUARES`: m positive weights. NULL: 1.
+   */
+  const double *weights;
+  /**
+   * With `GF_OBJECTIVE_SQUARES`: m x k forces to stay close to, in the contact frames. NULL: zero.
+   */
+  const double *reference;
+  /**
+   * With `GF_OBJECTIVE_SQUARES`: the price S of what stays unbalanced, d x d, symmetric positive definite:
+   * `residual' S residual / 2` is added, and every wrench has an answer. NULL: the forces balance the wrench.
+   */
+  const double *slack;
+  /**
+   * With `GF_OBJECTIVE_SQUARES`: 1 where normal forces keep their upper bounds, else 0.
+   */
+  int32_t limits;
+  /**
+   * Of `gf_distributor_nearest`: 1 where normal forces keep their upper bounds, else 0.
+   */
+  int32_t nearest_limits;
+  /**
+   * Of `gf_distributor_nearest`: d x d, symmetric positive definite, the norm of what stays unbalanced. NULL: that of
+   * the grasp's length scale.
+   */
+  const double *nearest_metric;
 } gf_distributor_options;
 
 /**
@@ -279,6 +309,10 @@ typedef struct {
    * What the forces leave unbalanced: the external wrench plus that of the forces.
    */
   double residual[6];
+  /**
+   * The norm of the residual by `gf_distributor_nearest`; 0 by `gf_distributor_solve`.
+   */
+  double distance;
   /**
    * Of an infeasible wrench: a direction along which no contact can push, but the external wrench must be balanced.
    */
@@ -417,6 +451,24 @@ gf_status gf_distributor_solve(gf_distributor *distributor,
                                size_t message_size);
 
 /**
+ * Forces whose wrench comes nearest to balance, the least among those: the forces of `gf_distributor_solve` where that
+ * succeeds within the limits. `nearest_limits` and `nearest_metric` of the options say within what limits, and nearest
+ * in which norm.
+ *
+ * Every wrench has an answer, with what stays unbalanced in `residual`. `distance` gets its norm; it and `solution` may
+ * be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
+ */
+gf_status gf_distributor_nearest(gf_distributor *distributor,
+                                 const double *external_wrench,
+                                 size_t wrench_dim,
+                                 double *forces,
+                                 size_t num_forces,
+                                 double *distance,
+                                 gf_solution *solution,
+                                 char *message,
+                                 size_t message_size);
+
+/**
  * Goes on with another grasp, which it copies: contacts have rolled or slid, or there are more or fewer of them. On an
  * error nothing changes. For the control loop: see there.
  */
@@ -441,10 +493,10 @@ gf_status gf_distributor_update_contacts(gf_distributor *distributor,
 gf_status gf_distributor_forget(gf_distributor *distributor);
 
 /**
- * Writes the defaults: the maximum, a gap of 1e-9, no lower bounds. `size` is `sizeof(gf_distributor_options)`.
+ * Writes the defaults: the maximum, a gap of 1e-9, no lower bounds; nearest within the limits. `size` is
+ * `sizeof(gf_distributor_options)`.
  */
-void gf_distributor_options_init(gf_distributor_options *options,
-                                 size_t size);
+void gf_distributor_options_init(gf_distributor_options *options, size_t size);
 
 /**
  * The name of a status, such as "SOLVED"; "UNKNOWN" for other numbers.
