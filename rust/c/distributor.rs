@@ -2,6 +2,7 @@
 
 use std::cell::UnsafeCell;
 use std::ffi::c_char;
+use std::hash::RandomState;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -137,6 +138,8 @@ pub unsafe extern "C" fn gf_distributor_create(
         // SAFETY: nobody else knows the state; the header's rules.
         let status = unsafe { State::enter(state, message, message_size, fill) };
         if status == Status::Solved {
+            // The standard library asks the system once in each thread, when a hash table is first made.
+            drop(RandomState::new());
             // An update makes the new distributor before it drops the old one.
             let room = 2 * state.heap.used() + options.reserve();
             if !state.heap.reserve(room) {

@@ -21,7 +21,8 @@
  *
  * The control loop: gf_distributor_solve, _nearest, _update, _update_contacts and _forget neither take memory from the
  * system nor give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
- * set aside. A grasp with more contacts or edges than that of gf_distributor_create may need more; give `reserve` for it.
+ * set aside. In a thread that has created no distributor, the first call that needs the interior-point solver makes one
+ * system call, getrandom, which does not wait. A grasp with more contacts or edges than that of gf_distributor_create may need more; give `reserve` for it.
  *
  * No panic of Rust and no exception leaves a call. */
 

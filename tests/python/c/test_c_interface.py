@@ -100,7 +100,7 @@ def test_threads_share_grasps_and_get_right_answers_or_busy(compiled):
 
 @pytest.mark.parametrize("static", [False, True])
 def test_the_calls_of_the_loop_take_no_memory_and_no_lock_and_make_no_system_call(compiled, static):
-    printed = run(compiled("system_calls.cpp", static=static), 3000)
+    printed = run(compiled("system_calls.cpp", static=static), 300 if static else 1500)
     assert printed.count(" 0 allocations, 0 releases, 0 locks") == len(printed.splitlines())
 
 
@@ -127,14 +127,14 @@ def test_cmake_finds_the_installed_library(prefix, tmp_path, target):
 class Case:
     """A grasp with what is asked about it, as Python's arguments and as the program's numbers."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, objective=None):
         rng = np.random.default_rng(seed)
-        self.dim = dim = 2 if seed % 5 == 0 else 3
+        dim = 2 if seed % 5 == 0 else 3
         count = int(rng.integers(2, 7))
         arguments = random_grasp(seed, dim, count, 8)
         edges = [0] * count if seed % 3 == 0 else [int(n) for n in rng.integers(4, 12, count)]
         torsion = rng.uniform(0.01, 0.1, count) * (dim == 3 and seed % 4 == 0)
-        rows = [int(n) for n in rng.integers(3, 9, count)] if seed % 7 == 3 else [0] * count
+        rows = [int(n) for n in rng.integers(3, 9, count)] if seed % 7 == 3 and not objective else [0] * count
         columns = 2 if dim == 2 else 4
         extreme = [rng.uniform([0.5] + [-1.0] * (columns - 1), 1.0, (n, columns)) for n in rows]
         options = {
@@ -142,28 +142,29 @@ class Case:
             "length_scale": float(rng.uniform(0.1, 2.0)),
             "friction_margin": float(rng.uniform(1.0, 1.5)),
         }
-        self.objective, self.weight = ("sum", 0.0) if seed % 2 else ("max", float(rng.choice([0.0, 0.1])))
-        self.min_normal = None if seed % 6 or any(rows) else rng.uniform(0.0, 0.1, count)
+        self.objective = objective or ("sum" if seed % 2 else "max")
+        self.weight = float(rng.choice([0.0, 0.1])) if self.objective == "max" else 0.0
+        self.min_normal = None if seed % 6 or any(rows) or objective else rng.uniform(0.0, 0.1, count)
         self.wrenches = rng.normal(size=(6, 3 * dim - 3))
         given = extreme if any(rows) else None
-        kinds = {
-            "edges": None if 0 in edges else edges,
-            "torsion": torsion if torsion.any() else None,
-        }
+        kinds = {"edges": None if 0 in edges else edges, "torsion": torsion if torsion.any() else None}
         self.grasp = gf.Grasp(**{**arguments, **kinds}, **options, extreme_forces=given)
+        # References well inside the cones, so that the least squares follow from linear equations.
+        self.weights = rng.uniform(0.5, 2.0, count)
+        self.reference = 1e3 * (np.arange(self.grasp.force_dim) == 0) * np.ones((count, 1))
+        self.slack = np.diag(rng.uniform(0.5, 2.0, self.grasp.wrench_dim)) if seed % 2 else None
         numbers = [dim, count, self.grasp.force_dim]
         tangents = arguments.get("tangents", np.zeros((count, dim)))
         for i in range(count):
-            numbers += [
-                *arguments["positions"][i],
-                *arguments["normals"][i],
-                *tangents[i],
-                arguments["friction"][i],
-            ]
-            numbers += [arguments["max_normal_force"][i], torsion[i], edges[i], rows[i], *extreme[i].ravel()]
+            numbers += [*arguments["positions"][i], *arguments["normals"][i], *tangents[i]]
+            numbers += [arguments["friction"][i], arguments["max_normal_force"][i], torsion[i], edges[i]]
+            numbers += [rows[i], *extreme[i].ravel()]
         numbers += [*options["origin"], options["length_scale"], options["friction_margin"]]
-        numbers += [self.objective == "sum", self.weight]
+        numbers += [["max", "sum", "squares"].index(self.objective), self.weight]
         numbers += [-1] * count if self.min_normal is None else [*self.min_normal]
+        if self.objective == "squares":
+            numbers += [*self.weights, *self.reference.ravel()]
+            numbers += [0] if self.slack is None else [1, *self.slack.ravel()]
         numbers += [len(self.wrenches), *self.wrenches.ravel()]
         self.numbers = " ".join(repr(float(number)) for number in numbers)
 
@@ -173,48 +174,137 @@ class Case:
             return solution.sigma_sum
         return solution.sigma_max + self.weight * solution.sigma_sum
 
+    def norm(self, wrench):
+        """Return the norm in which the nearest wrench is nearest."""
+        torque = self.grasp.wrench_dim // 2 if self.grasp.wrench_dim == 6 else 2
+        return np.hypot(
+            np.linalg.norm(wrench[:torque]), np.linalg.norm(wrench[torque:]) / self.grasp.length_scale
+        )
+
+    def least_distance(self, wrench, residual):
+        """Return a lower bound of the distance, by the half-space that the residual is orthogonal to."""
+        grasp, torque = self.grasp, self.grasp.wrench_dim // 2 if self.grasp.wrench_dim == 6 else 2
+        scale = np.where(np.arange(grasp.wrench_dim) < torque, 1.0, grasp.length_scale)
+        normal = -residual / scale
+        normal /= np.linalg.norm(normal)
+        pushes = (grasp.primitive_wrenches / scale) @ normal
+        reach = sum(max(0.0, part.max()) for part in np.split(pushes, np.cumsum(grasp.num_edges)[:-1]))
+        return normal @ (-wrench / scale) - reach
+
+    def least_squares(self, wrench):
+        """Return the forces and the residual of the linear equations."""
+        matrix = self.grasp.grasp_matrix
+        inverse = matrix / np.repeat(self.weights, self.grasp.force_dim)
+        rest = -wrench - matrix @ self.reference.ravel()
+        dual = inverse @ matrix.T + (0.0 if self.slack is None else np.linalg.inv(self.slack))
+        forces = self.reference.ravel() + inverse.T @ np.linalg.lstsq(dual, rest, rcond=None)[0]
+        return forces.reshape(self.reference.shape), wrench + matrix @ forces
+
+
+class Printed:
+    """The numbers of one line of the program, from left to right."""
+
+    def __init__(self, line):
+        self.left = list(map(float, line.split()))
+
+    def take(self, *shape):
+        """Return the next numbers in a shape, or one number."""
+        count = int(np.prod(shape))
+        taken, self.left = np.array(self.left[:count]), self.left[count:]
+        return taken.reshape(shape) if shape else float(taken[0])
+
+
+def answered(compiled, cases):
+    """Return what the program prints of each case."""
+    printed = run(compiled("answers.cpp"), input="\n".join(case.numbers for case in cases))
+    return zip(cases, map(Printed, printed.splitlines()), strict=True)
+
+
+def check_solved(case, printed, wrench, distributor):
+    """Compare a status, and forces or witness, with those of the Python library; return both statuses."""
+    grasp, status = case.grasp, gf.Status(int(printed.take()))
+    try:
+        expected = distributor.solve(wrench)
+    except gf.InfeasibleWrenchError as error:
+        assert status is gf.Status.INFEASIBLE
+        np.testing.assert_allclose(printed.take(grasp.wrench_dim), error.direction, atol=1e-9)
+        return status, None
+    assert status is gf.Status.SOLVED
+    scale = np.abs(expected.forces).max()
+    for _ in range(2):
+        np.testing.assert_allclose(
+            printed.take(*expected.forces.shape), expected.forces, rtol=0, atol=1e-9 * scale
+        )
+    assert printed.take() == pytest.approx(case.sigma(expected), rel=1e-9)
+    assert printed.take() <= 1e-9
+    assert np.abs(printed.take(grasp.wrench_dim)).max() <= 1e-9 * np.abs(wrench).max()
+    return status, expected
+
+
+def check_nearest(case, printed, wrench, balanced):
+    """Check nearest forces: the balanced ones where they keep the limits, elsewhere no wrench is nearer."""
+    grasp, shape = case.grasp, (case.grasp.num_contacts, case.grasp.force_dim)
+    answers = [(printed.take(), printed.take(*shape)) for _ in range(2)]
+    residual = printed.take(grasp.wrench_dim)
+    for distance, forces in answers:
+        # What is left of forces far larger than the wrench is rounding.
+        scale = 1e-9 * max(np.abs(forces).max(), 1.0)
+        np.testing.assert_allclose(
+            wrench + grasp.grasp_matrix @ forces.ravel(), residual, rtol=0, atol=1e2 * scale
+        )
+        assert distance == pytest.approx(case.norm(residual), rel=1e-6, abs=1e2 * scale)
+        if balanced is not None and balanced.sigma_max < 1 - 1e-6:
+            np.testing.assert_allclose(forces, balanced.forces, rtol=0, atol=1e2 * scale)
+        elif case.min_normal is None and distance > 1e-3 and (grasp.num_edges > 0).all():
+            assert distance == pytest.approx(case.least_distance(wrench, residual), rel=1e-6)
+
 
 def test_answers_are_those_of_the_python_library(compiled):
-    cases = [Case(seed) for seed in range(60)]
-    printed = run(compiled("answers.cpp"), input="\n".join(case.numbers for case in cases))
     statuses = set()
-    for case, line in zip(cases, printed.splitlines(), strict=True):
-        numbers = iter(map(float, line.split()))
-
-        def take(*shape, numbers=numbers):
-            return np.array([next(numbers) for _ in range(int(np.prod(shape)))]).reshape(shape)
-
+    for case, printed in answered(compiled, [Case(seed) for seed in range(60)]):
         grasp = case.grasp
-        np.testing.assert_array_equal(take(*grasp.grasp_matrix.shape), grasp.grasp_matrix)
-        np.testing.assert_array_equal(take(*grasp.frames.shape), grasp.frames)
-        distributor = gf.ForceDistributor(
-            grasp, case.objective, weight=case.weight, min_normal=case.min_normal
-        )
+        np.testing.assert_array_equal(printed.take(*grasp.grasp_matrix.shape), grasp.grasp_matrix)
+        np.testing.assert_array_equal(printed.take(*grasp.frames.shape), grasp.frames)
+        options = {"weight": case.weight, "min_normal": case.min_normal}
+        distributor = gf.ForceDistributor(grasp, case.objective, **options)
         for wrench in case.wrenches:
-            status = gf.Status(int(next(numbers)))
+            status, balanced = check_solved(case, printed, wrench, distributor)
+            check_nearest(case, printed, wrench, balanced)
             statuses.add(status)
-            try:
-                expected = distributor.solve(wrench)
-            except gf.InfeasibleWrenchError as error:
-                assert status is gf.Status.INFEASIBLE
-                np.testing.assert_allclose(take(grasp.wrench_dim), error.direction, atol=1e-9)
-                continue
-            assert status is gf.Status.SOLVED
-            scale = np.abs(expected.forces).max()
-            for _ in range(2):
-                np.testing.assert_allclose(
-                    take(*expected.forces.shape), expected.forces, rtol=0, atol=1e-9 * scale
-                )
-            assert next(numbers) == pytest.approx(case.sigma(expected), rel=1e-9)
-            assert next(numbers) <= 1e-9
-            assert np.abs(take(grasp.wrench_dim)).max() <= 1e-9 * np.abs(wrench).max()
         for criterion in ("max", "sum"):
             expected = grasp.quality(criterion, external_wrench=case.wrenches[-1])
-            epsilon, lower, upper = take(3)
-            assert [epsilon, lower, upper] == pytest.approx(
-                [expected.epsilon, expected.lower, expected.upper], rel=1e-9
-            )
-            assert ["force", "partial", "none"][int(next(numbers))] == expected.closure
-            np.testing.assert_allclose(take(grasp.wrench_dim), expected.direction, atol=1e-6)
-        assert next(numbers, None) is None
+            bracket = [expected.epsilon, expected.lower, expected.upper]
+            assert list(printed.take(3)) == pytest.approx(bracket, rel=1e-9)
+            assert ["force", "partial", "none"][int(printed.take())] == expected.closure
+            np.testing.assert_allclose(printed.take(grasp.wrench_dim), expected.direction, atol=1e-6)
+        assert printed.left == []
     assert statuses == {gf.Status.SOLVED, gf.Status.INFEASIBLE}
+
+
+def test_least_squares_far_inside_the_cones_follow_from_linear_equations(compiled):
+    solved = 0
+    for case, printed in answered(compiled, [Case(seed, "squares") for seed in range(40)]):
+        grasp, shape = case.grasp, case.reference.shape
+        printed.take(*grasp.grasp_matrix.shape)
+        printed.take(*grasp.frames.shape)
+        for wrench in case.wrenches:
+            forces, residual = case.least_squares(wrench)
+            if gf.Status(int(printed.take())) is not gf.Status.SOLVED:
+                printed.take(grasp.wrench_dim)
+            else:
+                # Linear equations have the answer where it lies inside all cones.
+                friction = grasp.friction / grasp.friction_margin
+                inside = np.linalg.norm(forces[:, 1:3], axis=1) < 0.6 * friction * forces[:, 0]
+                if grasp.force_dim < 4 and inside.all():
+                    solved += 1
+                    for _ in range(2):
+                        np.testing.assert_allclose(printed.take(*shape), forces, rtol=0, atol=1e-5)
+                    objective = (case.weights[:, None] * (forces - case.reference) ** 2).sum() / 2
+                    objective += 0.0 if case.slack is None else residual @ case.slack @ residual / 2
+                    assert printed.take() == pytest.approx(objective, rel=1e-6)
+                    printed.take()
+                    np.testing.assert_allclose(printed.take(grasp.wrench_dim), residual, atol=1e-5)
+                else:
+                    printed.take(2 * forces.size + 2 + grasp.wrench_dim)
+            printed.take(2 * forces.size + 2 + grasp.wrench_dim)
+    assert solved > 20
