@@ -7,7 +7,9 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <dlfcn.h>
+#include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <new>
 #include <pthread.h>
@@ -131,7 +133,17 @@ private:
 int system_calls(ControlLoop &loop, std::size_t ticks) {
     const pid_t child = fork();
     if (child == 0) {
-        if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT) != 0) _exit(2);
+        // The clock, by which the interior-point solver times itself, is mostly read without a system call.
+        sock_filter rules[] = {
+            BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_exit, 2, 0),
+            BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 1, 0),
+            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
+            BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+        };
+        const sock_fprog filter = {sizeof rules / sizeof rules[0], rules};
+        if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
+            _exit(2);
         Ends ends{};
         for (std::size_t step = 0; step < ticks; ++step) loop.tick(step, ends);
         syscall(SYS_exit, 0);
@@ -147,7 +159,11 @@ int main(int count, char **arguments) {
     const std::size_t ticks = count > 1 ? std::strtoul(arguments[1], nullptr, 10) : 10000;
     bool clean = true, seccomp = true;
     for (const Kind &kind : kinds) {
+        allocations = 0;
+        counting = true;
         ControlLoop loop(kind, 7), again(kind, 7);
+        counting = false;
+        if (allocations == 0) fail("what is made allocates nothing: the counters do not count");
         Ends ends{};
         allocations = releases = locks = 0;
         counting = true;
