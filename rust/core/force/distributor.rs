@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::force::limits::Limited;
 use crate::force::linear_cones::program::LinearProgram;
 use crate::force::preload::program::{PreloadProgram, checked_bounds};
 use crate::force::simplex::pricing::Objective;
@@ -44,6 +45,8 @@ pub struct ForceDistributor<const D: usize> {
     options: DistributionOptions,
     squares: Option<SquaresOptions<D>>,
     program: Program<D>,
+    /// The limits that were set.
+    pub(crate) limited: Option<Arc<Limited<D>>>,
 }
 
 impl<const D: usize> ForceDistributor<D> {
@@ -71,7 +74,7 @@ impl<const D: usize> ForceDistributor<D> {
             return Err(Error::grasp("edges", "true cones have no points to list"));
         };
         let objective = Some(objective);
-        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program })
+        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program, limited: None })
     }
 
     /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The forces are the only ones, and change continuously with
@@ -95,7 +98,7 @@ impl<const D: usize> ForceDistributor<D> {
         let program = Program::Squares(Arc::new(SquaresProgram::new(&grasp, &squares)?));
         let (min_normal, rtol) = (squares.min_normal.clone(), squares.rtol);
         let options = DistributionOptions { min_normal, rtol, ..DistributionOptions::default() };
-        Ok(Self { grasp, objective: None, options, squares: Some(squares), program })
+        Ok(Self { grasp, objective: None, options, squares: Some(squares), program, limited: None })
     }
 
     /// A workspace that remembers no wrench yet.
@@ -103,9 +106,10 @@ impl<const D: usize> ForceDistributor<D> {
         ForceWorkspace::new(&self.grasp, &self.program)
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little. The workspace becomes one of that
-    /// grasp. Over listed extreme forces without lower bounds it keeps the last basis, if contacts and edges are as
-    /// many as before. On an error nothing changes.
+    /// Goes on with another grasp, in which contacts have rolled or slid a little, or with more or fewer contacts. The
+    /// workspace becomes one of that grasp. Over listed extreme forces without lower bounds it keeps the last basis, if
+    /// contacts and edges are as many as before; least squares keep their multiplier. Limits are those of the new grasp. On
+    /// an error nothing changes.
     pub fn update(&mut self, workspace: &mut ForceWorkspace<D>, grasp: &Grasp<D>) -> Result<()> {
         let updated = match (&self.squares, self.objective) {
             (Some(squares), _) => Self::squares(grasp, squares.clone())?,
@@ -116,6 +120,9 @@ impl<const D: usize> ForceDistributor<D> {
         let mut fresh = updated.workspace();
         if workspace.belongs_to(&self.grasp) {
             fresh.adopt(workspace);
+            if let Some(limited) = &workspace.limited {
+                fresh.adopt(limited.inner());
+            }
         }
         (*self, *workspace) = (updated, fresh);
         Ok(())
@@ -156,6 +163,10 @@ impl<const D: usize> ForceDistributor<D> {
         workspace: &mut ForceWorkspace<D>,
         external_wrench: &Wrench<D>,
     ) -> Result<Distribution<D>> {
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            return limited.solve(workspace, external_wrench);
+        }
         if self.needs_no_forces(external_wrench) {
             return Ok(no_forces(self.grasp.num_contacts(), self.options.rtol));
         }
@@ -192,6 +203,10 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         self.check_rows(forces)?;
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            return limited.write(&self.grasp, workspace, external_wrench, None, forces);
+        }
         if self.needs_no_forces(external_wrench) {
             forces.fill(0.0);
             return Ok(0.0);
@@ -245,6 +260,9 @@ impl<const D: usize> ForceDistributor<D> {
         if !workspace.belongs_to(&self.grasp) {
             *workspace = self.workspace();
         }
+        if self.limited.is_none() && workspace.limited.is_some() {
+            workspace.limited = None;
+        }
     }
 }
 
@@ -253,7 +271,7 @@ fn cause<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
     check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
 }
 
-fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
+pub(crate) fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
     Distribution {
         forces: vec![ContactForce::zeros(); contacts],
         shares: vec![0.0; contacts],

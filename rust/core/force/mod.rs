@@ -10,6 +10,7 @@
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
+//! - [`limits`]: limits that change while a controller runs.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
@@ -19,6 +20,7 @@ pub(crate) mod distributor;
 pub(crate) mod double_double;
 pub(crate) mod equilibration;
 pub(crate) mod least_norm;
+pub(crate) mod limits;
 pub(crate) mod linear_cones;
 pub(crate) mod nearest;
 pub(crate) mod preload;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::limits::LimitedWorkspace;
 use crate::force::linear_cones::program::{LinearProgram, LinearWorkspace};
 use crate::force::nearest::answer::NearestMemory;
 use crate::force::preload::program::{PreloadProgram, PreloadWorkspace};
@@ -24,6 +25,8 @@ pub struct ForceWorkspace<const D: usize> {
     pub(crate) forces: ContactForces,
     /// What was computed for wrenches that nothing balances.
     pub(crate) nearest: Option<Box<NearestMemory<D>>>,
+    /// The workspace of the contacts that are on, where limits were set.
+    pub(crate) limited: Option<Box<LimitedWorkspace<D>>>,
 }
 
 /// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds; or its least squares.
@@ -52,7 +55,7 @@ impl<const D: usize> ForceWorkspace<D> {
             Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
             Program::Squares(program) => Solver::Squares(Arc::clone(program), program.workspace()),
         };
-        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()), nearest: None }
+        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()), nearest: None, limited: None }
     }
 
     /// Whether it was created for this grasp by the distributor that holds it.
@@ -63,6 +66,7 @@ impl<const D: usize> ForceWorkspace<D> {
     /// Forgets earlier wrenches, so that the next solve starts cold. The answers do not change.
     pub fn forget(&mut self) {
         self.nearest = None;
+        self.limited = None;
         match &mut self.solver {
             Solver::Linear(_, workspace) => workspace.forget(),
             Solver::Cone(_, workspace) => workspace.forget(),
@@ -113,10 +117,18 @@ impl<const D: usize> ForceWorkspace<D> {
 
     /// The largest share of the last solve and the sum of its shares.
     pub(crate) fn totals(&self, b: &Wrench<D>) -> (f64, f64) {
+        if let Some(limited) = &self.limited {
+            return limited.totals(b);
+        }
         match &self.solver {
             Solver::Linear(_, workspace) => workspace.latest().totals(b),
             Solver::Cone(..) | Solver::Preload(..) | Solver::Squares(..) => self.forces.totals(),
         }
+    }
+
+    /// The same of the last forces that came nearest.
+    pub(crate) fn nearest_totals(&self) -> (f64, f64) {
+        self.limited.as_ref().map_or_else(|| self.forces.totals(), |limited| limited.nearest_totals())
     }
 
     /// Starts from the last basis of another workspace, if both programs number the same edges in the same way; or from

@@ -72,6 +72,10 @@ impl<const D: usize> ForceDistributor<D> {
         external_wrench: &Wrench<D>,
         options: &NearestOptions<D>,
     ) -> Result<Distribution<D>> {
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            return limited.nearest(workspace, external_wrench, options, self.default_metric());
+        }
         let Found { answer, distance } = self.find(workspace, external_wrench, options)?;
         let forces = &workspace.forces;
         let (sigma_max, sigma_sum) = forces.totals();
@@ -101,9 +105,18 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         self.check_rows(forces)?;
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            let nearest = Some((options, self.default_metric()));
+            return limited.write(self.grasp(), workspace, external_wrench, nearest, forces);
+        }
         let Found { distance, .. } = self.find(workspace, external_wrench, options)?;
         workspace.write(forces);
         Ok(distance)
+    }
+
+    fn default_metric(&self) -> Metric<D> {
+        Metric::from_length_scale(self.grasp().options().length_scale)
     }
 
     fn find(
@@ -119,8 +132,7 @@ impl<const D: usize> ForceDistributor<D> {
             return Err(Error::input("external_wrench", reason));
         }
         self.claim(workspace);
-        let metric =
-            options.metric.unwrap_or_else(|| Metric::from_length_scale(self.grasp().options().length_scale));
+        let metric = options.metric.unwrap_or_else(|| self.default_metric());
         let mut memory = match workspace.nearest.take() {
             Some(memory) if memory.projection.metric == metric && memory.projection.limits == options.limits => {
                 memory

@@ -1,7 +1,7 @@
 //! The wrench nearest to `b` among those that contacts exert: `min |sum_i G_i f_i - b|_M` over forces in their cones.
 //!
 //! Proximal steps `min |sum_i G_i f_i - b|_M^2 / 2 + weight |f - f_k|^2 / 2`, each of them least squares with a price of the
-//! residual, lead there: a small weight takes few of them. With the residual `s` and `z = -M s`, every wrench `w` that
+//! residual, lead there: a small weight takes few of them, and the weights fall from step to step. With the residual `s` and `z = -M s`, every wrench `w` that
 //! contacts exert has `w . z <= p(z)`, so that no distance is below `(b . z - p(z)) / |s|_M`.
 
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 
-/// Weight of a proximal step, relative to the strongest contact: steps shrink the error by about this, and lose as many
-/// digits of the forces.
-const PROXIMAL: f64 = 1e-5;
+/// Weights of the first proximal steps, relative to the strongest contact; the last is that of all others. Steps shrink the
+/// error by about this, and lose as many digits of the forces.
+const PROXIMAL: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-5];
 
 /// Proximal steps at most; two to four are usual.
 const MAX_STEPS: usize = 40;
@@ -33,6 +33,8 @@ pub(crate) struct WrenchProjection<const D: usize> {
     pub(crate) metric: Metric<D>,
     pub(crate) limits: bool,
     dual: Dual<D>,
+    /// The square of the longest wrench of a unit force.
+    strength: f64,
 }
 
 /// The residual of the nearest wrench, and its norm between proven bounds.
@@ -52,13 +54,14 @@ impl<const D: usize> WrenchProjection<D> {
         let columns = grasp.maps().iter().flat_map(|map| (0..4).map(|k| map.column(k).into_owned()));
         let strongest = columns.map(|column| metric.norm(&column)).fold(0.0, f64::max);
         let contacts = grasp.num_contacts();
-        let weights = vec![PROXIMAL * strongest * strongest; contacts];
+        let strength = strongest * strongest;
+        let weights = vec![PROXIMAL[2] * strength; contacts];
         let zero = vec![ContactForce::zeros(); contacts];
         let mut dual = Dual::new(grasp, &weights, &zero, Some(&metric));
         for (i, &(low, high)) in bounds.iter().enumerate() {
             dual.bound(i, low, if limits || high == 0.0 { high } else { f64::INFINITY });
         }
-        Self { grasp: Arc::clone(grasp), metric, limits, dual }
+        Self { grasp: Arc::clone(grasp), metric, limits, dual, strength }
     }
 
     /// Leaves forces that exert the wrench nearest to `b`.
@@ -72,7 +75,10 @@ impl<const D: usize> WrenchProjection<D> {
         let mut steps = 0;
         let mut best: Option<Nearest<D>> = None;
         let mut stalled = 0;
-        for _ in 0..MAX_STEPS {
+        for step in 0..MAX_STEPS {
+            for contact in &mut self.dual.contacts {
+                contact.weight = PROXIMAL[step.min(PROXIMAL.len() - 1)] * self.strength;
+            }
             let ContactForces { forces: f, shares, .. } = forces;
             let start = self.dual.at(&y, &target, f, shares);
             let (point, more) = minimise(&self.dual, &target, start, f, shares);
@@ -84,7 +90,7 @@ impl<const D: usize> WrenchProjection<D> {
             let lower = best.map_or(found.lower, |best| best.lower.max(found.lower));
             best = Some(Nearest { lower: lower.min(found.distance), ..found });
             stalled = if improved { 0 } else { stalled + 1 };
-            if gap <= EXACT * size || stalled >= 2 {
+            if gap <= EXACT * size || (stalled >= 2 && step >= PROXIMAL.len()) {
                 break;
             }
             for (contact, force) in self.dual.contacts.iter_mut().zip(&forces.forces) {

@@ -25,7 +25,7 @@ pub(crate) struct DualContact<const D: usize> {
     pub(crate) set: ForceSet,
     /// The columns of `T G_i`, zero for components that the contact does not have.
     columns: [Wrench<D>; 4],
-    /// `T G_i P_i G_i^T T^T / weight`.
+    /// `T G_i P_i G_i^T T^T`.
     gram: SMatrix<f64, D, D>,
     /// Components of the force: 3, or 4 with torsion.
     components: usize,
@@ -42,7 +42,7 @@ pub(crate) struct Dual<const D: usize> {
     pub(crate) whitening: Whitening<D>,
     pub(crate) contacts: Vec<DualContact<D>>,
     /// `T S^-1 T^T`.
-    slack: Option<SMatrix<f64, D, D>>,
+    pub(crate) slack: Option<SMatrix<f64, D, D>>,
 }
 
 /// The dual function at a multiplier; the forces are beside it.
@@ -85,7 +85,7 @@ impl<const D: usize> Dual<D> {
             for axis in &spans[i] {
                 let wrench = whitening.wrench(&(map * axis));
                 mapped += wrench * axis.transpose();
-                gram += wrench * wrench.transpose() / weight;
+                gram += wrench * wrench.transpose();
             }
             let set = force_set(grasp, i);
             let unit = match set {
@@ -172,7 +172,7 @@ impl<const D: usize> Dual<D> {
             terms += pull.dot(&found.force).abs();
             size += (contact.weight * found.force.norm_squared()).sqrt();
             if found.inside {
-                hessian += contact.gram;
+                hessian += contact.gram * inverse;
                 continue;
             }
             for (axis, factor) in found.axes.iter().zip(&found.shares).take(found.count) {

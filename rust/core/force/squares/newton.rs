@@ -46,7 +46,9 @@ pub(crate) fn minimise<const D: usize>(
         if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
             return (point, step);
         }
-        let direction = newton_direction(&point, relative);
+        // With a price of the residual the matrix is definite by itself.
+        let regularised = if dual.slack.is_some() { 0.0 } else { REGULARISED * relative };
+        let direction = newton_direction(&point, regularised);
         let next = line_search(dual, b, &point, &direction, forces, shares);
         let Some(next) = next else {
             point = dual.at(&point.y, b, forces, shares);
@@ -58,9 +60,9 @@ pub(crate) fn minimise<const D: usize>(
     (point, MAX_STEPS)
 }
 
-fn newton_direction<const D: usize>(point: &DualPoint<D>, relative: f64) -> Wrench<D> {
+fn newton_direction<const D: usize>(point: &DualPoint<D>, regularised: f64) -> Wrench<D> {
     let mut matrix: SMatrix<f64, D, D> = point.hessian;
-    let regularised = (REGULARISED * relative).clamp(LEAST_REGULARISED, MOST_REGULARISED);
+    let regularised = regularised.clamp(LEAST_REGULARISED, MOST_REGULARISED);
     for k in 0..D {
         matrix[(k, k)] += regularised;
     }

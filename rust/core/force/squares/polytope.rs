@@ -37,7 +37,7 @@ const APEX: usize = usize::MAX;
 const FACE: usize = 6;
 
 /// What rounding leaves of a gain, relative to the lengths of its factors.
-const ROUNDED_GAIN: f64 = 1e-15;
+const ROUNDED_GAIN: f64 = 1e-13;
 
 impl Polytope {
     pub(crate) fn new(forces: Vec<ContactForce>, general: bool) -> Self {
@@ -82,14 +82,15 @@ impl Polytope {
         };
         let free = apex == Apex::Free;
         for _ in 0..4 * self.forces.len() + 32 {
-            let rest = x - face.point;
+            let rest = without(&(x - face.point), &face.axes[..face.rank]);
             let (next, reach) = self.furthest(&rest);
             let (next, reach) =
                 if apex == Apex::Vertex && reach < 0.0 { (APEX, 0.0) } else { (next, reach * level) };
             let point = if next == APEX { ContactForce::zeros() } else { self.forces[next] * level };
             let gain = reach - rest.dot(&face.point);
-            let noise = x.norm() * (point.norm() + face.point.norm());
-            if gain <= ROUNDED_GAIN * noise || face.at[..face.len].contains(&next) || face.len == FACE {
+            // Torsions may be many orders smaller than forces: what is left counts, not the whole.
+            let noise = rest.norm() * (point.norm() + face.point.norm());
+            if face.rank == self.rank || gain <= ROUNDED_GAIN * noise || face.at[..face.len].contains(&next) || face.len == FACE {
                 break;
             }
             (face.at[face.len], face.points[face.len], face.weights[face.len]) = (next, point, 0.0);
