@@ -30,6 +30,9 @@ pub(crate) trait ControlLoop {
         solution: Option<&mut Solution>,
     ) -> Outcome<(&[f64], f64)>;
 
+    /// Goes on with other upper bounds of the normal forces, in N.
+    fn set_limits(&mut self, limits: &[f64]) -> Outcome<()>;
+
     /// Goes on with another grasp.
     fn update(&mut self, grasp: &AnyGrasp) -> Outcome<()>;
 
@@ -130,6 +133,11 @@ where
             }
         }
         Ok((rows, found.distance))
+    }
+
+    fn set_limits(&mut self, limits: &[f64]) -> Outcome<()> {
+        check_length("max_normal_force", limits.len(), self.distributor.grasp().num_contacts())?;
+        Ok(self.distributor.set_limits(&mut self.workspace, limits)?)
     }
 
     fn update(&mut self, grasp: &AnyGrasp) -> Outcome<()> {

@@ -140,8 +140,9 @@ pub unsafe extern "C" fn gf_distributor_create(
         if status == Status::Solved {
             // The standard library asks the system once in each thread, when a hash table is first made.
             drop(RandomState::new());
-            // An update makes the new distributor before it drops the old one.
-            let room = 2 * state.heap.used() + options.reserve();
+            // Sets of contacts that limits have switched off are remembered, and an update makes the new distributor before
+            // it drops the old one.
+            let room = 12 * state.heap.used() + options.reserve();
             if !state.heap.reserve(room) {
                 return Err(Fault::OutOfMemory);
             }
@@ -267,8 +268,27 @@ unsafe fn compute(
     unsafe { with_distributor(distributor, message, message_size, body) }
 }
 
+/// Goes on with other upper bounds of the normal forces, in N; zero switches a contact off. A contact fades in or out
+/// where its limit changes a little at each tick. On an error nothing changes. For the control loop: see there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gf_distributor_set_limits(
+    distributor: *mut Distributor,
+    max_normal_force: *const f64,
+    num_contacts: usize,
+    message: *mut c_char,
+    message_size: usize,
+) -> Status {
+    let body = |control: &mut dyn ControlLoop| {
+        // SAFETY: the header's rules.
+        control.set_limits(unsafe { required("max_normal_force", max_normal_force, num_contacts) }?)?;
+        Ok(Status::Solved)
+    };
+    // SAFETY: the header's rules.
+    unsafe { with_distributor(distributor, message, message_size, body) }
+}
+
 /// Goes on with another grasp, which it copies: contacts have rolled or slid, or there are more or fewer of them. On an
-/// error nothing changes. For the control loop: see there.
+/// error nothing changes. Limits are those of the grasp. For the control loop: see there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn gf_distributor_update(
     distributor: *mut Distributor,

@@ -158,6 +158,19 @@ int main() {
     expect(gf_distributor_solve(nullptr, wrench, 6, forces, 12, nullptr, message, sizeof message), GF_STATUS_NULL_POINTER,
            {"distributor"});
     expect(gf_distributor_update(distributor, nullptr, message, sizeof message), GF_STATUS_NULL_POINTER, {"grasp"});
+    double limits[] = {1.0, 2.0, -3.5, 0.0};
+    const auto set_limits = [&](const double *given, std::size_t count) {
+        return gf_distributor_set_limits(distributor, given, count, message, sizeof message);
+    };
+    expect(set_limits(limits, 4), GF_STATUS_INVALID, {"max_normal_force", "row 2", "-3.5"});
+    expect(set_limits(limits, 3), GF_STATUS_WRONG_LENGTH, {"max_normal_force", "3", "4"});
+    expect(set_limits(nullptr, 4), GF_STATUS_NULL_POINTER, {"max_normal_force"});
+    limits[2] = 5.0;
+    expect(set_limits(limits, 4), GF_STATUS_SOLVED, {});
+    expect(nearest(forces, &distance), GF_STATUS_SOLVED, {});
+    if (forces[9] != 0.0) fail("a contact that is off presses");
+    limits[3] = 10.0;
+    expect(set_limits(limits, 4), GF_STATUS_SOLVED, {});
     const Kind flat = {"planar", 2, 3, 0, 0.0, 1.0, 0.0, 0.0, GF_OBJECTIVE_MAX, 0.0, false};
     const Arrays planar(flat, 1);
     expect(gf_distributor_update_contacts(distributor, &planar.contacts, nullptr, message, sizeof message),

@@ -78,7 +78,8 @@ public:
     ControlLoop(const Kind &kind, std::uint64_t seed)
         : kind_(kind), random_(seed), arrays_(kind, seed), other_(kind, seed + 1), grasp_(grasp_of(kind, arrays_)),
           another_(grasp_of(kind, other_)), distributor_(distributor_of(kind, arrays_, grasp_)),
-          forces_(gf_grasp_num_contacts(grasp_) * gf_grasp_force_dim(grasp_)), wrench_(gf_grasp_wrench_dim(grasp_)) {
+          forces_(gf_grasp_num_contacts(grasp_) * gf_grasp_force_dim(grasp_)), wrench_(gf_grasp_wrench_dim(grasp_)),
+          limits_(gf_grasp_num_contacts(grasp_)) {
         gf_solution_init(&solution_, sizeof solution_);
     }
     ControlLoop(const ControlLoop &) = delete;
@@ -110,6 +111,11 @@ public:
             ends[gf_distributor_nearest(distributor_, wrench_.data(), length, forces_.data(), forces_.size(), &distance,
                                         solution, message, sizeof message_)]++;
         }
+        if (step % 5 == 2) {
+            for (std::size_t i = 0; i < limits_.size(); ++i)
+                limits_[i] = random_.within(-0.3, 1.0) < 0.0 ? 0.0 : arrays_.limits[i] * random_.within(0.5, 2.0);
+            ends[gf_distributor_set_limits(distributor_, limits_.data(), limits_.size(), message, sizeof message_)]++;
+        }
         if (step % 41 == 17) {
             arrays_.roll(random_);
             ends[gf_distributor_update_contacts(distributor_, &arrays_.contacts, nullptr, message, sizeof message_)]++;
@@ -124,7 +130,7 @@ private:
     Arrays arrays_, other_;
     gf_grasp *grasp_, *another_;
     gf_distributor *distributor_;
-    std::vector<double> forces_, wrench_;
+    std::vector<double> forces_, wrench_, limits_;
     gf_solution solution_;
     char message_[160];
 };

@@ -19,8 +19,8 @@
  * Threads: a grasp does not change, and any number of threads may use it at once. A distributor is for one thread at a
  * time; a call meanwhile from another thread returns GF_STATUS_BUSY and changes nothing.
  *
- * The control loop: gf_distributor_solve, _nearest, _update, _update_contacts and _forget neither take memory from the
- * system nor give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
+ * The control loop: gf_distributor_solve, _nearest, _set_limits, _update, _update_contacts and _forget neither take
+ * memory from the system nor give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
  * set aside. In a thread that has created no distributor, the first call that needs the interior-point solver makes one
  * system call, getrandom, which does not wait. A grasp with more contacts or edges than that of gf_distributor_create may need more; give `reserve` for it.
  *
@@ -470,8 +470,18 @@ gf_status gf_distributor_nearest(gf_distributor *distributor,
                                  size_t message_size);
 
 /**
+ * Goes on with other upper bounds of the normal forces, in N; zero switches a contact off. A contact fades in or out
+ * where its limit changes a little at each tick. On an error nothing changes. For the control loop: see there.
+ */
+gf_status gf_distributor_set_limits(gf_distributor *distributor,
+                                    const double *max_normal_force,
+                                    size_t num_contacts,
+                                    char *message,
+                                    size_t message_size);
+
+/**
  * Goes on with another grasp, which it copies: contacts have rolled or slid, or there are more or fewer of them. On an
- * error nothing changes. For the control loop: see there.
+ * error nothing changes. Limits are those of the grasp. For the control loop: see there.
  */
 gf_status gf_distributor_update(gf_distributor *distributor,
                                 const gf_grasp *grasp,
