@@ -95,7 +95,9 @@ impl<const D: usize> ForceDistributor<D> {
             let interrupt = interrupt::current();
             chunks.try_for_each(|(((w, f), (max, sum)), s)| {
                 let workspace = &mut self.workspace();
-                interrupt::inherit(interrupt.as_ref(), || self.solve_rows(workspace, (w, nearest), f, max, sum, s))
+                interrupt::inherit(interrupt.as_ref(), || {
+                    self.solve_rows(workspace, (w, nearest), f, max, sum, s)
+                })
             })?;
         } else {
             let (w, s) = (external_wrenches, &mut batch.status);
@@ -129,9 +131,9 @@ impl<const D: usize> ForceDistributor<D> {
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
             interrupt::check()?;
             let solved = match nearest {
-                Some(options) => self
-                    .nearest_into(workspace, wrench, options, row)
-                    .map(|_| if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.nearest_totals() }),
+                Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
+                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.nearest_totals() }
+                }),
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
                     0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
                     _ => workspace.totals(&-wrench),

@@ -252,7 +252,8 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Whether the wrench is zero and no contact has a lower bound.
     pub(crate) fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
-        external_wrench.iter().all(|x| *x == 0.0) && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
+        external_wrench.iter().all(|x| *x == 0.0)
+            && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
     }
 
     /// Replaces the workspace of another distributor.

@@ -133,12 +133,15 @@ impl<const D: usize> Limited<D> {
                 0 => Vec::new(),
                 _ => active.iter().map(|&i| squares.reference[i]).collect(),
             };
-            ForceDistributor::squares(&reduced, SquaresOptions {
-                reference,
-                weights: kept(&squares.weights),
-                min_normal: kept(&squares.min_normal),
-                ..squares.clone()
-            })?
+            ForceDistributor::squares(
+                &reduced,
+                SquaresOptions {
+                    reference,
+                    weights: kept(&squares.weights),
+                    min_normal: kept(&squares.min_normal),
+                    ..squares.clone()
+                },
+            )?
         } else {
             let mut options = of.options().clone();
             options.min_normal = kept(&options.min_normal);
@@ -148,7 +151,11 @@ impl<const D: usize> Limited<D> {
         Ok(Self { limits: limits.to_vec(), active, distributor: Some(distributor) })
     }
 
-    fn workspace<'a>(&self, distributor: &ForceDistributor<D>, workspace: &'a mut ForceWorkspace<D>) -> &'a mut LimitedWorkspace<D> {
+    fn workspace<'a>(
+        &self,
+        distributor: &ForceDistributor<D>,
+        workspace: &'a mut ForceWorkspace<D>,
+    ) -> &'a mut LimitedWorkspace<D> {
         let fresh = || {
             let rows = vec![0.0; distributor.grasp().num_contacts() * distributor.grasp().force_dim()];
             let (active, inner) = (self.active.clone(), distributor.workspace());
@@ -196,7 +203,8 @@ impl<const D: usize> Limited<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         let Some(distributor) = &self.distributor else {
-            let distance = nearest.map(|(options, default)| options.metric.unwrap_or(default).norm(external_wrench));
+            let distance =
+                nearest.map(|(options, default)| options.metric.unwrap_or(default).norm(external_wrench));
             let found = self.nothing(external_wrench, distance)?;
             forces.fill(0.0);
             return Ok(found.distance);

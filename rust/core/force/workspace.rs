@@ -55,7 +55,13 @@ impl<const D: usize> ForceWorkspace<D> {
             Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
             Program::Squares(program) => Solver::Squares(Arc::clone(program), program.workspace()),
         };
-        Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()), nearest: None, limited: None }
+        Self {
+            grasp: Arc::clone(grasp),
+            solver,
+            forces: ContactForces::new(grasp.num_contacts()),
+            nearest: None,
+            limited: None,
+        }
     }
 
     /// Whether it was created for this grasp by the distributor that holds it.
@@ -85,6 +91,14 @@ impl<const D: usize> ForceWorkspace<D> {
             Solver::Cone(program, workspace) => program.solve(workspace, b, forces),
             Solver::Preload(program, workspace) => program.solve(workspace, b, forces),
             Solver::Squares(program, workspace) => program.solve(workspace, b, forces),
+        }
+    }
+
+    /// The same without the last resorts of least squares, which tell why no forces balance a wrench.
+    pub(crate) fn solve_once(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
+        match &mut self.solver {
+            Solver::Squares(program, workspace) => program.solve_once(workspace, b, &mut self.forces),
+            _ => self.solve(b),
         }
     }
 

@@ -417,7 +417,9 @@ impl PyForceDistributor {
         let state = self.state(py)?;
         let grasp = state.grasp.clone_ref(py);
         Ok(match &state.inner {
-            Any::Planar(of) => PyForceSolution::planar(grasp, nearest(py, of, external_wrench, metric, limits)?),
+            Any::Planar(of) => {
+                PyForceSolution::planar(grasp, nearest(py, of, external_wrench, metric, limits)?)
+            }
             Any::Spatial(of) => {
                 PyForceSolution::spatial(grasp, nearest(py, of, external_wrench, metric, limits)?)
             }

@@ -40,7 +40,9 @@ pub fn joint_torques<const D: usize>(
         if !(rows == dim || rows == D) || joints != sum.len() {
             let given = shaped(array.shape());
             let n = sum.len();
-            return Err(format!("jacobians, contact {i}: shape {given}, expected ({dim}, {n}) or ({D}, {n})"));
+            return Err(format!(
+                "jacobians, contact {i}: shape {given}, expected ({dim}, {n}) or ({D}, {n})"
+            ));
         }
         if numbers.iter().any(|x| !x.is_finite()) {
             return Err(format!("jacobians, contact {i}: it has an entry that is not finite"));

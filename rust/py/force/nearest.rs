@@ -66,7 +66,8 @@ pub fn nearest_into<const D: usize>(
     let Ok(forces) = forces.as_slice_mut() else {
         return Err(refused("forces: not C-contiguous".into()));
     };
-    let work =
-        || shared.solve(|distributor, workspace| distributor.nearest_into(workspace, &wrench, &options, forces));
+    let work = || {
+        shared.solve(|distributor, workspace| distributor.nearest_into(workspace, &wrench, &options, forces))
+    };
     unless_busy(py, watched(work)?)?.map_err(|error| to_python(py, &error))
 }

@@ -19,7 +19,8 @@ fn distributor(grasp: &Grasp<6>, which: usize) -> ForceDistributor<6> {
         0 => ForceDistributor::new(grasp, Criterion::Max).unwrap(),
         1 => ForceDistributor::new(grasp, Criterion::Sum).unwrap(),
         _ => {
-            let options = SquaresOptions { limits: true, weights: vec![1.0, 2.0, 1.0, 0.5], ..Default::default() };
+            let options =
+                SquaresOptions { limits: true, weights: vec![1.0, 2.0, 1.0, 0.5], ..Default::default() };
             ForceDistributor::squares(grasp, options).unwrap()
         }
     }
@@ -60,7 +61,11 @@ fn limits_give_the_answers_of_a_grasp_with_these_limits() {
                 match (found, expected) {
                     (Ok(found), Ok(expected)) => {
                         for (&i, force) in on.iter().zip(&expected.forces) {
-                            assert!((found.forces[i] - force).norm() <= 1e-7, "{turn} {i} {} {force}", found.forces[i]);
+                            assert!(
+                                (found.forces[i] - force).norm() <= 1e-7,
+                                "{turn} {i} {} {force}",
+                                found.forces[i]
+                            );
                         }
                         assert!((found.sigma - expected.sigma).abs() <= 1e-8 * expected.sigma);
                         let mut rows = [f64::NAN; 12];
@@ -69,7 +74,9 @@ fn limits_give_the_answers_of_a_grasp_with_these_limits() {
                             assert!((0..3).all(|k| (row[k] - found.forces[i][k]).abs() <= 1e-9), "{rows:?}");
                         }
                     }
-                    (Err(found), Err(expected)) => assert_eq!(found.is_infeasible(), expected.is_infeasible()),
+                    (Err(found), Err(expected)) => {
+                        assert_eq!(found.is_infeasible(), expected.is_infeasible())
+                    }
                     (found, expected) => panic!("{found:?} {expected:?}"),
                 }
                 let options = NearestOptions::default();

@@ -1,8 +1,8 @@
 //! The nearest forces: no direction proves that others come nearer, and `solve` gives the same where it succeeds.
 
 use graspforce::{
-    Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Metric, NearestOptions, SquaresOptions, Wrench,
-    WrenchSet,
+    Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, Metric, NearestOptions, SquaresOptions,
+    Wrench, WrenchSet,
 };
 use nalgebra::{SMatrix, Vector3};
 use support::friction_cone::slip;
@@ -66,8 +66,12 @@ fn no_direction_proves_that_other_forces_come_nearer() {
                 let found = distributor.nearest(&mut distributor.workspace(), &external, &options).unwrap();
                 let size = m.norm(&external);
                 assert!((m.norm(&found.residual) - found.distance).abs() <= 1e-9 * size);
-                for ((contact, force), share) in grasp.contacts().iter().zip(&found.forces).zip(&found.shares) {
-                    assert!(slip(contact, false, force) <= 1e-8 * (1.0 + force.norm()), "{contact:?} {force}");
+                for ((contact, force), share) in grasp.contacts().iter().zip(&found.forces).zip(&found.shares)
+                {
+                    assert!(
+                        slip(contact, false, force) <= 1e-8 * (1.0 + force.norm()),
+                        "{contact:?} {force}"
+                    );
                     assert!(!limits || *share <= 1.0 + 2e-9, "{share}");
                 }
                 // b . z - p(z) for z = -M s bounds the distance from below.

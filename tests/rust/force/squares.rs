@@ -193,7 +193,9 @@ fn a_wrench_beyond_the_limits_has_a_witness() {
         }
         let distributor = ForceDistributor::squares(&grasp, options).unwrap();
         let external = wrench::<6>(&mut random, 3.0);
-        let Err(Error::BeyondLimits { direction }) = distributor.solve(&mut distributor.workspace(), &external) else {
+        let Err(Error::BeyondLimits { direction }) =
+            distributor.solve(&mut distributor.workspace(), &external)
+        else {
             continue;
         };
         let e = Wrench::<6>::from_row_slice(&direction);
@@ -295,7 +297,12 @@ fn nearly_degenerate_contacts_have_one_certified_answer() {
                     let size = found.forces.iter().map(ContactForce::norm).fold(1e-12, f64::max);
                     let apart = found.forces.iter().zip(&cold.forces).map(|(a, b)| (a - b).norm());
                     let apart = apart.fold(0.0, f64::max);
-                    assert!(apart <= 1e-6 * size, "{turn} {kind:?} {apart:e} {size} {} {}", found.pivots, cold.pivots);
+                    assert!(
+                        apart <= 1e-6 * size,
+                        "{turn} {kind:?} {apart:e} {size} {} {}",
+                        found.pivots,
+                        cold.pivots
+                    );
                     solved += 1;
                 }
                 (Err(error), Err(_)) if error.is_infeasible() => {
@@ -303,7 +310,11 @@ fn nearly_degenerate_contacts_have_one_certified_answer() {
                     refused += 1;
                 }
                 (found, cold) => {
-                    println!("{turn} {kind:?} {k} {:?} {:?}", found.map(|f| f.pivots), cold.map(|f| f.pivots));
+                    println!(
+                        "{turn} {kind:?} {k} {:?} {:?}",
+                        found.map(|f| f.pivots),
+                        cold.map(|f| f.pivots)
+                    );
                     unsure += 1;
                 }
             }
@@ -356,7 +367,8 @@ fn every_wrench_has_an_answer_with_a_price() {
     for turn in 0..300 {
         let grasp = grasp(&mut random, 1 + turn % 5, KINDS[turn % 6]);
         let value = 10.0_f64.powf(random.within(-6.0, 6.0));
-        let options = SquaresOptions { slack: Some(price(value)), limits: turn % 2 == 0, ..SquaresOptions::default() };
+        let options =
+            SquaresOptions { slack: Some(price(value)), limits: turn % 2 == 0, ..SquaresOptions::default() };
         let distributor = ForceDistributor::squares(&grasp, options.clone()).unwrap();
         let external = wrench::<6>(&mut random, 10.0);
         let found = distributor.solve(&mut distributor.workspace(), &external).unwrap();
@@ -369,7 +381,8 @@ fn every_wrench_has_an_answer_with_a_price() {
 #[test]
 fn bad_options_are_named() {
     let grasp = grasp(&mut Random::new(1), 3, Kind::Hard);
-    let refused = |options: SquaresOptions<6>| ForceDistributor::squares(&grasp, options).unwrap_err().to_string();
+    let refused =
+        |options: SquaresOptions<6>| ForceDistributor::squares(&grasp, options).unwrap_err().to_string();
     let weights = |weights: Vec<f64>| SquaresOptions { weights, ..SquaresOptions::default() };
     assert_eq!(refused(weights(vec![1.0, 2.0])), "weights: 2 weights for 3 contacts");
     assert_eq!(refused(weights(vec![1.0, -2.0, 1.0])), "weights, row 1: -2 must be within 1e-60 to 1e60");

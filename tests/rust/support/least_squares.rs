@@ -30,13 +30,13 @@ pub fn least_squares<const D: usize>(
                 debug_assert!(!range.is_empty());
                 edges_of(grasp, i)
             }
-            None => (0..components(grasp, i)).map(|k| ContactForce::from_fn(|r, _| f64::from(u8::from(r == k)))).collect(),
+            None => (0..components(grasp, i))
+                .map(|k| ContactForce::from_fn(|r, _| f64::from(u8::from(r == k))))
+                .collect(),
         });
     }
-    let starts: Vec<usize> = columns
-        .iter()
-        .scan(0, |next, c| Some(std::mem::replace(next, *next + c.len())))
-        .collect();
+    let starts: Vec<usize> =
+        columns.iter().scan(0, |next, c| Some(std::mem::replace(next, *next + c.len()))).collect();
     let forces = columns.iter().map(Vec::len).sum::<usize>();
     let n = forces + if price.is_some() { D } else { 0 };
     let mut p = vec![vec![0.0; n]; n];
@@ -114,9 +114,8 @@ pub fn least_squares<const D: usize>(
         _ => return Err(false),
     }
     let x = &solver.solution.x;
-    let forces: Vec<ContactForce> = (0..m)
-        .map(|i| columns[i].iter().enumerate().map(|(j, c)| c * x[starts[i] + j]).sum())
-        .collect();
+    let forces: Vec<ContactForce> =
+        (0..m).map(|i| columns[i].iter().enumerate().map(|(j, c)| c * x[starts[i] + j]).sum()).collect();
     let constant: f64 = (0..m).map(|i| 0.5 * weights[i] * reference(i).norm_squared()).sum();
     Ok((forces, solver.solution.obj_val + constant))
 }

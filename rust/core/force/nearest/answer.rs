@@ -128,13 +128,16 @@ impl<const D: usize> ForceDistributor<D> {
         check_wrench(external_wrench)?;
         let size = external_wrench.amax();
         if !(size == 0.0 || REPRESENTABLE.contains(&size)) {
-            let reason = format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
+            let reason =
+                format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
         self.claim(workspace);
         let metric = options.metric.unwrap_or_else(|| self.default_metric());
         let mut memory = match workspace.nearest.take() {
-            Some(memory) if memory.projection.metric == metric && memory.projection.limits == options.limits => {
+            Some(memory)
+                if memory.projection.metric == metric && memory.projection.limits == options.limits =>
+            {
                 memory
             }
             _ => {
@@ -213,7 +216,7 @@ impl<const D: usize> ForceDistributor<D> {
         limits: bool,
     ) -> Result<Certificate<D>> {
         if let Some(inner) = &mut memory.bounded {
-            let answer = inner.solve(b)?;
+            let answer = inner.solve_once(b)?;
             workspace.forces.clone_from(&inner.forces);
             return Ok(answer);
         }
@@ -223,12 +226,14 @@ impl<const D: usize> ForceDistributor<D> {
             let (sigma, dual) = (0.0, Wrench::zeros());
             return Ok(Certificate { sigma, dual, gap: 0.0, pivots: 0, fell_back: false });
         }
-        let answer = workspace.solve(b)?;
+        let answer = workspace.solve_once(b)?;
         let (largest, _) = workspace.forces.totals();
-        if !limits || largest <= 1.0 + AT_LIMIT || self.objective().is_none() {
+        let most = 1.0 + self.options().rtol.max(AT_LIMIT);
+        if !limits || largest <= most || self.objective().is_none() {
             return Ok(answer);
         }
-        let beyond = || Error::BeyondLimits { direction: crate::grasp::unit(&answer.dual).as_slice().to_vec() };
+        let beyond =
+            || Error::BeyondLimits { direction: crate::grasp::unit(&answer.dual).as_slice().to_vec() };
         if self.objective() == Some(Criterion::Max) && self.options().weight == 0.0 {
             return Err(beyond());
         }

@@ -32,8 +32,7 @@ pub(crate) fn lower_sum<const D: usize>(
     if contacts.iter().any(|contact| matches!(contact.forces, ForceModel::Extreme(_))) {
         return None;
     }
-    let weights: Vec<f64> =
-        contacts.iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect();
+    let weights: Vec<f64> = contacts.iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect();
     let mut dual = Dual::new(grasp, &weights, &forces.forces, None);
     for (i, &(low, high)) in bounds.iter().enumerate() {
         dual.bound(i, low, high);

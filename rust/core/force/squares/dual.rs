@@ -7,8 +7,8 @@ use crate::force::squares::projection::{CutCone, Projection};
 use crate::force::squares::whitening::Whitening;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
-use crate::wrench_set::cone::cone_slope;
 use crate::grasp::{Grasp, Wrench};
+use crate::wrench_set::cone::cone_slope;
 
 /// The forces of a contact.
 #[derive(Debug, Clone)]

@@ -36,7 +36,9 @@ pub(crate) fn multiplier<const D: usize>(
             ForceSet::Cone(cone) => {
                 let components = if cone.gamma > 0.0 { 4 } else { 3 };
                 second_order.push((start, [1.0, cone.mu, cone.mu, cone.gamma], components));
-                (0..components).map(|k| ContactForce::from_fn(|row, _| f64::from(u8::from(row == k)))).collect()
+                (0..components)
+                    .map(|k| ContactForce::from_fn(|row, _| f64::from(u8::from(row == k))))
+                    .collect()
             }
             ForceSet::Finite(polytope) => polytope.forces.clone(),
         };

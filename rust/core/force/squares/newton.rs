@@ -10,7 +10,7 @@ use crate::grasp::contact::ContactForce;
 const MAX_STEPS: usize = 80;
 
 /// Points that a line search looks at.
-const MAX_TRIALS: usize = 30;
+const MAX_TRIALS: usize = 60;
 
 /// The gradient that counts as zero, relative to its terms: some hundred roundings.
 const CONVERGED: f64 = 3e-14;
@@ -54,7 +54,8 @@ pub(crate) fn minimise<const D: usize>(
             point = dual.at(&point.y, b, forces, shares);
             return (point, step);
         };
-        stalled = if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
+        stalled =
+            if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
         point = next;
     }
     (point, MAX_STEPS)
@@ -87,7 +88,7 @@ fn line_search<const D: usize>(
     let (mut low, mut low_slope, mut high, mut high_slope) = (0.0, slope, f64::INFINITY, 0.0);
     let mut lower: Option<DualPoint<D>> = None;
     let mut step = 1.0;
-    for _ in 0..MAX_TRIALS {
+    for trial in 1..=MAX_TRIALS {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
         let now = found.gradient.dot(direction);
         if !now.is_finite() {
@@ -105,7 +106,8 @@ fn line_search<const D: usize>(
             (high, high_slope) = (step, now);
         }
         step = if high.is_finite() {
-            let secant = if high_slope > 0.0 {
+            // Every third time the middle: at a kink the secant comes nearer from one side only.
+            let secant = if high_slope > 0.0 && trial % 3 != 0 {
                 low - low_slope * (high - low) / (high_slope - low_slope)
             } else {
                 0.5 * (low + high)

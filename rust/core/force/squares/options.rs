@@ -69,7 +69,11 @@ pub(crate) fn checked<const D: usize>(
         }
         let known = grasp.force_components();
         if let Some(k) = (0..4).find(|k| force[*k] != 0.0 && !known.contains(k)) {
-            return refused("reference", Some(row), format!("component {k} of the force is not one of the grasp's"));
+            return refused(
+                "reference",
+                Some(row),
+                format!("component {k} of the force is not one of the grasp's"),
+            );
         }
     }
     let rtol = options.rtol;

@@ -90,7 +90,11 @@ impl Polytope {
             let gain = reach - rest.dot(&face.point);
             // Torsions may be many orders smaller than forces: what is left counts, not the whole.
             let noise = rest.norm() * (point.norm() + face.point.norm());
-            if face.rank == self.rank || gain <= ROUNDED_GAIN * noise || face.at[..face.len].contains(&next) || face.len == FACE {
+            if face.rank == self.rank
+                || gain <= ROUNDED_GAIN * noise
+                || face.at[..face.len].contains(&next)
+                || face.len == FACE
+            {
                 break;
             }
             (face.at[face.len], face.points[face.len], face.weights[face.len]) = (next, point, 0.0);
@@ -277,7 +281,11 @@ mod tests {
             assert!(reach - rest.dot(&p) <= 1e-13, "{polytope:?} {x} {p} {:e}", reach - rest.dot(&p));
             let again = polytope.project(&p);
             assert!((again.force - p).norm() <= 1e-13, "{polytope:?} {x} {p} {}", again.force);
-            assert!(found.share >= low - 1e-13 && found.share <= high + 1e-13, "{polytope:?} {}", found.share);
+            assert!(
+                found.share >= low - 1e-13 && found.share <= high + 1e-13,
+                "{polytope:?} {}",
+                found.share
+            );
         }
     }
 

@@ -65,7 +65,8 @@ impl<const D: usize> SquaresWorkspace<D> {
 impl<const D: usize> SquaresProgram<D> {
     pub(crate) fn new(grasp: &Arc<Grasp<D>>, options: &SquaresOptions<D>) -> Result<Self> {
         let (weights, reference) = checked(grasp, options)?;
-        let bounds = DistributionOptions { min_normal: options.min_normal.clone(), ..DistributionOptions::default() };
+        let bounds =
+            DistributionOptions { min_normal: options.min_normal.clone(), ..DistributionOptions::default() };
         let least = checked_bounds(grasp, &bounds)?.unwrap_or_default();
         let mut dual = Dual::new(grasp, &weights, &reference, options.slack.as_ref());
         let high = if options.limits { 1.0 } else { f64::INFINITY };
@@ -100,7 +101,12 @@ impl<const D: usize> SquaresProgram<D> {
     }
 
     /// Starts from the last multiplier of another program.
-    pub(crate) fn adopt(&self, workspace: &mut SquaresWorkspace<D>, other: &Self, last: &SquaresWorkspace<D>) {
+    pub(crate) fn adopt(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        other: &Self,
+        last: &SquaresWorkspace<D>,
+    ) {
         workspace.y = self.dual.from_physical(&other.dual.physical(&last.y), &self.grasp);
     }
 
@@ -111,12 +117,29 @@ impl<const D: usize> SquaresProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
+        match self.solve_once(workspace, b, forces) {
+            Err(error @ Error::NotConverged { .. }) => {
+                self.solve_again(workspace, b, forces).unwrap_or(Err(error))
+            }
+            answer => answer,
+        }
+    }
+
+    /// The same by Newton's method alone.
+    pub(crate) fn solve_once(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
         let size = b.amax();
         if !(size == 0.0 || REPRESENTABLE.contains(&size)) {
             check_wrench(&-b)?;
-            let reason = format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
+            let reason =
+                format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
+        check_wrench(&-b)?;
         let target = self.target(b);
         let ContactForces { forces: f, shares, unique } = forces;
         *unique = true;
@@ -131,16 +154,8 @@ impl<const D: usize> SquaresProgram<D> {
             }
             answer => answer,
         };
-        match answer {
-            Ok((answer, y)) => {
-                workspace.y = y;
-                Ok(answer)
-            }
-            Err(error) => {
-                workspace.forget();
-                self.solve_again(workspace, b, &target, (point.size, steps), forces).unwrap_or(Err(error))
-            }
-        }
+        workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
+        answer.map(|(answer, _)| answer)
     }
 
     /// `T b`; without slack only what the contacts can reach of it.
@@ -180,21 +195,21 @@ impl<const D: usize> SquaresProgram<D> {
         &self,
         workspace: &mut SquaresWorkspace<D>,
         b: &Wrench<D>,
-        target: &Wrench<D>,
-        (size, steps): (f64, usize),
         forces: &mut ContactForces,
     ) -> Option<Result<Certificate<D>>> {
+        let target = &self.target(b);
         if self.slack.is_none()
             && let Err(error) = self.feasible(b)
         {
             return error.is_infeasible().then_some(Err(error));
         }
         let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let y = multiplier(&self.dual, target, size, columns)?;
         let ContactForces { forces: f, shares, .. } = forces;
+        let size = self.dual.at(&Wrench::zeros(), target, f, shares).size;
+        let y = multiplier(&self.dual, target, size, columns)?;
         let start = self.dual.at(&y, target, f, shares);
         let (point, more) = minimise(&self.dual, target, start, f, shares);
-        let (answer, y) = self.certify(b, &point, steps + more, forces).ok()?;
+        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
         workspace.y = y;
         Some(Ok(Certificate { fell_back: true, ..answer }))
     }

@@ -290,7 +290,11 @@ mod tests {
             assert!(cone.high.is_finite() || reach <= 1e-12 * x.norm(), "{cone:?} {x} {reach:e}");
             let furthest = if cone.high.is_finite() { level * reach } else { cone.low * reach.min(0.0) };
             let size = x.norm() * (x.norm() + level.min(1.0));
-            assert!(furthest - rest.dot(&p) <= 2e-13 * size, "{cone:?} {x} {p} {:e}", furthest - rest.dot(&p));
+            assert!(
+                furthest - rest.dot(&p) <= 2e-13 * size,
+                "{cone:?} {x} {p} {:e}",
+                furthest - rest.dot(&p)
+            );
             let q = cone.project(&ContactForce::from_fn(|_, _| 3.0 * number())).force;
             assert!(rest.dot(&(q - p)) <= 2e-13 * size.max(q.norm() * x.norm()), "{cone:?} {x} {p} {q}");
         }
@@ -317,7 +321,10 @@ mod tests {
                 expected += axis * (share * axis.dot(&step));
             }
             let difference = (ahead.force - behind.force) / 2.0;
-            assert!((difference - expected).norm() <= 2e-4 * step.norm(), "{cone:?} {x} {difference} {expected}");
+            assert!(
+                (difference - expected).norm() <= 2e-4 * step.norm(),
+                "{cone:?} {x} {difference} {expected}"
+            );
             checked += 1;
         }
         assert!(checked * 100 > total * 99, "{checked} of {total}");

@@ -137,7 +137,14 @@ mod tests {
         let wrenches: Vec<_> = (0..9)
             .map(|k| {
                 let x = f64::from(k);
-                Wrench::<6>::new(x.sin(), 1e-9 * x.cos(), (2.0 * x).sin(), 1e3 * (3.0 * x).cos(), 1e-4 * x, 0.0)
+                Wrench::<6>::new(
+                    x.sin(),
+                    1e-9 * x.cos(),
+                    (2.0 * x).sin(),
+                    1e3 * (3.0 * x).cos(),
+                    1e-4 * x,
+                    0.0,
+                )
             })
             .collect();
         let whitening = Whitening::new(&wrenches);
