@@ -1,6 +1,6 @@
 //! Options of a force distributor: checked, and in the words of the core.
 
-use graspforce::{DistributionOptions, Method, check_room};
+use graspforce::{Criterion, DistributionOptions, Method, check_room};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
@@ -34,6 +34,16 @@ pub fn distribution_options(
         options.samples = rows("samples", samples)?;
     }
     Ok((options, name))
+}
+
+/// The name of an objective, and the criterion that it minimises: none for least squares.
+pub fn parse_objective(objective: &str) -> Result<(&'static str, Option<Criterion>), String> {
+    match objective {
+        "max" => Ok(("max", Some(Criterion::Max))),
+        "sum" => Ok(("sum", Some(Criterion::Sum))),
+        "squares" => Ok(("squares", None)),
+        other => Err(format!("objective: {other:?} is none of \"max\", \"sum\" and \"squares\"")),
+    }
 }
 
 /// One number for all contacts, or one for each.

@@ -3,26 +3,30 @@
 use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DEFAULT_MAX_POINTS, ForceDistributor, Grasp, Method};
-use numpy::PyArray1;
+use graspforce::{Criterion, DEFAULT_MAX_POINTS, DistributionOptions, ForceDistributor, Grasp, Method};
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::vector;
+use crate::convert::arrays::{float_vector, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
-use crate::convert::quality_options::parse_criterion;
 use crate::force::batch::PyForceBatch;
-use crate::force::distribution_options::distribution_options;
+use crate::force::distribution_options::{distribution_options, parse_objective};
+use crate::force::nearest::{nearest, nearest_into};
 use crate::force::shared::SharedDistributor;
 use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
+use crate::force::squares_arguments::SquaresArguments;
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_points, check_work};
 
 type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
+
+/// The class, its arguments, and limits that were set.
+type Pickled<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>, Option<Vec<f64>>);
 
 /// What `update` replaces.
 struct State {
@@ -30,11 +34,11 @@ struct State {
     grasp: Py<PyGrasp>,
 }
 
-#[doc = include_str!("distributor.rst")]
+#[doc = include_str!("docs/distributor.rst")]
 #[pyclass(name = "ForceDistributor", module = "graspforce", frozen)]
 pub struct PyForceDistributor {
     state: RwLock<State>,
-    /// "max" or "sum".
+    /// "max", "sum" or "squares".
     #[pyo3(get)]
     objective: &'static str,
     /// "implicit", "enumerated" or "reduced".
@@ -45,6 +49,7 @@ pub struct PyForceDistributor {
     weight: f64,
     min_normal: Vec<f64>,
     samples: Vec<Vec<f64>>,
+    squares: SquaresArguments,
     /// Largest relative gap that counts as solved.
     #[pyo3(get)]
     rtol: f64,
@@ -53,7 +58,7 @@ pub struct PyForceDistributor {
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, rtol=1e-9))]
+    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, rtol=1e-9, reference=None, weights=None, slack=None, limits=false))]
     #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
         py: Python<'_>,
@@ -64,19 +69,38 @@ impl PyForceDistributor {
         min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
         rtol: f64,
+        reference: Option<&Bound<'_, PyAny>>,
+        weights: Option<&Bound<'_, PyAny>>,
+        slack: Option<&Bound<'_, PyAny>>,
+        limits: bool,
     ) -> PyResult<Self> {
-        let criterion =
-            parse_criterion("objective", objective).map_err(|message| invalid_input(py, message))?;
-        let contacts = grasp.get().num_contacts();
-        let options = distribution_options(method, weight, min_normal, samples, rtol, contacts);
-        let (options, method) = options.map_err(|message| invalid_input(py, message))?;
+        let refused = |message: String| invalid_input(py, message);
+        let (objective, criterion) = parse_objective(objective).map_err(refused)?;
+        let sizes = by_dimension!(&grasp.get().inner, g => [g.num_contacts(), g.force_dim()]);
+        let sizes = [sizes[0], sizes[1], grasp.get().inner.wrench_dim()];
+        let squares = match criterion {
+            Some(_) => SquaresArguments::refuse(reference, weights, slack, limits),
+            None => SquaresArguments::parse(reference, weights, slack, limits, sizes),
+        };
+        let squares = squares.map_err(refused)?;
+        let options = distribution_options(method, weight, min_normal, samples, rtol, sizes[0]);
+        let (options, method) = options.map_err(refused)?;
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
+        if criterion.is_none() {
+            let excluded = [
+                ("method", options.method != Method::Implicit),
+                ("weight", weight != 0.0),
+                ("samples", !samples.is_empty()),
+            ];
+            if let Some((name, _)) = excluded.iter().find(|(_, given)| *given) {
+                return Err(refused(format!("{name}: the objective \"squares\" does not take it")));
+            }
+        }
         let inner = map_dimension!(&grasp.get().inner, of => {
             check_distributor(py, of, options.method)?;
-            let made = detached(py, || ForceDistributor::with_options(of, criterion, options))?;
+            let made = detached(py, || distributor(of, criterion, options, &squares))?;
             SharedDistributor::new(made.map_err(|error| to_python(py, &error))?)
         });
-        let objective = if objective == "max" { "max" } else { "sum" };
         Ok(Self {
             state: RwLock::new(State { inner, grasp }),
             objective,
@@ -84,6 +108,7 @@ impl PyForceDistributor {
             weight,
             min_normal,
             samples,
+            squares,
             rtol,
         })
     }
@@ -107,6 +132,44 @@ impl PyForceDistributor {
         })
     }
 
+    /// (m, k) forces that "squares" stays close to; ``None`` for zero.
+    #[getter]
+    fn reference<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let rows = self.squares.reference.as_ref();
+        rows.map(|rows| PyArray2::from_vec2(py, rows).map(read_only)).transpose().map_err(Into::into)
+    }
+
+    /// (m,) weights of "squares"; ``None`` for 1.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let contacts = self.state(py)?.grasp.get().num_contacts();
+        Ok(self.squares.weights.as_ref().map(|weights| match weights[..] {
+            [all] => read_only(PyArray1::from_vec(py, vec![all; contacts])),
+            ref each => read_only(PyArray1::from_slice(py, each)),
+        }))
+    }
+
+    /// (d, d) price of what stays unbalanced; ``None`` without.
+    #[getter]
+    fn slack<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let rows = self.squares.slack.as_ref();
+        rows.map(|rows| PyArray2::from_vec2(py, rows).map(read_only)).transpose().map_err(Into::into)
+    }
+
+    /// Whether "squares" keeps the upper bounds of normal forces.
+    #[getter]
+    fn limits(&self) -> bool {
+        self.squares.limits
+    }
+
+    /// (m,) upper bounds of the normal forces in force, in N: the grasp's, or those of `set_limits`.
+    #[getter]
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let state = self.state(py)?;
+        let limits = by_dimension!(&state.inner, shared => shared.distributor.limits());
+        Ok(read_only(PyArray1::from_vec(py, limits)))
+    }
+
     /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
     #[getter]
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
@@ -115,29 +178,7 @@ impl PyForceDistributor {
         points.map(|points| vector(py, "points", points.len(), points.iter().copied())).transpose()
     }
 
-    /// Compute the least contact forces that balance an external wrench (Eq. 11).
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrench : array_like
-    ///     (d,) wrench on the object, in N and N m about the grasp's origin.
-    ///
-    /// Returns
-    /// -------
-    /// ForceSolution
-    ///     Forces with ``sum_i G_i f_i = -external_wrench``, and their certificate.
-    ///
-    /// Raises
-    /// ------
-    /// InfeasibleWrenchError
-    ///     No forces inside the friction cones balance the wrench, however strong they are; ``direction`` holds
-    ///     the witness.
-    /// InvalidInputError
-    ///     The wrench has the wrong shape or is not finite.
-    /// NotConvergedError
-    ///     Rounding leaves no answer that balances the wrench and meets the tolerance.
-    /// BusyError
-    ///     Another thread is using this distributor.
+    #[doc = include_str!("docs/solve.rst")]
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
         let found = map_dimension!(&state.inner, of => solve(py, of, external_wrench)?);
@@ -145,36 +186,7 @@ impl PyForceDistributor {
         Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
     }
 
-    /// Solve and write the forces into an array of the caller's: for control loops.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrench : array_like
-    ///     (d,) wrench on the object; a float64 array is read without a copy.
-    /// forces : numpy.ndarray
-    ///     (m, k) C-contiguous float64 array for the forces in the contact frames. Untouched on an error.
-    ///
-    /// Returns
-    /// -------
-    /// float
-    ///     The objective: ``sigma_max``, ``sigma_sum``, or their weighted sum.
-    ///
-    /// Raises
-    /// ------
-    /// InfeasibleWrenchError, InvalidInputError, NotConvergedError, BusyError
-    ///     As `solve` does.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> import numpy as np
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> distributor = gf.ForceDistributor(grasp, "max")
-    /// >>> forces = np.empty((2, 2))
-    /// >>> round(distributor.solve_into(np.array([0.0, -1.0, 0.0]), forces), 9)
-    /// 0.25
-    /// >>> forces.round(9).tolist()
-    /// [[1.0, 0.5], [1.0, -0.5]]
+    #[doc = include_str!("docs/solve_into.rst")]
     fn solve_into(
         &self,
         py: Python<'_>,
@@ -185,79 +197,77 @@ impl PyForceDistributor {
         by_dimension!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
     }
 
-    /// Compute the least contact forces for many wrenches in one call.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrenches : array_like
-    ///     (T, d) wrenches. Along a trajectory each row starts from the one before.
-    /// parallel : bool, optional
-    ///     Cut the rows into chunks for all cores, for wrenches that have nothing to do with each other.
-    ///
-    /// Returns
-    /// -------
-    /// ForceBatch
-    ///     Arrays over the rows. Rows that cannot be solved say so in ``status`` and hold NaN.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> batch = gf.ForceDistributor(grasp).solve_many([[0, -1, 0], [0, -2, 0]])
-    /// >>> batch.sigma_max.round(9).tolist(), batch.status.tolist(), batch.forces.shape
-    /// ([0.25, 0.5], [0, 0], (2, 2, 2))
-    #[pyo3(signature = (external_wrenches, parallel=false))]
+    #[doc = include_str!("docs/nearest.rst")]
+    #[pyo3(signature = (external_wrench, metric=None, limits=true))]
+    fn nearest(
+        &self,
+        py: Python<'_>,
+        external_wrench: &Bound<'_, PyAny>,
+        metric: Option<&Bound<'_, PyAny>>,
+        limits: bool,
+    ) -> PyResult<PyForceSolution> {
+        let state = self.state(py)?;
+        let found = map_dimension!(&state.inner, of => nearest(py, of, external_wrench, metric, limits)?);
+        let held = self.min_normal.iter().copied().fold(0.0, f64::max);
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
+    }
+
+    #[doc = include_str!("docs/nearest_into.rst")]
+    #[pyo3(signature = (external_wrench, forces, metric=None, limits=true))]
+    fn nearest_into(
+        &self,
+        py: Python<'_>,
+        external_wrench: &Bound<'_, PyAny>,
+        forces: &Bound<'_, PyAny>,
+        metric: Option<&Bound<'_, PyAny>>,
+        limits: bool,
+    ) -> PyResult<f64> {
+        let state = self.state(py)?;
+        by_dimension!(&state.inner, of => nearest_into(py, of, external_wrench, forces, metric, limits))
+    }
+
+    #[doc = include_str!("docs/set_limits.rst")]
+    fn set_limits(&self, py: Python<'_>, max_normal_force: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut state = match self.state.try_write() {
+            Ok(state) => state,
+            Err(TryLockError::WouldBlock) => return Err(busy(py)),
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+        };
+        let contacts = state.grasp.get().num_contacts();
+        let limits = float_vector("max_normal_force", max_normal_force, contacts)
+            .map_err(|message| invalid_input(py, message))?;
+        let inner = &mut state.inner;
+        let set = detached(py, || by_dimension!(inner, shared => shared.set_limits(&limits)))?;
+        set.map_err(|error| to_python(py, &error))
+    }
+
+    #[doc = include_str!("docs/solve_many.rst")]
+    #[pyo3(signature = (external_wrenches, parallel=false, infeasible="raise"))]
     fn solve_many(
         &self,
         py: Python<'_>,
         external_wrenches: &Bound<'_, PyAny>,
         parallel: bool,
+        infeasible: &str,
     ) -> PyResult<PyForceBatch> {
+        let nearest = match infeasible {
+            "raise" => false,
+            "nearest" => true,
+            other => {
+                let message = format!("infeasible: {other:?} is neither \"raise\" nor \"nearest\"");
+                return Err(invalid_input(py, message));
+            }
+        };
         let state = self.state(py)?;
-        by_dimension!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
+        by_dimension!(&state.inner, of => solve_many(py, of, external_wrenches, parallel, nearest))
     }
 
-    /// Solve for each wrench that an iterable yields, when it yields it.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrenches : iterable of array_like
-    ///     (d,) wrenches, for instance from a generator that reads a sensor.
-    ///
-    /// Returns
-    /// -------
-    /// iterator of ForceSolution
-    ///     One solution for each wrench; a wrench that cannot be balanced raises when its turn comes.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> weights = ([0, -weight, 0] for weight in (1, 2))
-    /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).solve_iter(weights)]
-    /// [0.25, 0.5]
+    #[doc = include_str!("docs/solve_iter.rst")]
     fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
         Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
     }
 
-    /// Go on with another grasp, in which contacts have rolled or slid a little.
-    ///
-    /// The answers are those of a new distributor; over linearised cones without ``min_normal`` the last basis is kept
-    /// where contacts and edges are as many as before, which makes the next solve cheaper.
-    ///
-    /// Parameters
-    /// ----------
-    /// grasp : Grasp
-    ///     Of the same dimension.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     The grasp has the other dimension.
-    /// InvalidGraspError, TooLargeError
-    ///     As for a new distributor. The old grasp stays.
-    /// BusyError
-    ///     Another thread is using this distributor.
+    #[doc = include_str!("docs/update.rst")]
     fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
         let mut state = match self.state.try_write() {
             Ok(state) => state,
@@ -284,20 +294,47 @@ impl PyForceDistributor {
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
         let (objective, method) = (self.objective, self.method);
         let (weight, samples, rtol) = (self.weight, self.samples.clone(), self.rtol);
-        let min_normal = self.min_normal.clone();
-        Ok(Self { state: RwLock::new(state), objective, method, weight, min_normal, samples, rtol })
+        let (min_normal, squares) = (self.min_normal.clone(), self.squares.clone());
+        let state = RwLock::new(state);
+        Ok(Self { state, objective, method, weight, min_normal, samples, squares, rtol })
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Pickled<'py>> {
         let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
         let min_normal = match self.min_normal[..] {
             [] => None,
             [all] => Some(all.into_pyobject(py)?.into_any()),
             ref each => Some(each.into_pyobject(py)?.into_any()),
         };
-        let arguments =
-            (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.rtol);
-        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
+        let weights = match &self.squares.weights {
+            None => None,
+            Some(weights) => match weights[..] {
+                [all] => Some(all.into_pyobject(py)?.into_any()),
+                ref each => Some(each.into_pyobject(py)?.into_any()),
+            },
+        };
+        let (reference, slack) = (self.squares.reference.clone(), self.squares.slack.clone());
+        let arguments = (
+            self.grasp(py)?,
+            self.objective,
+            self.method,
+            self.weight,
+            min_normal,
+            samples,
+            self.rtol,
+            reference,
+            weights,
+            slack,
+            self.squares.limits,
+        );
+        let state = self.state(py)?;
+        let limits = by_dimension!(&state.inner, shared => shared.distributor.set_of_limits());
+        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?, limits))
+    }
+
+    /// Limits that were set.
+    fn __setstate__(&self, py: Python<'_>, limits: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_limits(py, limits)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -315,6 +352,19 @@ impl PyForceDistributor {
             // An update that panicked changed nothing.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
         }
+    }
+}
+
+/// A distributor of either kind.
+fn distributor<const D: usize>(
+    grasp: &Grasp<D>,
+    criterion: Option<Criterion>,
+    options: DistributionOptions,
+    squares: &SquaresArguments,
+) -> graspforce::Result<ForceDistributor<D>> {
+    match criterion {
+        Some(criterion) => ForceDistributor::with_options(grasp, criterion, options),
+        None => ForceDistributor::squares(grasp, squares.options(grasp, options.min_normal, options.rtol)?),
     }
 }
 
