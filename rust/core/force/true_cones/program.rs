@@ -10,23 +10,31 @@ use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, Demand, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
-use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::true_cones::columns::ConeColumns;
+use crate::force::true_cones::contact_status::StandardCone;
 use crate::force::true_cones::interior_point_socp::least_forces;
+use crate::force::true_cones::newton::{FEW_CHANGES, MANY_CHANGES, NewtonWorkspace};
+use crate::force::true_cones::optimal_point::ConeConditions;
+use crate::force::true_cones::start::classify;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::NEWTON_GAP;
 
-/// Dual pivots before a cold start is the better bet.
-const DUAL_PIVOTS: usize = 12;
+/// The relative gap of column generation at which Newton's method takes over.
+const START_GAP: f64 = 3e-2;
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ConeColumns<D>,
+    /// The same, for an answer from which Newton's method starts.
+    coarse: ConeColumns<D>,
+    /// The conditions of Newton's method; `None` where a contact has listed extreme forces.
+    conditions: Option<ConeConditions<D>>,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: DoubleDoubleProgram<D>,
@@ -36,12 +44,13 @@ pub(crate) struct ConeProgram<const D: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
-    last: Basis<D>,
+    newton: NewtonWorkspace<D>,
+    fine: bool,
 }
 
 impl<const D: usize> ConeWorkspace<D> {
     pub(crate) fn forget(&mut self) {
-        self.last.artificial = [true; D];
+        self.newton.restart();
     }
 }
 
@@ -50,12 +59,15 @@ impl<const D: usize> ConeProgram<D> {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance, precise }
+        let coarse = columns.with_tolerance(START_GAP);
+        let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
+        let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
+        Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
         let contacts = self.columns.num_contacts();
-        ConeWorkspace { simplex: Simplex::new(contacts), last: Basis::new(contacts) }
+        ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts), fine: false }
     }
 
     /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `forces`.
@@ -65,6 +77,10 @@ impl<const D: usize> ConeProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
+        forces.unique = false;
+        if let Some(answer) = self.solve_warm(workspace, b, forces) {
+            return Ok(answer);
+        }
         let answer = self.solve_in_doubles(workspace, b, forces);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
@@ -86,7 +102,7 @@ impl<const D: usize> ConeProgram<D> {
                 let Some(z) = self.fall_back(simplex, &target, scale, forces) else {
                     return Err(error);
                 };
-                let better = self.certify(&z, b, forces, simplex.pivots).or(Err(error))?;
+                let better = self.certify(&z, b, forces, simplex.pivots, self.tolerance).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),
@@ -99,20 +115,71 @@ impl<const D: usize> ConeProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        let ConeWorkspace { simplex, last } = workspace;
+        let ConeWorkspace { simplex, newton, fine } = workspace;
+        *fine = false;
         simplex.pivots = 0;
+        newton.restart();
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
-        let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
-        if let Outcome::Infeasible(z) = outcome {
-            return Err(self.equilibration.infeasible(&z));
+        for columns in [&self.coarse, &self.columns] {
+            *fine = std::ptr::eq(columns, &self.columns);
+            let spent = simplex.pivots;
+            let outcome = simplex.cold(columns, &target);
+            simplex.pivots += spent;
+            match outcome {
+                Outcome::Infeasible(z) => return Err(self.equilibration.infeasible(&z)),
+                Outcome::Optimal => {}
+                Outcome::Stalled => continue,
+            }
+            forces.clear();
+            self.add_up(simplex, 1.0, forces);
+            if let Some(conditions) = &self.conditions {
+                let z = simplex.multipliers[0] / self.columns.reach(&simplex.multipliers[0]).max(f64::MIN_POSITIVE);
+                newton.restart();
+                classify(conditions, &mut newton.point, z, &forces.forces);
+                if newton.solve(conditions, &target.wrench, MANY_CHANGES).is_some()
+                    && let Some(answer) = self.accept(newton, b, scale, forces, simplex.pivots)
+                {
+                    return Ok(answer);
+                }
+            }
         }
         forces.clear();
         self.add_up(simplex, scale, forces);
-        let answer = self.certify(&simplex.multipliers[0], b, forces, simplex.pivots);
-        match answer {
-            Ok(_) => last.copy_from(&simplex.basis),
-            Err(_) => last.artificial = [true; D],
+        self.certify(&simplex.multipliers[0], b, forces, simplex.pivots, self.tolerance)
+    }
+
+    /// Newton's method from the last answer.
+    fn solve_warm(
+        &self,
+        workspace: &mut ConeWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
+        let newton = &mut workspace.newton;
+        let conditions = self.conditions.as_ref().filter(|_| newton.known)?;
+        let Reachable { target, scale } = self.equilibration.reachable(b).ok()?;
+        newton.solve(conditions, &target.wrench, FEW_CHANGES)?;
+        self.accept(newton, b, scale, forces, 0)
+    }
+
+    /// Writes the forces of Newton's method, if their certificate holds.
+    fn accept(
+        &self,
+        newton: &mut NewtonWorkspace<D>,
+        b: &Wrench<D>,
+        scale: f64,
+        forces: &mut ContactForces,
+        pivots: usize,
+    ) -> Option<Certificate<D>> {
+        let conditions = self.conditions.as_ref()?;
+        for (i, cone) in conditions.cones.iter().enumerate() {
+            let x = newton.point.force(i);
+            forces.forces[i] = cone.force(&(x * scale));
+            forces.shares[i] = x[0] * scale;
         }
+        let answer = self.certify(&newton.point.z, b, forces, pivots, self.tolerance.min(NEWTON_GAP)).ok();
+        newton.known &= answer.is_some();
+        forces.unique = newton.unique;
         answer
     }
 
@@ -123,6 +190,7 @@ impl<const D: usize> ConeProgram<D> {
         b: &Wrench<D>,
         forces: &ContactForces,
         pivots: usize,
+        tolerance: f64,
     ) -> Result<Certificate<D>> {
         let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
         let dual = self.equilibration.dual(&z);
@@ -132,7 +200,7 @@ impl<const D: usize> ConeProgram<D> {
             units: self.equilibration.units(),
             least: &[],
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),
+            tolerance: loosened(tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
         forces.certify(&demand, (dual, dual.dot(b)), "column generation", pivots)
     }
@@ -228,7 +296,7 @@ mod tests {
                 let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
                 let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
                 let z = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();
-                let found = program.certify(&z, &b, &least, 0).unwrap();
+                let found = program.certify(&z, &b, &least, 0, 1e-8).unwrap();
                 assert!((found.sigma - expected.sigma).abs() <= 1e-7 * expected.sigma);
                 let balance: Wrench<6> = grasp.maps().iter().zip(&least.forces).map(|(map, f)| map * f).sum();
                 assert!((balance - b).amax() <= 1e-12, "{:e}", (balance - b).amax());
@@ -237,6 +305,86 @@ mod tests {
                     let load = (f[1].hypot(f[2]) / contact.friction).hypot(twist);
                     assert!(load <= f[0] * (1.0 + 1e-12));
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod scratch {
+    use super::*;
+    use crate::grasp::contact::Contact;
+    use nalgebra::Vector3;
+    use support::problems::Random;
+
+    pub(crate) fn grasp(random: &mut Random, m: usize, torsion: f64) -> Grasp<6> {
+        let cs: Vec<Contact> = (0..m)
+            .map(|_| {
+                let p = random.direction();
+                let n = Vector3::new(p.x, p.y / 0.8, p.z / 1.3).normalize();
+                Contact::new(Vector3::new(p.x, 0.8 * p.y, 1.3 * p.z), -n)
+                    .friction(random.within(0.2, 1.0))
+                    .torsion(torsion)
+                    .max_normal_force(random.within(0.5, 3.0))
+                    .cone()
+            })
+            .collect();
+        Grasp::new(&cs).unwrap()
+    }
+
+    #[test]
+    fn scratch_statistics() {
+        for (objective, name) in
+            [(Objective::MaxThenSum, "max"), (Objective::Sum, "sum"), (Objective::Weighted(0.1), "weighted")]
+        {
+            for torsion in [0.0, 0.1] {
+                let mut random = Random::new(11);
+                let (mut n, mut inf, mut coarse, mut fine, mut fell) = (0, 0, 0, 0, 0);
+                let (mut warm, mut warmfail, mut steps, mut worst_gap, mut diff, mut uniq) = (0, 0, 0, 0.0_f64, 0.0_f64, 0);
+                for g in 0..300 {
+                    let m = 2 + g % 6;
+                    let grasp = grasp(&mut random, m, torsion);
+                    let program = ConeProgram::new(&grasp, objective, 1e-9);
+                    let mut ws = program.workspace();
+                    let mut forces = ContactForces::new(m);
+                    let mut reference = ContactForces::new(m);
+                    for _ in 0..10 {
+                        let b = Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0));
+                        forces.unique = false;
+                        n += 1;
+                        let answer = program.solve_in_doubles(&mut ws, &b, &mut forces);
+                        match &answer {
+                            Err(Error::InfeasibleWrench { .. }) => { inf += 1; continue }
+                            Err(e) => { println!("{e}"); fell += 1; continue }
+                            Ok(a) => {
+                                if !ws.newton.known { fell += 1; continue }
+                                if ws.fine { fine += 1 } else { coarse += 1 }
+                                worst_gap = worst_gap.max(a.gap);
+                                let mut w2 = program.workspace();
+                                let t = program.equilibration.reachable(&b).unwrap();
+                                w2.simplex.cold(&program.columns, &t.target);
+                                reference.clear();
+                                program.add_up(&w2.simplex, t.scale, &mut reference);
+                                if let Ok(r) = program.certify(&w2.simplex.multipliers[0], &b, &reference, 0, 1e-9) {
+                                    diff = diff.max((r.sigma - a.sigma).abs() / a.sigma);
+                                }
+                            }
+                        }
+                        uniq += usize::from(forces.unique);
+                        let d = Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0));
+                        for k in 1..=20 {
+                            let c = b + d * (k as f64 * 1e-3);
+                            if program.solve_warm(&mut ws, &c, &mut forces).is_some() {
+                                warm += 1;
+                                steps += ws.newton.steps;
+                            } else {
+                                warmfail += 1;
+                                if program.solve_in_doubles(&mut ws, &c, &mut forces).is_err() || !ws.newton.known { break }
+                            }
+                        }
+                    }
+                }
+                println!("{name} {torsion}: {n} inf {inf} coarse {coarse} fine {fine} fell {fell} uniq {uniq} gap {worst_gap:e} diff {diff:e}; warm {warm} fail {warmfail} steps {:.2}", steps as f64 / warm as f64);
             }
         }
     }
