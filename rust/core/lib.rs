@@ -55,6 +55,7 @@ pub use error::{Error, Result, Unmet};
 pub use force::batch::DistributionBatch;
 pub use force::distributor::ForceDistributor;
 pub use force::solution::{Distribution, DistributionOptions, Method};
+pub use force::squares::options::SquaresOptions;
 pub use force::workspace::ForceWorkspace;
 pub use grasp::contact::{Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES};
 pub use grasp::plausibility::implausibility;

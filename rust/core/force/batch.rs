@@ -112,7 +112,7 @@ impl<const D: usize> ForceDistributor<D> {
             });
             status[k] = match &solved {
                 Ok(_) => Status::Solved,
-                Err(Error::InfeasibleWrench { .. }) => Status::Infeasible,
+                Err(error) if error.is_infeasible() => Status::Infeasible,
                 Err(Error::InvalidInput { .. }) => Status::Invalid,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(_) => Status::NotConverged,

@@ -7,6 +7,8 @@ use crate::force::linear_cones::program::LinearProgram;
 use crate::force::preload::program::{PreloadProgram, checked_bounds};
 use crate::force::simplex::pricing::Objective;
 use crate::force::solution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
+use crate::force::squares::options::SquaresOptions;
+use crate::force::squares::program::SquaresProgram;
 use crate::force::true_cones::program::ConeProgram;
 use crate::force::workspace::{ForceWorkspace, Program};
 use crate::grasp::contact::ContactForce;
@@ -38,8 +40,9 @@ use crate::wrench_set::Criterion;
 #[derive(Debug, Clone)]
 pub struct ForceDistributor<const D: usize> {
     grasp: Arc<Grasp<D>>,
-    objective: Criterion,
+    objective: Option<Criterion>,
     options: DistributionOptions,
+    squares: Option<SquaresOptions<D>>,
     program: Program<D>,
 }
 
@@ -67,7 +70,32 @@ impl<const D: usize> ForceDistributor<D> {
             grasp.require_finite("points of the wrench set to list")?;
             return Err(Error::grasp("edges", "true cones have no points to list"));
         };
-        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, program })
+        let objective = Some(objective);
+        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program })
+    }
+
+    /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The forces are the only ones, and change continuously with
+    /// wrench, limits and reference.
+    ///
+    /// ```
+    /// use graspforce::{Contact, ForceDistributor, Grasp, SquaresOptions, Wrench};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
+    ///     Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5).max_normal_force(4.0)
+    /// });
+    /// let grasp = Grasp::<3>::new(&fingers)?;
+    /// let distributor = ForceDistributor::squares(&grasp, SquaresOptions::default())?;
+    /// let answer = distributor.solve(&mut distributor.workspace(), &Wrench::<3>::new(0.0, -1.0, 0.0))?;
+    /// assert!((answer.forces[0][0] - 1.0).abs() < 1e-12);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn squares(grasp: &Grasp<D>, squares: SquaresOptions<D>) -> Result<Self> {
+        let grasp = Arc::new(grasp.clone());
+        let program = Program::Squares(Arc::new(SquaresProgram::new(&grasp, &squares)?));
+        let (min_normal, rtol) = (squares.min_normal.clone(), squares.rtol);
+        let options = DistributionOptions { min_normal, rtol, ..DistributionOptions::default() };
+        Ok(Self { grasp, objective: None, options, squares: Some(squares), program })
     }
 
     /// A workspace that remembers no wrench yet.
@@ -79,7 +107,12 @@ impl<const D: usize> ForceDistributor<D> {
     /// grasp. Over listed extreme forces without lower bounds it keeps the last basis, if contacts and edges are as
     /// many as before. On an error nothing changes.
     pub fn update(&mut self, workspace: &mut ForceWorkspace<D>, grasp: &Grasp<D>) -> Result<()> {
-        let updated = Self::with_options(grasp, self.objective, self.options.clone())?;
+        let updated = match (&self.squares, self.objective) {
+            (Some(squares), _) => Self::squares(grasp, squares.clone())?,
+            (None, objective) => {
+                Self::with_options(grasp, objective.unwrap_or(Criterion::Max), self.options.clone())?
+            }
+        };
         let mut fresh = updated.workspace();
         if workspace.belongs_to(&self.grasp) {
             fresh.adopt(workspace);
@@ -102,9 +135,14 @@ impl<const D: usize> ForceDistributor<D> {
         }
     }
 
-    /// What is minimised.
-    pub fn objective(&self) -> Criterion {
+    /// What is minimised; `None` for least squares.
+    pub fn objective(&self) -> Option<Criterion> {
         self.objective
+    }
+
+    /// The options of least squares; `None` for other objectives.
+    pub fn squares_options(&self) -> Option<&SquaresOptions<D>> {
+        self.squares.as_ref()
     }
 
     /// The options in force.
@@ -172,7 +210,7 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Whether the wrench is zero and no contact has a lower bound.
     fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
-        external_wrench.iter().all(|x| *x == 0.0) && !matches!(self.program, Program::Preload(_))
+        external_wrench.iter().all(|x| *x == 0.0) && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
     }
 
     /// Replaces the workspace of another distributor.

@@ -1,9 +1,10 @@
 //! Which least contact forces balance an external wrench (section 4, Appendix B)?
 //!
 //! A [`distributor`] holds one grasp and one objective. It solves in a [`workspace`], which holds the program with its
-//! buffers. There are three programs: [`linear_cones`] for finitely many extreme forces, [`true_cones`] for
-//! second-order cones, and [`preload`] for contacts with lower bounds. All three use [`simplex`], whose columns are
-//! priced by the support oracle.
+//! buffers. There are three programs for the least maximum and the least sum: [`linear_cones`] for
+//! finitely many extreme forces, [`true_cones`] for second-order cones, and [`preload`] for contacts with lower bounds.
+//! All three use [`simplex`], whose columns are priced by the support oracle. [`squares`] is the least sum of squares,
+//! over cones of any kind.
 //!
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces.
@@ -23,5 +24,6 @@ pub(crate) mod preload;
 pub(crate) mod resistance;
 pub(crate) mod simplex;
 pub(crate) mod solution;
+pub(crate) mod squares;
 pub(crate) mod true_cones;
 pub(crate) mod workspace;

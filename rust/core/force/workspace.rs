@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::linear_cones::program::{LinearProgram, LinearWorkspace};
 use crate::force::preload::program::{PreloadProgram, PreloadWorkspace};
+use crate::force::squares::program::{SquaresProgram, SquaresWorkspace};
 use crate::force::true_cones::program::{ConeProgram, ConeWorkspace};
 use crate::grasp::{Grasp, Wrench};
 
@@ -22,12 +23,13 @@ pub struct ForceWorkspace<const D: usize> {
     pub(crate) forces: ContactForces,
 }
 
-/// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds.
+/// The program of a grasp with finitely many extreme forces, with true cones, or with lower bounds; or its least squares.
 #[derive(Debug, Clone)]
 pub(crate) enum Program<const D: usize> {
     Linear(Arc<LinearProgram<D>>),
     Cone(Arc<ConeProgram<D>>),
     Preload(Arc<PreloadProgram<D>>),
+    Squares(Arc<SquaresProgram<D>>),
 }
 
 /// A program with the memory that belongs to it.
@@ -36,6 +38,7 @@ pub(crate) enum Solver<const D: usize> {
     Linear(Arc<LinearProgram<D>>, Box<LinearWorkspace<D>>),
     Cone(Arc<ConeProgram<D>>, Box<ConeWorkspace<D>>),
     Preload(Arc<PreloadProgram<D>>, Box<PreloadWorkspace>),
+    Squares(Arc<SquaresProgram<D>>, SquaresWorkspace<D>),
 }
 
 impl<const D: usize> ForceWorkspace<D> {
@@ -44,6 +47,7 @@ impl<const D: usize> ForceWorkspace<D> {
             Program::Linear(program) => Solver::Linear(Arc::clone(program), Box::new(program.workspace())),
             Program::Cone(program) => Solver::Cone(Arc::clone(program), Box::new(program.workspace())),
             Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
+            Program::Squares(program) => Solver::Squares(Arc::clone(program), program.workspace()),
         };
         Self { grasp: Arc::clone(grasp), solver, forces: ContactForces::new(grasp.num_contacts()) }
     }
@@ -59,6 +63,7 @@ impl<const D: usize> ForceWorkspace<D> {
             Solver::Linear(_, workspace) => workspace.forget(),
             Solver::Cone(_, workspace) => workspace.forget(),
             Solver::Preload(_, workspace) => workspace.forget(),
+            Solver::Squares(_, workspace) => workspace.forget(),
         }
     }
 
@@ -71,6 +76,7 @@ impl<const D: usize> ForceWorkspace<D> {
             }
             Solver::Cone(program, workspace) => program.solve(workspace, b, forces),
             Solver::Preload(program, workspace) => program.solve(workspace, b, forces),
+            Solver::Squares(program, workspace) => program.solve(workspace, b, forces),
         }
     }
 
@@ -85,6 +91,7 @@ impl<const D: usize> ForceWorkspace<D> {
             }
             Solver::Cone(program, workspace) => program.solve(workspace, b, forces)?,
             Solver::Preload(program, workspace) => program.solve(workspace, b, forces)?,
+            Solver::Squares(program, workspace) => program.solve(workspace, b, forces)?,
         };
         let components = grasp.force_components();
         for (row, force) in rows.chunks_mut(components.len()).zip(&forces.forces) {
@@ -99,17 +106,21 @@ impl<const D: usize> ForceWorkspace<D> {
     pub(crate) fn totals(&self, b: &Wrench<D>) -> (f64, f64) {
         match &self.solver {
             Solver::Linear(_, workspace) => workspace.latest().totals(b),
-            Solver::Cone(..) | Solver::Preload(..) => self.forces.totals(),
+            Solver::Cone(..) | Solver::Preload(..) | Solver::Squares(..) => self.forces.totals(),
         }
     }
 
-    /// Starts from the last basis of another workspace, if both programs number the same edges in the same way.
+    /// Starts from the last basis of another workspace, if both programs number the same edges in the same way; or from
+    /// its last multiplier.
     pub(crate) fn adopt(&mut self, other: &Self) {
-        if let (Solver::Linear(program, workspace), Solver::Linear(before, last)) =
-            (&mut self.solver, &other.solver)
-            && program.matches(before)
-        {
-            program.adopt(workspace, last);
+        match (&mut self.solver, &other.solver) {
+            (Solver::Linear(program, workspace), Solver::Linear(before, last)) if program.matches(before) => {
+                program.adopt(workspace, last);
+            }
+            (Solver::Squares(program, workspace), Solver::Squares(before, last)) => {
+                program.adopt(workspace, before, last);
+            }
+            _ => {}
         }
     }
 }
