@@ -46,7 +46,10 @@ pub(crate) struct StandardCone<const D: usize> {
     pub(crate) dim: usize,
     /// Squares of the coefficients: `|f|^2 / f^U^2` is the sum of `weights[k] x[k]^2`.
     pub(crate) weights: Vector4<f64>,
-    /// Which component of a contact force each coordinate is, and how large a unit of it.
+    pub(crate) mu: f64,
+    pub(crate) gamma: f64,
+    limit: f64,
+    /// Which component of a contact force each coordinate is, with its coefficient.
     components: [(usize, f64); 4],
 }
 
@@ -62,6 +65,9 @@ impl<const D: usize> StandardCone<D> {
             axes: [SVector::zeros(); 4],
             dim: 0,
             weights: Vector4::zeros(),
+            mu: contact.friction,
+            gamma: contact.torsion,
+            limit,
             components: [(0, 0.0); 4],
         };
         let coefficients = [1.0, contact.friction, contact.friction, contact.torsion];
@@ -69,7 +75,7 @@ impl<const D: usize> StandardCone<D> {
             let wrench = map.column(component) * (limit * coefficient);
             cone.axes[cone.dim] = equilibration.wrench(&wrench);
             cone.weights[cone.dim] = coefficient * coefficient;
-            cone.components[cone.dim] = (component, coefficient * limit);
+            cone.components[cone.dim] = (component, coefficient);
             cone.dim += 1;
         }
         Some(cone)
@@ -77,18 +83,30 @@ impl<const D: usize> StandardCone<D> {
 
     /// The contact force of `x`.
     pub(crate) fn force(&self, x: &Vector4<f64>) -> ContactForce {
-        let mut force = ContactForce::zeros();
-        for (k, &(component, unit)) in self.components[..self.dim].iter().enumerate() {
-            force[component] = unit * x[k];
-        }
-        force
+        self.normalised(x) * self.limit
     }
 
     /// The `x` of a contact force.
     pub(crate) fn coordinates(&self, force: &ContactForce) -> Vector4<f64> {
+        self.coordinates_of_normalised(&(force / self.limit))
+    }
+
+    /// The contact force of `x`, relative to the contact's limit.
+    #[inline]
+    pub(crate) fn normalised(&self, x: &Vector4<f64>) -> ContactForce {
+        let mut force = ContactForce::zeros();
+        for (k, &(component, coefficient)) in self.components[..self.dim].iter().enumerate() {
+            force[component] = coefficient * x[k];
+        }
+        force
+    }
+
+    /// The `x` of a contact force relative to the contact's limit.
+    #[inline]
+    pub(crate) fn coordinates_of_normalised(&self, force: &ContactForce) -> Vector4<f64> {
         let mut x = Vector4::zeros();
-        for (k, &(component, unit)) in self.components[..self.dim].iter().enumerate() {
-            x[k] = force[component] / unit;
+        for (k, &(component, coefficient)) in self.components[..self.dim].iter().enumerate() {
+            x[k] = force[component] / coefficient;
         }
         x
     }

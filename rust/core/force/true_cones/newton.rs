@@ -25,6 +25,9 @@ const STALLED: f64 = 1e3;
 /// Violations of cones and prices below this, relative to the level or the multiplier, are rounding.
 const VIOLATED: f64 = 1e-11;
 
+/// Multipliers below this, relative to all of them, are zero.
+const VANISHED: f64 = 1e-10;
+
 /// Where the steps ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Steps {
@@ -40,12 +43,11 @@ pub(crate) struct NewtonWorkspace<const D: usize> {
     pub(crate) point: OptimalPoint<D>,
     /// Whether point and system are those of an answer.
     pub(crate) known: bool,
-    /// Whether the objective and its tie-break determine the forces of the answer.
-    pub(crate) unique: bool,
     system: OptimalitySystem<D>,
     factorised: bool,
     along: Vec<f64>,
     tie_break: TieBreak<D>,
+    pub(crate) opened: bool,
     /// Counted for measurements.
     pub(crate) steps: usize,
 }
@@ -55,11 +57,11 @@ impl<const D: usize> NewtonWorkspace<D> {
         Self {
             point: OptimalPoint::new(contacts),
             known: false,
-            unique: false,
             system: OptimalitySystem::new(contacts),
             factorised: false,
             along: Vec::with_capacity(4 * contacts + 1),
             tie_break: TieBreak::new(contacts),
+            opened: false,
             steps: 0,
         }
     }
@@ -77,9 +79,10 @@ impl<const D: usize> NewtonWorkspace<D> {
         conditions: &ConeConditions<D>,
         target: &SVector<f64, D>,
         changes: usize,
-    ) -> Option<()> {
+    ) -> Option<Choice> {
         self.steps = 0;
         self.known = false;
+        self.opened = false;
         for _ in 0..changes {
             let changed = match self.converge(conditions, target) {
                 Steps::Failed => return None,
@@ -90,6 +93,10 @@ impl<const D: usize> NewtonWorkspace<D> {
                     true
                 }
                 Steps::Converged => {
+                    if widen(conditions, &mut self.point) {
+                        conditions.linearise(&self.point, &mut self.system);
+                        self.system.factorise();
+                    }
                     let choice = if self.system.free_directions() > 0 {
                         self.tie_break.choose(conditions, &mut self.point, &self.system)
                     } else {
@@ -98,8 +105,8 @@ impl<const D: usize> NewtonWorkspace<D> {
                     let changed = change_statuses(conditions, &mut self.point);
                     if !changed {
                         self.known = choice != Choice::Open;
-                        self.unique = choice == Choice::Unique;
-                        return self.known.then_some(());
+                        self.opened = choice == Choice::Open;
+                        return Some(choice);
                     }
                     changed
                 }
@@ -161,6 +168,35 @@ impl<const D: usize> NewtonWorkspace<D> {
         set_status(point, contact, status, x, 0.5 * contradiction.abs());
         true
     }
+}
+
+/// Gives contacts whose multiplier vanishes the status that their multiplier allows, so that the statuses describe all
+/// optimal forces. True if one changed.
+fn widen<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoint<D>) -> bool {
+    let price = conditions.price;
+    let zero = VANISHED * (1.0 + point.z.lp_norm(1));
+    let mut widened = false;
+    for (contact, cone) in conditions.cones.iter().enumerate() {
+        let at = point.contacts[contact];
+        let (turned, excess) = (load(&at.v), at.v[0] + load(&at.v) - price);
+        let straight = cone.dim > 1 && turned <= zero;
+        let status = match at.status {
+            ContactStatus::Idle if excess >= -zero => {
+                if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
+            }
+            ContactStatus::FullSliding | ContactStatus::FullSticking if excess <= zero => {
+                if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
+            }
+            ContactStatus::FullSliding if straight => ContactStatus::FullSticking,
+            ContactStatus::Sliding if straight => ContactStatus::Sticking,
+            _ => continue,
+        };
+        let x = point.force(contact);
+        let at = &mut point.contacts[contact];
+        (at.status, at.x) = (status, x);
+        widened = true;
+    }
+    widened
 }
 
 /// Gives contacts that violate their status the one that they ask for; false if none does.

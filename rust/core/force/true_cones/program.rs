@@ -18,6 +18,7 @@ use crate::force::true_cones::interior_point_socp::least_forces;
 use crate::force::true_cones::newton::{FEW_CHANGES, MANY_CHANGES, NewtonWorkspace};
 use crate::force::true_cones::optimal_point::ConeConditions;
 use crate::force::true_cones::start::classify;
+use crate::force::true_cones::tie_break::Choice;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
@@ -136,8 +137,8 @@ impl<const D: usize> ConeProgram<D> {
                 let z = simplex.multipliers[0] / self.columns.reach(&simplex.multipliers[0]).max(f64::MIN_POSITIVE);
                 newton.restart();
                 classify(conditions, &mut newton.point, z, &forces.forces);
-                if newton.solve(conditions, &target.wrench, MANY_CHANGES).is_some()
-                    && let Some(answer) = self.accept(newton, b, scale, forces, simplex.pivots)
+                if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
+                    && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
                 {
                     return Ok(answer);
                 }
@@ -158,14 +159,16 @@ impl<const D: usize> ConeProgram<D> {
         let newton = &mut workspace.newton;
         let conditions = self.conditions.as_ref().filter(|_| newton.known)?;
         let Reachable { target, scale } = self.equilibration.reachable(b).ok()?;
-        newton.solve(conditions, &target.wrench, FEW_CHANGES)?;
-        self.accept(newton, b, scale, forces, 0)
+        // Forces that no level chooses come from nothing, so that they depend on the wrench alone.
+        let choice = newton.solve(conditions, &target.wrench, FEW_CHANGES).filter(|c| *c != Choice::Open)?;
+        self.accept(newton, choice, b, scale, forces, 0)
     }
 
     /// Writes the forces of Newton's method, if their certificate holds.
     fn accept(
         &self,
         newton: &mut NewtonWorkspace<D>,
+        choice: Choice,
         b: &Wrench<D>,
         scale: f64,
         forces: &mut ContactForces,
@@ -179,7 +182,7 @@ impl<const D: usize> ConeProgram<D> {
         }
         let answer = self.certify(&newton.point.z, b, forces, pivots, self.tolerance.min(NEWTON_GAP)).ok();
         newton.known &= answer.is_some();
-        forces.unique = newton.unique;
+        forces.unique = choice == Choice::Unique;
         answer
     }
 
@@ -385,6 +388,92 @@ mod scratch {
                     }
                 }
                 println!("{name} {torsion}: {n} inf {inf} coarse {coarse} fine {fine} fell {fell} uniq {uniq} gap {worst_gap:e} diff {diff:e}; warm {warm} fail {warmfail} steps {:.2}", steps as f64 / warm as f64);
+            }
+        }
+    }
+
+    #[test]
+    fn scratch_symmetric() {
+        let axes = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [-1., 0., 0.], [0., -1., 0.], [0., 0., -1.]];
+        let corners: Vec<[f64; 3]> = (0..8).map(|k| [0, 1, 2].map(|a| if k >> a & 1 == 1 { 1.0 } else { -1.0 } / 3f64.sqrt())).collect();
+        let ring = |up: f64, c: usize| -> Vec<[f64; 3]> { (0..c).map(|k| { let t = 2.0 * std::f64::consts::PI * k as f64 / c as f64; [0.8 * t.cos(), 0.8 * t.sin(), up * 0.6] }).collect() };
+        let families: Vec<(&str, Vec<[f64; 3]>, bool)> = vec![
+            ("square", vec![axes[0], axes[1], axes[3], axes[4]], false),
+            ("tetra", vec![corners[0], corners[3], corners[5], corners[6]], false),
+            ("octa", axes.to_vec(), false),
+            ("prism", [ring(1.0, 3), ring(-1.0, 3)].concat(), false),
+            ("cube", corners.clone(), false),
+            ("feet4", vec![[1., 1., 0.], [-1., 1., 0.], [-1., -1., 0.], [1., -1., 0.]], true),
+            ("feet6", ring(0.0, 6), true),
+            ("feet3", ring(0.0, 3), true),
+            ("pair", vec![axes[0], axes[3]], false),
+        ];
+        for (objective, name) in
+            [(Objective::MaxThenSum, "max"), (Objective::Sum, "sum"), (Objective::Weighted(0.5), "weighted")]
+        {
+            for (family, points, feet) in &families {
+                for torsion in [0.0, 0.1] {
+                    let mut random = Random::new(5);
+                    let (mut n, mut inf, mut coarse, mut fine, mut fell, mut open, mut uniq, mut hist) = (0, 0, 0, 0, 0, 0, 0, 0);
+                    let (mut warm, mut differ) = (0, 0.0_f64);
+                    for g in 0..60 {
+                        let cs: Vec<Contact> = points.iter().map(|p| {
+                            let p = Vector3::new(p[0], p[1], p[2]);
+                            let normal = if *feet { Vector3::z() } else { -p.normalize() };
+                            Contact::new(p, normal).friction([0.5, 0.75, 1.0][g % 3]).torsion(torsion).cone()
+                        }).collect();
+                        let grasp = Grasp::<6>::new(&cs).unwrap();
+                        let program = ConeProgram::new(&grasp, objective, 1e-9);
+                        let pick = |random: &mut Random| {
+                            if *feet {
+                                let mut w = Wrench::<6>::zeros();
+                                w[2] = 1.0;
+                                w[0] = 0.3 * random.within(-1.0, 1.0).round() * random.uniform();
+                                w[1] = 0.3 * random.within(-1.0, 1.0).round();
+                                w[3] = 0.4 * random.within(-1.0, 1.0);
+                                w[4] = 0.4 * random.within(-1.0, 1.0).round();
+                                w
+                            } else if g % 2 == 0 {
+                                Wrench::<6>::from_fn(|k, _| (2.4 * random.within(-1.0, 1.0)).round() * if k < 3 { 1.0 } else { 0.25 })
+                            } else { Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0)) }
+                        };
+                        for _ in 0..5 {
+                            let b = pick(&mut random);
+                            if b.amax() == 0.0 { continue }
+                            n += 1;
+                            let mut ws = program.workspace();
+                            let mut forces = ContactForces::new(cs.len());
+                            match program.solve(&mut ws, &b, &mut forces) {
+                                Err(Error::InfeasibleWrench { .. }) => { inf += 1; continue }
+                                Err(e) => { println!("{e}"); fell += 1; continue }
+                                Ok(_) => {
+                                    if ws.newton.known { if ws.fine { fine += 1 } else { coarse += 1 } } else if ws.newton.opened { open += 1 } else { fell += 1 }
+                                }
+                            }
+                            uniq += usize::from(forces.unique);
+                            let unique = forces.unique;
+                            let largest = forces.forces.iter().map(|f| f.amax()).fold(0.0, f64::max);
+                            for _ in 0..4 {
+                                let past = pick(&mut random);
+                                if past.amax() == 0.0 { continue }
+                                let mut w2 = program.workspace();
+                                let mut f2 = ContactForces::new(cs.len());
+                                let _ = program.solve(&mut w2, &past, &mut f2);
+                                for share in [0.3, 0.05, 1e-4] {
+                                    let _ = program.solve(&mut w2, &(b + (past - b) * share), &mut f2);
+                                }
+                                let steps = w2.simplex.pivots;
+                                let Ok(a) = program.solve(&mut w2, &b, &mut f2) else { println!("past fails"); continue };
+                                let _ = steps;
+                                warm += usize::from(a.pivots == 0);
+                                let d = f2.forces.iter().zip(&forces.forces).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / largest;
+                                differ = differ.max(d);
+                                if d > 1e-9 || f2.unique != unique { hist += 1; if hist < 3 { println!("  {d:e} unique {unique} {} warm {} b {:?}", f2.unique, a.pivots == 0, b.as_slice()); for (i, (p, q)) in forces.forces.iter().zip(&f2.forces).enumerate() { println!("     {:?} {:?} {:?} {:?}", ws.newton.point.contacts[i].status, p.as_slice(), w2.newton.point.contacts[i].status, q.as_slice()); } } }
+                            }
+                        }
+                    }
+                    println!("{name} {family} {torsion}: {n} inf {inf} coarse {coarse} fine {fine} fell {fell} open {open} uniq {uniq} warm {warm} history {hist} differ {differ:e}");
+                }
             }
         }
     }

@@ -22,7 +22,7 @@ pub(crate) fn classify<const D: usize>(
         at.x = cone.coordinates(force);
         at.v = cone.conjugate(&z);
         at.guessed = false;
-        longest = longest.max(load(&at.v));
+        longest = longest.max(at.v.amax());
         level = level.max(at.x[0]);
     }
     point.level = level;
