@@ -25,7 +25,7 @@ const MAX_TRIALS: usize = 20;
 
 /// The gradient that counts as zero, relative to its terms, and what a stalled iteration may leave of it.
 const CONVERGED: f64 = 2e-14;
-const STALLED: f64 = 1e-11;
+const STALLED: f64 = 1e-10;
 
 /// Shares of the norm fall by this factor, this often.
 const FALL: f64 = 0.25;
@@ -283,6 +283,8 @@ impl<const D: usize> Program<'_, D> {
         let mut stalled = 0;
         for _ in 0..MAX_STEPS {
             let error = point.gradient.amax() / point.size;
+            #[cfg(test)]
+            if std::env::var("TRACE2").is_ok() { println!("      min error {error:e} |z| {:e} value {:e} slope {:?}", point.z.norm(), point.value, stalled); }
             *z = point.z;
             if error <= CONVERGED {
                 return true;
@@ -324,6 +326,10 @@ impl<const D: usize> Program<'_, D> {
             let found = self.at(from.z + direction * step, solution);
             let now = found.gradient.dot(direction);
             let rounding = 8.0 * f64::EPSILON * found.terms.max(from.terms);
+            // Kinks at the minimum leave slopes that the values cannot tell from rounding.
+            if found.gradient.amax() <= 0.5 * from.gradient.amax() && found.value <= from.value + rounding {
+                return Some(found);
+            }
             if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || found.value <= from.value + rounding) {
                 return Some(found);
             }

@@ -85,8 +85,16 @@ impl<const D: usize> NewtonWorkspace<D> {
         self.opened = false;
         for _ in 0..changes {
             let changed = match self.converge(conditions, target) {
-                Steps::Failed => return None,
+                // Contacts that seem to slide at a multiplier of zero stick.
+                Steps::Failed if widen(conditions, &mut self.point) => true,
+                Steps::Failed => {
+                    #[cfg(test)]
+                    if std::env::var("TRACE").is_ok() { let m = conditions.evaluate(&mut self.point, target, &mut self.system.missing); println!("   FAILED error {:e} balance {:e} missing {:?} rank {} det {} free {} level {}", m.error, m.balance.amax(), self.system.missing, self.system.rank, self.system.determined, self.system.free_directions(), self.point.level); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
+                    return None
+                }
                 Steps::Improvable => {
+                    #[cfg(test)]
+                    if std::env::var("TRACE").is_ok() { println!("   improvable {:?}", self.system.contradiction()); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
                     if !self.improve(conditions) {
                         return None;
                     }
@@ -102,6 +110,8 @@ impl<const D: usize> NewtonWorkspace<D> {
                     } else {
                         Choice::Unique
                     };
+                    #[cfg(test)]
+                    if std::env::var("TRACE").is_ok() { println!("   converged {choice:?} free {} level {}", self.system.free_directions(), self.point.level); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
                     let changed = change_statuses(conditions, &mut self.point);
                     if !changed {
                         self.known = choice != Choice::Open;

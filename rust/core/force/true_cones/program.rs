@@ -412,6 +412,7 @@ mod scratch {
             [(Objective::MaxThenSum, "max"), (Objective::Sum, "sum"), (Objective::Weighted(0.5), "weighted")]
         {
             for (family, points, feet) in &families {
+                if std::env::var("FAMILY").is_ok_and(|f| f != *family) { continue }
                 for torsion in [0.0, 0.1] {
                     let mut random = Random::new(5);
                     let (mut n, mut inf, mut coarse, mut fine, mut fell, mut open, mut uniq, mut hist) = (0, 0, 0, 0, 0, 0, 0, 0);
@@ -447,7 +448,7 @@ mod scratch {
                                 Err(Error::InfeasibleWrench { .. }) => { inf += 1; continue }
                                 Err(e) => { println!("{e}"); fell += 1; continue }
                                 Ok(_) => {
-                                    if ws.newton.known { if ws.fine { fine += 1 } else { coarse += 1 } } else if ws.newton.opened { open += 1 } else { fell += 1 }
+                                    if ws.newton.known { if ws.fine { fine += 1 } else { coarse += 1 } } else if ws.newton.opened { open += 1 } else { fell += 1; if std::env::var("TRACE").is_ok() { println!("^^^ {name} {family} {torsion} b {:?}", b.as_slice()); } }
                                 }
                             }
                             uniq += usize::from(forces.unique);
