@@ -88,18 +88,19 @@ impl<const D: usize> FaceChoice<D> {
         &mut self,
         conditions: &ConeConditions<D>,
         point: &mut OptimalPoint<D>,
+        target: &SVector<f64, D>,
         sum_changes: bool,
     ) -> Choice {
-        let mut target = SVector::zeros();
+        let mut target = *target;
         for (contact, cone) in conditions.cones.iter().enumerate() {
             match point.contacts[contact].status {
-                ContactStatus::Idle | ContactStatus::FullSliding => continue,
+                ContactStatus::FullSliding => target -= cone.wrench(&point.force(contact)),
                 ContactStatus::Sticking | ContactStatus::FullSticking
                     if cone.mu == 0.0 && cone.gamma > 0.0 =>
                 {
                     return Choice::Open;
                 }
-                _ => target += cone.wrench(&point.force(contact)),
+                _ => {}
             }
         }
         let mut program = Program { conditions, point, target, price: 0.0, share: 1.0 };

@@ -25,8 +25,11 @@ const STALLED: f64 = 1e3;
 /// Violations of cones and prices below this, relative to the level or the multiplier, are rounding.
 const VIOLATED: f64 = 1e-11;
 
+/// Forces beyond this belong to statuses that are not the answer's: the wrench has size one.
+const FAR: f64 = 1e6;
+
 /// Multipliers below this, relative to all of them, are zero.
-const VANISHED: f64 = 1e-10;
+const VANISHED: f64 = 2e-12;
 
 /// Where the steps ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,7 +109,7 @@ impl<const D: usize> NewtonWorkspace<D> {
                         self.system.factorise();
                     }
                     let choice = if self.system.free_directions() > 0 {
-                        self.tie_break.choose(conditions, &mut self.point, &self.system)
+                        self.tie_break.choose(conditions, &mut self.point, target, &self.system)
                     } else {
                         Choice::Unique
                     };
@@ -129,6 +132,16 @@ impl<const D: usize> NewtonWorkspace<D> {
     }
 
     fn converge(&mut self, conditions: &ConeConditions<D>, target: &SVector<f64, D>) -> Steps {
+        let steps = self.converge_from_here(conditions, target);
+        if self.point.contacts.iter().all(|contact| contact.x.amax() <= FAR) {
+            return steps;
+        }
+        // Nearly dependent columns of earlier statuses made forces whose rounding hides the balance.
+        self.point.contacts.iter_mut().for_each(|contact| contact.x.fill(0.0));
+        self.converge_from_here(conditions, target)
+    }
+
+    fn converge_from_here(&mut self, conditions: &ConeConditions<D>, target: &SVector<f64, D>) -> Steps {
         let Self { point, system, factorised, .. } = self;
         let mut before = f64::INFINITY;
         for _ in 0..MAX_STEPS {
@@ -191,10 +204,10 @@ fn widen<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoin
         let (turned, excess) = (load(&at.v), at.v[0] + load(&at.v) - price);
         let straight = cone.dim > 1 && turned <= zero;
         let status = match at.status {
-            ContactStatus::Idle if excess >= -zero => {
+            ContactStatus::Idle if excess.abs() <= zero => {
                 if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
             }
-            ContactStatus::FullSliding | ContactStatus::FullSticking if excess <= zero => {
+            ContactStatus::FullSliding | ContactStatus::FullSticking if excess.abs() <= zero => {
                 if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
             }
             ContactStatus::FullSliding if straight => ContactStatus::FullSticking,

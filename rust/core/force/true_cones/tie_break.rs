@@ -1,6 +1,8 @@
 //! The choice among optimal forces: the least sum where the maximum is minimised, then the least
 //! `sum_i |f_i|^2 / f_i^U^2`.
 
+use nalgebra::SVector;
+
 use crate::force::true_cones::face_choice::FaceChoice;
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
@@ -33,12 +35,13 @@ impl<const D: usize> TieBreak<D> {
         Self { along: Vec::with_capacity(4 * contacts + 1), moved: OptimalPoint::new(contacts), face: FaceChoice::new(contacts) }
     }
 
-    /// Chooses among the forces that satisfy the conditions at the point, whose factorised system has free
-    /// directions.
+    /// Chooses among the forces that satisfy the conditions at the point for the wrench `target`. The factorised system
+    /// of the point has free directions.
     pub(crate) fn choose(
         &mut self,
         conditions: &ConeConditions<D>,
         point: &mut OptimalPoint<D>,
+        target: &SVector<f64, D>,
         system: &OptimalitySystem<D>,
     ) -> Choice {
         if system.free_directions() == 1 {
@@ -56,7 +59,7 @@ impl<const D: usize> TieBreak<D> {
             }
             sum_changes |= sum_of(&system.unknowns, &self.along).abs() > LEVEL_SUM * length;
         }
-        self.face.choose(conditions, point, conditions.least_sum && sum_changes)
+        self.face.choose(conditions, point, target, conditions.least_sum && sum_changes)
     }
 
     fn along_a_line(
