@@ -25,6 +25,9 @@ const STALLED: f64 = 1e3;
 /// Violations of cones and prices below this, relative to the level or the multiplier, are rounding.
 const VIOLATED: f64 = 1e-11;
 
+/// Wrenches of size one that differ by more are a jump.
+const JUMP: f64 = 0.1;
+
 /// Forces beyond this belong to statuses that are not the answer's: the wrench has size one.
 const FAR: f64 = 1e6;
 
@@ -51,6 +54,8 @@ pub(crate) struct NewtonWorkspace<const D: usize> {
     along: Vec<f64>,
     tie_break: TieBreak<D>,
     pub(crate) opened: bool,
+    /// The wrench of unit size of the last answer.
+    last: SVector<f64, D>,
     /// Counted for measurements.
     pub(crate) steps: usize,
 }
@@ -65,6 +70,7 @@ impl<const D: usize> NewtonWorkspace<D> {
             along: Vec::with_capacity(4 * contacts + 1),
             tie_break: TieBreak::new(contacts),
             opened: false,
+            last: SVector::zeros(),
             steps: 0,
         }
     }
@@ -73,6 +79,11 @@ impl<const D: usize> NewtonWorkspace<D> {
     pub(crate) fn restart(&mut self) {
         self.factorised = false;
         self.known = false;
+    }
+
+    /// Whether the point is that of a wrench nearby: from farther away column generation is the shorter way.
+    pub(crate) fn is_near(&self, target: &SVector<f64, D>) -> bool {
+        self.known && (target - self.last).amax() <= JUMP
     }
 
     /// Solves for a wrench of unit size from the point in the workspace. `None` where it does not converge with at most
@@ -86,6 +97,7 @@ impl<const D: usize> NewtonWorkspace<D> {
         self.steps = 0;
         self.known = false;
         self.opened = false;
+        self.last = *target;
         for _ in 0..changes {
             let changed = match self.converge(conditions, target) {
                 // Contacts that seem to slide at a multiplier of zero stick.

@@ -24,16 +24,16 @@ use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
 use crate::tolerances::NEWTON_GAP;
 
-/// The relative gap of column generation at which Newton's method takes over.
-const START_GAP: f64 = 3e-2;
+/// Relative gaps of column generation at which Newton's method tries to take over; the last try is at the tolerance.
+const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ConeColumns<D>,
-    /// The same, for an answer from which Newton's method starts.
-    coarse: ConeColumns<D>,
+    /// The same, for answers from which Newton's method starts.
+    coarse: [ConeColumns<D>; 3],
     /// The conditions of Newton's method; `None` where a contact has listed extreme forces.
     conditions: Option<ConeConditions<D>>,
     maps: Vec<ContactMap<D>>,
@@ -60,7 +60,7 @@ impl<const D: usize> ConeProgram<D> {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        let coarse = columns.with_tolerance(START_GAP);
+        let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
         let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
         Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
@@ -121,11 +121,17 @@ impl<const D: usize> ConeProgram<D> {
         simplex.pivots = 0;
         newton.restart();
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
-        for columns in [&self.coarse, &self.columns] {
+        let mut outcome = Outcome::Stalled;
+        for columns in self.coarse.iter().chain([&self.columns]) {
             *fine = std::ptr::eq(columns, &self.columns);
             let spent = simplex.pivots;
-            let outcome = simplex.cold(columns, &target);
-            simplex.pivots += spent;
+            outcome = if outcome == Outcome::Optimal {
+                simplex.optimise(columns, target.rank)
+            } else {
+                let outcome = simplex.cold(columns, &target);
+                simplex.pivots += spent;
+                outcome
+            };
             match outcome {
                 Outcome::Infeasible(z) => return Err(self.equilibration.infeasible(&z)),
                 Outcome::Optimal => {}
@@ -159,6 +165,9 @@ impl<const D: usize> ConeProgram<D> {
         let newton = &mut workspace.newton;
         let conditions = self.conditions.as_ref().filter(|_| newton.known)?;
         let Reachable { target, scale } = self.equilibration.reachable(b).ok()?;
+        if !newton.is_near(&target.wrench) {
+            return None;
+        }
         // Forces that no level chooses come from nothing, so that they depend on the wrench alone.
         let choice = newton.solve(conditions, &target.wrench, FEW_CHANGES).filter(|c| *c != Choice::Open)?;
         self.accept(newton, choice, b, scale, forces, 0)
