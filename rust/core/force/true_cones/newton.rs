@@ -166,7 +166,7 @@ impl<const D: usize> NewtonWorkspace<D> {
                 }
                 return Steps::Converged;
             }
-            if !error.is_finite() {
+            if !error.is_finite() || point.z.amax() > FAR * FAR {
                 return Steps::Failed;
             }
             let reduced = error / before;

@@ -27,6 +27,9 @@ use crate::tolerances::NEWTON_GAP;
 /// Relative gaps of column generation at which Newton's method tries to take over; the last try is at the tolerance.
 const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
 
+/// How much more multipliers are believed than forces where both nearly vanish: at the last try, one after another.
+const DOUBTS: [f64; 5] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3];
+
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
@@ -139,17 +142,23 @@ impl<const D: usize> ConeProgram<D> {
             }
             forces.clear();
             self.add_up(simplex, 1.0, forces);
-            if let Some(conditions) = &self.conditions {
-                let z = simplex.multipliers[0] / self.columns.reach(&simplex.multipliers[0]).max(f64::MIN_POSITIVE);
+            let Some(conditions) = &self.conditions else { continue };
+            let z = simplex.multipliers[0];
+            let z = z / self.columns.reach(&z).max(f64::MIN_POSITIVE);
+            let doubts = if *fine { &DOUBTS[..] } else { &DOUBTS[..1] };
+            for doubt in doubts {
                 newton.restart();
-                classify(conditions, &mut newton.point, z, &forces.forces);
+                classify(conditions, &mut newton.point, z, &forces.forces, *doubt);
                 if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
                     && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
                 {
                     return Ok(answer);
                 }
+                forces.clear();
+                self.add_up(simplex, 1.0, forces);
             }
         }
+        newton.restart();
         forces.clear();
         self.add_up(simplex, scale, forces);
         self.certify(&simplex.multipliers[0], b, forces, simplex.pivots, self.tolerance)

@@ -8,12 +8,14 @@ use crate::force::true_cones::contact_status::{ContactStatus, load};
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::grasp::contact::ContactForce;
 
-/// Makes a point of a multiplier and the contact forces for a wrench of unit size.
+/// Makes a point of a multiplier and the contact forces for a wrench of unit size. A `doubt` above one believes the
+/// multipliers more than the forces, below one less.
 pub(crate) fn classify<const D: usize>(
     conditions: &ConeConditions<D>,
     point: &mut OptimalPoint<D>,
     z: SVector<f64, D>,
     forces: &[ContactForce],
+    doubt: f64,
 ) {
     point.z = z;
     let mut longest = 0.0_f64;
@@ -29,13 +31,13 @@ pub(crate) fn classify<const D: usize>(
     for (cone, at) in conditions.cones.iter().zip(&mut point.contacts) {
         let excess = at.v[0] + load(&at.v) - conditions.price;
         let share = at.x[0] / level;
-        if -excess >= share {
+        if -excess * doubt >= share {
             at.status = ContactStatus::Idle;
             continue;
         }
-        let full = conditions.bounded && excess > 1.0 - share;
+        let full = conditions.bounded && excess * doubt > 1.0 - share;
         let inside = 1.0 - load(&at.x) / at.x[0];
-        let sticks = cone.dim > 1 && inside * longest > load(&at.v);
+        let sticks = cone.dim > 1 && inside * longest > load(&at.v) * doubt;
         at.status = match (full, sticks) {
             (false, false) => ContactStatus::Sliding,
             (false, true) => ContactStatus::Sticking,
