@@ -8,3 +8,4 @@ mod force_preload;
 mod force_reduced;
 mod force_reference;
 mod third_level;
+mod true_cone_newton;

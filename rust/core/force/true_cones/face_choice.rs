@@ -284,8 +284,6 @@ impl<const D: usize> Program<'_, D> {
         let mut stalled = 0;
         for _ in 0..MAX_STEPS {
             let error = point.gradient.amax() / point.size;
-            #[cfg(test)]
-            if std::env::var("TRACE2").is_ok() { println!("      min error {error:e} |z| {:e} value {:e} slope {:?}", point.z.norm(), point.value, stalled); }
             *z = point.z;
             if error <= CONVERGED {
                 return true;

@@ -53,11 +53,10 @@ pub(crate) struct NewtonWorkspace<const D: usize> {
     factorised: bool,
     along: Vec<f64>,
     tie_break: TieBreak<D>,
-    pub(crate) opened: bool,
     /// The wrench of unit size of the last answer.
     last: SVector<f64, D>,
-    /// Counted for measurements.
-    pub(crate) steps: usize,
+    /// Steps of the current solve.
+    steps: usize,
 }
 
 impl<const D: usize> NewtonWorkspace<D> {
@@ -69,7 +68,6 @@ impl<const D: usize> NewtonWorkspace<D> {
             factorised: false,
             along: Vec::with_capacity(4 * contacts + 1),
             tie_break: TieBreak::new(contacts),
-            opened: false,
             last: SVector::zeros(),
             steps: 0,
         }
@@ -96,24 +94,16 @@ impl<const D: usize> NewtonWorkspace<D> {
     ) -> Option<Choice> {
         self.steps = 0;
         self.known = false;
-        self.opened = false;
         self.last = *target;
         for _ in 0..changes {
-            let changed = match self.converge(conditions, target) {
+            match self.converge(conditions, target) {
                 // Contacts that seem to slide at a multiplier of zero stick.
-                Steps::Failed if widen(conditions, &mut self.point) => true,
-                Steps::Failed => {
-                    #[cfg(test)]
-                    if std::env::var("TRACE").is_ok() { let m = conditions.evaluate(&mut self.point, target, &mut self.system.missing); println!("   FAILED error {:e} balance {:e} missing {:?} rank {} det {} free {} level {}", m.error, m.balance.amax(), self.system.missing, self.system.rank, self.system.determined, self.system.free_directions(), self.point.level); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
-                    return None
-                }
+                Steps::Failed if widen(conditions, &mut self.point) => {}
+                Steps::Failed => return None,
                 Steps::Improvable => {
-                    #[cfg(test)]
-                    if std::env::var("TRACE").is_ok() { println!("   improvable {:?}", self.system.contradiction()); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
                     if !self.improve(conditions) {
                         return None;
                     }
-                    true
                 }
                 Steps::Converged => {
                     if widen(conditions, &mut self.point) {
@@ -125,20 +115,13 @@ impl<const D: usize> NewtonWorkspace<D> {
                     } else {
                         Choice::Unique
                     };
-                    #[cfg(test)]
-                    if std::env::var("TRACE").is_ok() { println!("   converged {choice:?} free {} level {}", self.system.free_directions(), self.point.level); for c in &self.point.contacts { println!("      {:?} x {:?} v {:?}", c.status, c.x.as_slice(), c.v.as_slice()); } }
-                    let changed = change_statuses(conditions, &mut self.point);
-                    if !changed {
+                    if !change_statuses(conditions, &mut self.point) {
                         self.known = choice != Choice::Open;
-                        self.opened = choice == Choice::Open;
                         return Some(choice);
                     }
-                    changed
                 }
-            };
-            if changed {
-                self.factorised = false;
             }
+            self.factorised = false;
         }
         None
     }
@@ -174,7 +157,7 @@ impl<const D: usize> NewtonWorkspace<D> {
                 return Steps::Converged;
             }
             if !*factorised || (reduced > CHORD && before.is_finite()) {
-                if *factorised && reduced > 0.5 && self.steps > 2 && system.contradictory(error) {
+                if *factorised && reduced > 0.5 && self.steps > 2 && system.contradictory() {
                     return Steps::Improvable;
                 }
                 conditions.linearise(point, system);
@@ -301,7 +284,7 @@ fn set_status<const D: usize>(
 
 impl<const D: usize> OptimalitySystem<D> {
     /// Whether only conditions of dependent columns miss something.
-    fn contradictory(&self, _error: f64) -> bool {
+    fn contradictory(&self) -> bool {
         self.contradiction().is_some_and(|(_, most)| {
             let independent = self.order[..self.rank].iter().map(|&j| self.missing[j].abs());
             independent.fold(0.0, f64::max) <= 1e-3 * most.abs()

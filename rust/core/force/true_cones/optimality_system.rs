@@ -44,7 +44,7 @@ pub(crate) struct OptimalitySystem<const D: usize> {
     /// Pivoted Cholesky factor of the curvature in the null space.
     factor: [[f64; 6]; 6],
     pivots: [usize; 6],
-    pub(crate) determined: usize,
+    determined: usize,
     lengths: Vec<f64>,
     step: Vec<f64>,
 }

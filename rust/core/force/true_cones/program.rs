@@ -1,8 +1,10 @@
-//! Force distribution over true friction cones by column generation.
+//! Force distribution over true friction cones.
 //!
-//! The master program is the simplex over the columns generated so far, of which only the basis matters; the
-//! oracle's closed form prices the next. A basis of the last wrench starts the next one: mostly a few dual
-//! pivots away. Forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
+//! Newton's method on the optimality conditions starts from the last answer. Where that is far away or fails, column
+//! generation starts from nothing: its master program is the simplex over the columns generated so far, and the oracle's
+//! closed form prices the next. Newton's method takes over from a coarse answer. Where it fails, column generation goes
+//! on to its tolerance; its forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
+//! Nothing but Newton's method remembers earlier wrenches, and its answers do not depend on where it started.
 
 use nalgebra::SVector;
 
@@ -49,7 +51,6 @@ pub(crate) struct ConeProgram<const D: usize> {
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
     newton: NewtonWorkspace<D>,
-    fine: bool,
 }
 
 impl<const D: usize> ConeWorkspace<D> {
@@ -71,10 +72,10 @@ impl<const D: usize> ConeProgram<D> {
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
         let contacts = self.columns.num_contacts();
-        ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts), fine: false }
+        ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts) }
     }
 
-    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `forces`.
+    /// Solves for `b = -w_ext` and writes the forces.
     pub(crate) fn solve(
         &self,
         workspace: &mut ConeWorkspace<D>,
@@ -113,20 +114,19 @@ impl<const D: usize> ConeProgram<D> {
         }
     }
 
+    /// Column generation from nothing, with Newton's method from each of its answers.
     fn solve_in_doubles(
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        let ConeWorkspace { simplex, newton, fine } = workspace;
-        *fine = false;
+        let ConeWorkspace { simplex, newton } = workspace;
         simplex.pivots = 0;
         newton.restart();
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
         let mut outcome = Outcome::Stalled;
-        for columns in self.coarse.iter().chain([&self.columns]) {
-            *fine = std::ptr::eq(columns, &self.columns);
+        for (attempt, columns) in self.coarse.iter().chain([&self.columns]).enumerate() {
             let spent = simplex.pivots;
             outcome = if outcome == Outcome::Optimal {
                 simplex.optimise(columns, target.rank)
@@ -145,11 +145,13 @@ impl<const D: usize> ConeProgram<D> {
             let Some(conditions) = &self.conditions else { continue };
             let z = simplex.multipliers[0];
             let z = z / self.columns.reach(&z).max(f64::MIN_POSITIVE);
-            let doubts = if *fine { &DOUBTS[..] } else { &DOUBTS[..1] };
-            for doubt in doubts {
+            let doubts = if attempt == START_GAPS.len() { &DOUBTS[..] } else { &DOUBTS[..1] };
+            for (k, doubt) in doubts.iter().enumerate() {
                 newton.restart();
                 classify(conditions, &mut newton.point, z, &forces.forces, *doubt);
+                let last = k + 1 == DOUBTS.len();
                 if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
+                    && (last || choice != Choice::Open)
                     && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
                 {
                     return Ok(answer);
@@ -198,12 +200,9 @@ impl<const D: usize> ConeProgram<D> {
             forces.forces[i] = cone.force(&(x * scale));
             forces.shares[i] = x[0] * scale;
         }
-        let answer = self.certify(&newton.point.z, b, forces, pivots, self.tolerance.min(NEWTON_GAP));
-        #[cfg(test)]
-        if std::env::var("TRACE").is_ok() { if let Err(e) = &answer { println!("   REJECTED {e}"); } }
-        let answer = answer.ok();
+        let answer = self.certify(&newton.point.z, b, forces, pivots, self.tolerance.min(NEWTON_GAP)).ok();
         newton.known &= answer.is_some();
-        forces.unique = choice == Choice::Unique;
+        forces.unique = answer.is_some() && choice == Choice::Unique;
         answer
     }
 
@@ -293,14 +292,14 @@ mod tests {
     use super::*;
     use crate::grasp::contact::Contact;
 
-    /// Hard and soft fingers around a ball, and one that is linearised.
-    fn grasp(torsion: f64) -> Grasp<6> {
+    /// Hard and soft fingers around a ball; one may be linearised.
+    fn grasp(torsion: f64, mixed: bool, turn: f64) -> Grasp<6> {
         let contacts: Vec<Contact> = (0..5_u8)
             .map(|i| {
-                let (s, c) = (2.4 * f64::from(i)).sin_cos();
+                let (s, c) = (3.0 * turn * f64::from(i)).sin_cos();
                 let outward = Vector3::new(c, s, 0.4 * f64::from(i) - 0.8).normalize();
                 let contact = Contact::new(outward, -outward).friction(0.6).torsion(torsion);
-                if i == 0 { contact.edges(8) } else { contact.cone() }
+                if i == 0 && mixed { contact.edges(8) } else { contact.cone() }
             })
             .collect();
         Grasp::new(&contacts).unwrap()
@@ -308,13 +307,18 @@ mod tests {
 
     #[test]
     fn the_interior_point_solver_gives_what_column_generation_gives() {
-        for (torsion, objective) in [0.0, 0.2].into_iter().flat_map(|torsion| {
-            [Objective::Sum, Objective::MaxThenSum, Objective::Weighted(0.1)].map(|o| (torsion, o))
-        }) {
-            let grasp = grasp(torsion);
+        for (case, (torsion, objective)) in (0..20)
+            .flat_map(|_| [0.0, 0.2])
+            .flat_map(|torsion| {
+                [Objective::Sum, Objective::MaxThenSum, Objective::Weighted(0.1)].map(|o| (torsion, o))
+            })
+            .enumerate()
+        {
+            // Every other grasp has true cones alone, so that Newton's method takes part.
+            let grasp = grasp(torsion, case % 2 == 0, 0.8 + 0.01 * case as f64);
             let program = ConeProgram::new(&grasp, objective, 1e-8);
             let mut workspace = program.workspace();
-            for k in 0..6 {
+            for k in 0..12 {
                 let b = Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8 * 7 + k) + 0.3));
                 let mut least = ContactForces::new(5);
                 let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
@@ -328,173 +332,6 @@ mod tests {
                     let twist = if torsion > 0.0 { f[3] / torsion } else { 0.0 };
                     let load = (f[1].hypot(f[2]) / contact.friction).hypot(twist);
                     assert!(load <= f[0] * (1.0 + 1e-12));
-                }
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod scratch {
-    use super::*;
-    use crate::grasp::contact::Contact;
-    use nalgebra::Vector3;
-    use support::problems::Random;
-
-    pub(crate) fn grasp(random: &mut Random, m: usize, torsion: f64) -> Grasp<6> {
-        let cs: Vec<Contact> = (0..m)
-            .map(|_| {
-                let p = random.direction();
-                let n = Vector3::new(p.x, p.y / 0.8, p.z / 1.3).normalize();
-                Contact::new(Vector3::new(p.x, 0.8 * p.y, 1.3 * p.z), -n)
-                    .friction(random.within(0.2, 1.0))
-                    .torsion(torsion)
-                    .max_normal_force(random.within(0.5, 3.0))
-                    .cone()
-            })
-            .collect();
-        Grasp::new(&cs).unwrap()
-    }
-
-    #[test]
-    fn scratch_statistics() {
-        for (objective, name) in
-            [(Objective::MaxThenSum, "max"), (Objective::Sum, "sum"), (Objective::Weighted(0.1), "weighted")]
-        {
-            for torsion in [0.0, 0.1] {
-                let mut random = Random::new(11);
-                let (mut n, mut inf, mut coarse, mut fine, mut fell) = (0, 0, 0, 0, 0);
-                let (mut warm, mut warmfail, mut steps, mut worst_gap, mut diff, mut uniq) = (0, 0, 0, 0.0_f64, 0.0_f64, 0);
-                for g in 0..300 {
-                    let m = 2 + g % 6;
-                    let grasp = grasp(&mut random, m, torsion);
-                    let program = ConeProgram::new(&grasp, objective, 1e-9);
-                    let mut ws = program.workspace();
-                    let mut forces = ContactForces::new(m);
-                    let mut reference = ContactForces::new(m);
-                    for _ in 0..10 {
-                        let b = Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0));
-                        forces.unique = false;
-                        n += 1;
-                        let answer = program.solve_in_doubles(&mut ws, &b, &mut forces);
-                        match &answer {
-                            Err(Error::InfeasibleWrench { .. }) => { inf += 1; continue }
-                            Err(e) => { println!("{e}"); fell += 1; continue }
-                            Ok(a) => {
-                                if !ws.newton.known { fell += 1; continue }
-                                if ws.fine { fine += 1 } else { coarse += 1 }
-                                worst_gap = worst_gap.max(a.gap);
-                                let mut w2 = program.workspace();
-                                let t = program.equilibration.reachable(&b).unwrap();
-                                w2.simplex.cold(&program.columns, &t.target);
-                                reference.clear();
-                                program.add_up(&w2.simplex, t.scale, &mut reference);
-                                if let Ok(r) = program.certify(&w2.simplex.multipliers[0], &b, &reference, 0, 1e-9) {
-                                    diff = diff.max((r.sigma - a.sigma).abs() / a.sigma);
-                                }
-                            }
-                        }
-                        uniq += usize::from(forces.unique);
-                        let d = Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0));
-                        for k in 1..=20 {
-                            let c = b + d * (k as f64 * 1e-3);
-                            if program.solve_warm(&mut ws, &c, &mut forces).is_some() {
-                                warm += 1;
-                                steps += ws.newton.steps;
-                            } else {
-                                warmfail += 1;
-                                if program.solve_in_doubles(&mut ws, &c, &mut forces).is_err() || !ws.newton.known { break }
-                            }
-                        }
-                    }
-                }
-                println!("{name} {torsion}: {n} inf {inf} coarse {coarse} fine {fine} fell {fell} uniq {uniq} gap {worst_gap:e} diff {diff:e}; warm {warm} fail {warmfail} steps {:.2}", steps as f64 / warm as f64);
-            }
-        }
-    }
-
-    #[test]
-    fn scratch_symmetric() {
-        let axes = [[1., 0., 0.], [0., 1., 0.], [0., 0., 1.], [-1., 0., 0.], [0., -1., 0.], [0., 0., -1.]];
-        let corners: Vec<[f64; 3]> = (0..8).map(|k| [0, 1, 2].map(|a| if k >> a & 1 == 1 { 1.0 } else { -1.0 } / 3f64.sqrt())).collect();
-        let ring = |up: f64, c: usize| -> Vec<[f64; 3]> { (0..c).map(|k| { let t = 2.0 * std::f64::consts::PI * k as f64 / c as f64; [0.8 * t.cos(), 0.8 * t.sin(), up * 0.6] }).collect() };
-        let families: Vec<(&str, Vec<[f64; 3]>, bool)> = vec![
-            ("square", vec![axes[0], axes[1], axes[3], axes[4]], false),
-            ("tetra", vec![corners[0], corners[3], corners[5], corners[6]], false),
-            ("octa", axes.to_vec(), false),
-            ("prism", [ring(1.0, 3), ring(-1.0, 3)].concat(), false),
-            ("cube", corners.clone(), false),
-            ("feet4", vec![[1., 1., 0.], [-1., 1., 0.], [-1., -1., 0.], [1., -1., 0.]], true),
-            ("feet6", ring(0.0, 6), true),
-            ("feet3", ring(0.0, 3), true),
-            ("pair", vec![axes[0], axes[3]], false),
-        ];
-        for (objective, name) in
-            [(Objective::MaxThenSum, "max"), (Objective::Sum, "sum"), (Objective::Weighted(0.5), "weighted")].into_iter().filter(|(_, n)| std::env::var("OBJ").is_ok_and(|o| o != *n) == false)
-        {
-            for (family, points, feet) in &families {
-                if std::env::var("FAMILY").is_ok_and(|f| f != *family) { continue }
-                for torsion in [0.0, 0.1] {
-                    let mut random = Random::new(5);
-                    let (mut n, mut inf, mut coarse, mut fine, mut fell, mut open, mut uniq, mut hist) = (0, 0, 0, 0, 0, 0, 0, 0);
-                    let (mut warm, mut differ) = (0, 0.0_f64);
-                    for g in 0..60 {
-                        let cs: Vec<Contact> = points.iter().map(|p| {
-                            let p = Vector3::new(p[0], p[1], p[2]);
-                            let normal = if *feet { Vector3::z() } else { -p.normalize() };
-                            Contact::new(p, normal).friction([0.5, 0.75, 1.0][g % 3]).torsion(torsion).cone()
-                        }).collect();
-                        let grasp = Grasp::<6>::new(&cs).unwrap();
-                        let program = ConeProgram::new(&grasp, objective, 1e-9);
-                        let pick = |random: &mut Random| {
-                            if *feet {
-                                let mut w = Wrench::<6>::zeros();
-                                w[2] = 1.0;
-                                w[0] = 0.3 * random.within(-1.0, 1.0).round() * random.uniform();
-                                w[1] = 0.3 * random.within(-1.0, 1.0).round();
-                                w[3] = 0.4 * random.within(-1.0, 1.0);
-                                w[4] = 0.4 * random.within(-1.0, 1.0).round();
-                                w
-                            } else if g % 2 == 0 {
-                                Wrench::<6>::from_fn(|k, _| (2.4 * random.within(-1.0, 1.0)).round() * if k < 3 { 1.0 } else { 0.25 })
-                            } else { Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0)) }
-                        };
-                        for _ in 0..5 {
-                            let b = pick(&mut random);
-                            if b.amax() == 0.0 { continue }
-                            n += 1;
-                            let mut ws = program.workspace();
-                            let mut forces = ContactForces::new(cs.len());
-                            match program.solve(&mut ws, &b, &mut forces) {
-                                Err(Error::InfeasibleWrench { .. }) => { inf += 1; continue }
-                                Err(e) => { println!("{e}"); fell += 1; continue }
-                                Ok(_) => {
-                                    if ws.newton.known { if ws.fine { fine += 1 } else { coarse += 1 } } else if ws.newton.opened { open += 1 } else { fell += 1; if std::env::var("TRACE").is_ok() { println!("^^^ {name} {family} {torsion} b {:?}", b.as_slice()); } }
-                                }
-                            }
-                            uniq += usize::from(forces.unique);
-                            let unique = forces.unique;
-                            let largest = forces.forces.iter().map(|f| f.amax()).fold(0.0, f64::max);
-                            for _ in 0..4 {
-                                let past = pick(&mut random);
-                                if past.amax() == 0.0 { continue }
-                                let mut w2 = program.workspace();
-                                let mut f2 = ContactForces::new(cs.len());
-                                let _ = program.solve(&mut w2, &past, &mut f2);
-                                for share in [0.3, 0.05, 1e-4] {
-                                    let _ = program.solve(&mut w2, &(b + (past - b) * share), &mut f2);
-                                }
-                                let steps = w2.simplex.pivots;
-                                let Ok(a) = program.solve(&mut w2, &b, &mut f2) else { println!("past fails"); continue };
-                                let _ = steps;
-                                warm += usize::from(a.pivots == 0);
-                                let d = f2.forces.iter().zip(&forces.forces).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max) / largest;
-                                differ = differ.max(d);
-                                if d > 1e-9 || f2.unique != unique { hist += 1; if hist < 3 { println!("  {d:e} unique {unique} {} warm {} b {:?}", f2.unique, a.pivots == 0, b.as_slice()); for (i, (p, q)) in forces.forces.iter().zip(&f2.forces).enumerate() { println!("     {:?} {:?} {:?} {:?}", ws.newton.point.contacts[i].status, p.as_slice(), w2.newton.point.contacts[i].status, q.as_slice()); } } }
-                            }
-                        }
-                    }
-                    println!("{name} {family} {torsion}: {n} inf {inf} coarse {coarse} fine {fine} fell {fell} open {open} uniq {uniq} warm {warm} history {hist} differ {differ:e}");
                 }
             }
         }
