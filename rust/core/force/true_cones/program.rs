@@ -30,7 +30,7 @@ use crate::tolerances::NEWTON_GAP;
 const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
 
 /// How much more multipliers are believed than forces where both nearly vanish: at the last try, one after another.
-const DOUBTS: [f64; 5] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3];
+const DOUBTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]

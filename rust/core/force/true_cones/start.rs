@@ -8,6 +8,9 @@ use crate::force::true_cones::contact_status::{ContactStatus, load};
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::grasp::contact::ContactForce;
 
+/// A contact whose multiplier turns by less than this may stick, wherever its force lies.
+const HARDLY_INSIDE: f64 = 1e-6;
+
 /// Makes a point of a multiplier and the contact forces for a wrench of unit size. A `doubt` above one believes the
 /// multipliers more than the forces, below one less.
 pub(crate) fn classify<const D: usize>(
@@ -36,7 +39,8 @@ pub(crate) fn classify<const D: usize>(
             continue;
         }
         let full = conditions.bounded && excess * doubt > 1.0 - share;
-        let inside = 1.0 - load(&at.x) / at.x[0];
+        // Column generation puts forces on their cones, also where none has to be there.
+        let inside = (1.0 - load(&at.x) / at.x[0]).max(HARDLY_INSIDE);
         let sticks = cone.dim > 1 && inside * longest > load(&at.v) * doubt;
         at.status = match (full, sticks) {
             (false, false) => ContactStatus::Sliding,
