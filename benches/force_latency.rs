@@ -51,7 +51,7 @@ fn anywhere(random: &mut Random) -> Wrench<6> {
 }
 
 fn report(name: &str, grasp: &Grasp<6>, calls: usize, mut next: impl FnMut() -> Wrench<6>) {
-    let mut o = graspforce::DistributionOptions::default(); o.rtol = std::env::var("RTOL").ok().and_then(|n| n.parse().ok()).unwrap_or(1e-9); let distributor = ForceDistributor::with_options(grasp, Criterion::Max, o).expect("a grasp with edges");
+    let distributor = ForceDistributor::new(grasp, Criterion::Max).expect("a grasp with edges");
     let mut workspace = distributor.workspace();
     let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
     let wrenches: Vec<_> = (0..calls.min(100_000)).map(|_| next()).collect();

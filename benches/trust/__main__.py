@@ -3,6 +3,7 @@
 import argparse
 
 from benches.trust import (
+    cone_histories,
     global_bounds,
     history_free,
     mesh_unions,
@@ -20,6 +21,7 @@ FAMILIES = (
     origin_contacts,
     tumbles,
     history_free,
+    cone_histories,
     metrics,
     near_closure,
     smooth,

@@ -182,8 +182,8 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
     ///
-    /// Over listed extreme forces and without lower bounds nothing is allocated once the wrench's region is known. On
-    /// an error `forces` is untouched.
+    /// Without lower bounds nothing is allocated once the wrench's region is known (over listed extreme forces), or from
+    /// the start (over true cones, where nothing falls back). On an error `forces` is untouched.
     pub fn solve_into(
         &self,
         workspace: &mut ForceWorkspace<D>,
@@ -210,7 +210,8 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// Whether the wrench is zero and no contact has a lower bound.
     fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
-        external_wrench.iter().all(|x| *x == 0.0) && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
+        external_wrench.iter().all(|x| *x == 0.0)
+            && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
     }
 
     /// Replaces the workspace of another distributor.

@@ -38,7 +38,8 @@ use crate::grasp::PyGrasp;
 ///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
 ///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
 /// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
+///     method reached it from the last answer.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool

@@ -177,7 +177,6 @@ impl<const D: usize> FaceChoice<D> {
             let inside = load(&x) < x[0] * (1.0 - TIED * TIED);
             let unmoved = load(&v) <= TIED;
             let coordinates = match at.status {
-                ContactStatus::Idle | ContactStatus::FullSliding => continue,
                 ContactStatus::Sliding => {
                     if (v[0] + at.direction.dot(&v) - program.price).abs() <= TIED {
                         system.push(Unknown::Share { contact }, cone.axes[0] + cone.wrench(&at.direction));
@@ -199,7 +198,7 @@ impl<const D: usize> FaceChoice<D> {
                     if free > TIED && x[0] >= level * (1.0 - TIED) { 1..cone.dim } else { 0..cone.dim }
                 }
                 ContactStatus::FullSticking if inside || unmoved => 1..cone.dim,
-                ContactStatus::FullSticking => continue,
+                _ => continue,
             };
             for k in coordinates {
                 system.push(Unknown::Coordinate { contact, k }, cone.axes[k]);
@@ -219,9 +218,11 @@ impl<const D: usize> Program<'_, D> {
     fn at(&self, z: SVector<f64, D>, solution: &mut [Vector4<f64>]) -> DualPoint<D> {
         let value = -self.target.dot(&z);
         let (mut gradient, mut hessian) = (-self.target, SMatrix::<f64, D, D>::zeros());
-        let mut point = DualPoint { z, value, gradient, hessian, terms: value.abs(), size: self.target.amax() };
+        let mut point =
+            DualPoint { z, value, gradient, hessian, terms: value.abs(), size: self.target.amax() };
         let per_share = 1.0 / self.share;
-        let mut add = |wrench: &SVector<f64, D>, share: f64| hessian.ger(share * per_share, wrench, wrench, 1.0);
+        let mut add =
+            |wrench: &SVector<f64, D>, share: f64| hessian.ger(share * per_share, wrench, wrench, 1.0);
         for (contact, cone) in self.conditions.cones.iter().enumerate() {
             let at = &self.point.contacts[contact];
             let (low, high) = match at.status {
@@ -252,7 +253,8 @@ impl<const D: usize> Program<'_, D> {
             let mut reduced = v;
             reduced[0] -= self.price;
             // Conjugate to the normalised force: a coordinate and its multiplier scale inversely.
-            let pull = cone.normalised(&reduced.zip_map(&cone.weights, |v, w| if w > 0.0 { v / w } else { 0.0 }));
+            let pull =
+                cone.normalised(&reduced.zip_map(&cone.weights, |v, w| if w > 0.0 { v / w } else { 0.0 }));
             let set = CutCone { mu: cone.mu, gamma: cone.gamma, low, high };
             let found: Projection = set.project(&(pull * per_share));
             let x = cone.coordinates_of_normalised(&found.force);
@@ -280,7 +282,8 @@ impl<const D: usize> Program<'_, D> {
     /// Minimises the dual function from `z`, which is left at the minimiser.
     fn minimise(&self, z: &mut SVector<f64, D>, solution: &mut [Vector4<f64>]) -> bool {
         let mut point = self.at(*z, solution);
-        let scale: f64 = self.conditions.cones.iter().map(|c| c.axes[0].norm_squared()).sum::<f64>() / self.share;
+        let scale: f64 =
+            self.conditions.cones.iter().map(|c| c.axes[0].norm_squared()).sum::<f64>() / self.share;
         let mut stalled = 0;
         for _ in 0..MAX_STEPS {
             let error = point.gradient.amax() / point.size;
@@ -296,7 +299,7 @@ impl<const D: usize> Program<'_, D> {
             }
             let mut matrix = point.hessian;
             for k in 0..D {
-                matrix[(k, k)] += (1e-3 * error).max(1e-15).min(1e-3) * scale;
+                matrix[(k, k)] += (1e-3 * error).clamp(1e-15, 1e-3) * scale;
             }
             let Some(factor) = matrix.cholesky() else { return false };
             let direction = -factor.solve(&point.gradient);

@@ -199,10 +199,9 @@ fn widen<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoin
         let (turned, excess) = (load(&at.v), at.v[0] + load(&at.v) - price);
         let straight = cone.dim > 1 && turned <= zero;
         let status = match at.status {
-            ContactStatus::Idle if excess.abs() <= zero => {
-                if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
-            }
-            ContactStatus::FullSliding | ContactStatus::FullSticking if excess.abs() <= zero => {
+            ContactStatus::Idle | ContactStatus::FullSliding | ContactStatus::FullSticking
+                if excess.abs() <= zero =>
+            {
                 if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
             }
             ContactStatus::FullSliding if straight => ContactStatus::FullSticking,
@@ -220,7 +219,8 @@ fn widen<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoin
 /// Gives contacts that violate their status the one that they ask for; false if none does.
 fn change_statuses<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoint<D>) -> bool {
     let ConeConditions { price, bounded, .. } = *conditions;
-    let shares = |point: &OptimalPoint<D>| (0..point.contacts.len()).map(|i| point.force(i)[0]).fold(0.0, f64::max);
+    let shares =
+        |point: &OptimalPoint<D>| (0..point.contacts.len()).map(|i| point.force(i)[0]).fold(0.0, f64::max);
     let level = if bounded { point.level } else { shares(point) };
     let (small, flat) = (VIOLATED * level, VIOLATED * (1.0 + point.z.lp_norm(1)));
     let units = point.z.amax() / level.max(f64::MIN_POSITIVE);

@@ -216,7 +216,8 @@ impl<const D: usize> OptimalitySystem<D> {
         self.step.clear();
         self.step.resize(self.columns.len(), 0.0);
         for i in (0..rank).rev() {
-            let known: f64 = (i + 1..rank).map(|k| self.columns[self.order[k]][i] * self.step[self.order[k]]).sum();
+            let known: f64 =
+                (i + 1..rank).map(|k| self.columns[self.order[k]][i] * self.step[self.order[k]]).sum();
             self.step[self.order[i]] = (balance[i] - known) / self.columns[self.order[i]][i];
         }
         for mirror in self.reflections[..rank].iter().rev() {
@@ -237,7 +238,8 @@ impl<const D: usize> OptimalitySystem<D> {
         let dependent = self.order[self.rank + which];
         along[dependent] = 1.0;
         for i in (0..self.rank).rev() {
-            let known: f64 = (i + 1..self.rank).map(|k| self.columns[self.order[k]][i] * along[self.order[k]]).sum();
+            let known: f64 =
+                (i + 1..self.rank).map(|k| self.columns[self.order[k]][i] * along[self.order[k]]).sum();
             let pivot = self.order[i];
             along[pivot] = -(self.columns[dependent][i] + known) / self.columns[pivot][i];
         }

@@ -94,7 +94,9 @@ impl Segment {
         let mut segment = Self::everything();
         let mut at = 0;
         while at < unknowns.len() {
-            let (Unknown::Share { contact } | Unknown::Coordinate { contact, .. }) = unknowns[at] else { break };
+            let (Unknown::Share { contact } | Unknown::Coordinate { contact, .. }) = unknowns[at] else {
+                break;
+            };
             let status = point.contacts[contact].status;
             let x = point.force(contact);
             let mut dx = Vector4::zeros();
@@ -114,13 +116,23 @@ impl Segment {
                 ContactStatus::Sliding => {
                     segment.nonnegative(x[0], dx[0], contact, ContactStatus::Idle);
                     if full {
-                        segment.nonnegative(point.level - x[0], rise - dx[0], contact, ContactStatus::FullSliding);
+                        segment.nonnegative(
+                            point.level - x[0],
+                            rise - dx[0],
+                            contact,
+                            ContactStatus::FullSliding,
+                        );
                     }
                 }
                 ContactStatus::Sticking => {
                     segment.within_cone((&x, &dx), contact, ContactStatus::Sliding);
                     if full {
-                        segment.nonnegative(point.level - x[0], rise - dx[0], contact, ContactStatus::FullSticking);
+                        segment.nonnegative(
+                            point.level - x[0],
+                            rise - dx[0],
+                            contact,
+                            ContactStatus::FullSticking,
+                        );
                     }
                 }
                 ContactStatus::FullSticking => {
@@ -157,7 +169,11 @@ mod tests {
             assert!(segment.low.at <= 1e-12 && segment.high.at >= -1e-12, "{case} {segment:?}");
             for end in [segment.low.at, segment.high.at] {
                 if end.is_finite() {
-                    assert!(inside(end).abs() <= 1e-9 * (1.0 + end * end), "{case} {segment:?} {}", inside(end));
+                    assert!(
+                        inside(end).abs() <= 1e-9 * (1.0 + end * end),
+                        "{case} {segment:?} {}",
+                        inside(end)
+                    );
                     let beyond = end + if end == segment.low.at { -0.1 } else { 0.1 };
                     assert!(inside(beyond) <= 1e-9, "{case}");
                 } else {

@@ -32,7 +32,11 @@ pub(crate) struct TieBreak<const D: usize> {
 
 impl<const D: usize> TieBreak<D> {
     pub(crate) fn new(contacts: usize) -> Self {
-        Self { along: Vec::with_capacity(4 * contacts + 1), moved: OptimalPoint::new(contacts), face: FaceChoice::new(contacts) }
+        Self {
+            along: Vec::with_capacity(4 * contacts + 1),
+            moved: OptimalPoint::new(contacts),
+            face: FaceChoice::new(contacts),
+        }
     }
 
     /// Chooses among the forces that satisfy the conditions at the point for the wrench `target`. The factorised system
@@ -51,7 +55,8 @@ impl<const D: usize> TieBreak<D> {
         for which in 0..system.free_directions() {
             system.null_vector(which, &mut self.along);
             let length = length(&self.along);
-            if !conditions.least_sum && self.along.last().is_some_and(|rise| rise.abs() > LEVEL_SUM * length) {
+            if !conditions.least_sum && self.along.last().is_some_and(|rise| rise.abs() > LEVEL_SUM * length)
+            {
                 let raised = system.unknowns.last() == Some(&Unknown::Level);
                 if raised {
                     return Choice::Open;
@@ -104,7 +109,8 @@ impl<const D: usize> TieBreak<D> {
 
 /// How the sum of the shares below the level changes along a direction.
 fn sum_of(unknowns: &[Unknown], along: &[f64]) -> f64 {
-    let is_share = |unknown: &Unknown| matches!(unknown, Unknown::Share { .. } | Unknown::Coordinate { k: 0, .. });
+    let is_share =
+        |unknown: &Unknown| matches!(unknown, Unknown::Share { .. } | Unknown::Coordinate { k: 0, .. });
     unknowns.iter().zip(along).filter(|(unknown, _)| is_share(unknown)).map(|(_, change)| change).sum()
 }
 
