@@ -42,8 +42,8 @@ Criterion = Annotated[
 Objective = Annotated[
     Literal["max", "sum", "squares"],
     typer.Option(
-        help="Minimise the largest normalised normal force (max), the sum of all of them (sum), or the sum of squared "
-        "forces (squares)."
+        help="Minimise the largest normalised normal force (max), the sum of all of them (sum), or the sum "
+        "of squared forces (squares)."
     ),
 ]
 
