@@ -182,6 +182,9 @@ pub(crate) const UNSATISFIED: f64 = 1e-10;
 /// Points of the wrench set this near to the hyperplane of Eq. 26 take part: the interior-point solver's digits.
 pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
 
+/// What rounding leaves of a balance in the coordinates of the least squares, relative to its terms.
+pub(crate) const ROUNDED_BALANCE: f64 = 64.0 * f64::EPSILON;
+
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;
 

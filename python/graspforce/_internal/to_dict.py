@@ -171,6 +171,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "fell_back": solution.fell_back,
         "dual": solution.dual.tolist(),
         "residual": solution.residual.tolist(),
+        "distance": solution.distance,
         "shares": solution.shares.tolist(),
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
@@ -195,13 +196,20 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
 
 def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
     """Collect what a distributor was made of."""
-    bounds = distributor.min_normal
+    optional = {
+        "min_normal": distributor.min_normal,
+        "reference": distributor.reference,
+        "weights": distributor.weights,
+        "slack": distributor.slack,
+    }
     return {
         "grasp": grasp_dict(distributor.grasp),
         "objective": distributor.objective,
         "method": distributor.method,
         "weight": distributor.weight,
-        "min_normal": None if bounds is None else bounds.tolist(),
+        **{name: None if value is None else value.tolist() for name, value in optional.items()},
+        "limits": distributor.limits,
+        "max_normal_force": distributor.max_normal_force.tolist(),
         "rtol": distributor.rtol,
     }
 

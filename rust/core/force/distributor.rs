@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::force::limits::Limited;
 use crate::force::linear_cones::program::LinearProgram;
 use crate::force::preload::program::{PreloadProgram, checked_bounds};
 use crate::force::simplex::pricing::Objective;
@@ -44,6 +45,8 @@ pub struct ForceDistributor<const D: usize> {
     options: DistributionOptions,
     squares: Option<SquaresOptions<D>>,
     program: Program<D>,
+    /// The limits that were set.
+    pub(crate) limited: Option<Arc<Limited<D>>>,
 }
 
 impl<const D: usize> ForceDistributor<D> {
@@ -71,7 +74,7 @@ impl<const D: usize> ForceDistributor<D> {
             return Err(Error::grasp("edges", "true cones have no points to list"));
         };
         let objective = Some(objective);
-        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program })
+        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program, limited: None })
     }
 
     /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The forces are the only ones, and change continuously with
@@ -95,7 +98,7 @@ impl<const D: usize> ForceDistributor<D> {
         let program = Program::Squares(Arc::new(SquaresProgram::new(&grasp, &squares)?));
         let (min_normal, rtol) = (squares.min_normal.clone(), squares.rtol);
         let options = DistributionOptions { min_normal, rtol, ..DistributionOptions::default() };
-        Ok(Self { grasp, objective: None, options, squares: Some(squares), program })
+        Ok(Self { grasp, objective: None, options, squares: Some(squares), program, limited: None })
     }
 
     /// A workspace that remembers no wrench yet.
@@ -103,9 +106,10 @@ impl<const D: usize> ForceDistributor<D> {
         ForceWorkspace::new(&self.grasp, &self.program)
     }
 
-    /// Goes on with another grasp, in which contacts have rolled or slid a little. The workspace becomes one of that
-    /// grasp. Over listed extreme forces without lower bounds it keeps the last basis, if contacts and edges are as
-    /// many as before. On an error nothing changes.
+    /// Goes on with another grasp, in which contacts have rolled or slid a little, or with more or fewer contacts. The
+    /// workspace becomes one of that grasp. Over listed extreme forces without lower bounds it keeps the last basis, if
+    /// contacts and edges are as many as before; least squares keep their multiplier. Limits are those of the new grasp. On
+    /// an error nothing changes.
     pub fn update(&mut self, workspace: &mut ForceWorkspace<D>, grasp: &Grasp<D>) -> Result<()> {
         let updated = match (&self.squares, self.objective) {
             (Some(squares), _) => Self::squares(grasp, squares.clone())?,
@@ -116,6 +120,9 @@ impl<const D: usize> ForceDistributor<D> {
         let mut fresh = updated.workspace();
         if workspace.belongs_to(&self.grasp) {
             fresh.adopt(workspace);
+            if let Some(limited) = &workspace.limited {
+                fresh.adopt(limited.inner());
+            }
         }
         (*self, *workspace) = (updated, fresh);
         Ok(())
@@ -156,6 +163,10 @@ impl<const D: usize> ForceDistributor<D> {
         workspace: &mut ForceWorkspace<D>,
         external_wrench: &Wrench<D>,
     ) -> Result<Distribution<D>> {
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            return limited.solve(workspace, external_wrench);
+        }
         if self.needs_no_forces(external_wrench) {
             return Ok(no_forces(self.grasp.num_contacts(), self.options.rtol));
         }
@@ -176,6 +187,7 @@ impl<const D: usize> ForceDistributor<D> {
             unique: forces.unique,
             fell_back: answer.fell_back,
             residual: self.residual(&b, &forces.forces),
+            distance: 0.0,
             tolerance: self.options.rtol,
         })
     }
@@ -190,10 +202,10 @@ impl<const D: usize> ForceDistributor<D> {
         external_wrench: &Wrench<D>,
         forces: &mut [f64],
     ) -> Result<f64> {
-        let length = self.grasp.num_contacts() * self.grasp.force_dim();
-        if forces.len() != length {
-            let reason = format!("{} numbers, expected {length}", forces.len());
-            return Err(Error::input("forces", reason));
+        self.check_rows(forces)?;
+        if let Some(limited) = &self.limited {
+            self.claim(workspace);
+            return limited.write(&self.grasp, workspace, external_wrench, None, forces);
         }
         if self.needs_no_forces(external_wrench) {
             forces.fill(0.0);
@@ -203,21 +215,54 @@ impl<const D: usize> ForceDistributor<D> {
         workspace.solve_into(&-external_wrench, forces).map_err(|error| cause(error, external_wrench))
     }
 
+    /// Refuses an array that does not hold the components of all forces.
+    pub(crate) fn check_rows(&self, forces: &[f64]) -> Result<()> {
+        let length = self.grasp.num_contacts() * self.grasp.force_dim();
+        if forces.len() != length {
+            let reason = format!("{} numbers, expected {length}", forces.len());
+            return Err(Error::input("forces", reason));
+        }
+        Ok(())
+    }
+
+    /// The grasp, shared.
+    pub(crate) fn shared_grasp(&self) -> &Arc<Grasp<D>> {
+        &self.grasp
+    }
+
+    /// Lower and upper bounds of the share of each contact.
+    pub(crate) fn bounds(&self) -> Vec<(f64, f64)> {
+        let least = |i: usize| match self.options.min_normal[..] {
+            [] => 0.0,
+            [all] => all,
+            ref each => each[i],
+        };
+        (0..self.grasp.num_contacts()).map(|i| (least(i), 1.0)).collect()
+    }
+
+    /// The objective of least squares; zero with other objectives.
+    pub(crate) fn squared(&self, forces: &[ContactForce]) -> f64 {
+        if let Program::Squares(program) = &self.program { program.dual.objective(forces) } else { 0.0 }
+    }
+
     /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
         self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.
-    fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
+    pub(crate) fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
         external_wrench.iter().all(|x| *x == 0.0)
             && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
     }
 
     /// Replaces the workspace of another distributor.
-    fn claim(&self, workspace: &mut ForceWorkspace<D>) {
+    pub(crate) fn claim(&self, workspace: &mut ForceWorkspace<D>) {
         if !workspace.belongs_to(&self.grasp) {
             *workspace = self.workspace();
+        }
+        if self.limited.is_none() && workspace.limited.is_some() {
+            workspace.limited = None;
         }
     }
 }
@@ -227,7 +272,7 @@ fn cause<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
     check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
 }
 
-fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
+pub(crate) fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
     Distribution {
         forces: vec![ContactForce::zeros(); contacts],
         shares: vec![0.0; contacts],
@@ -240,6 +285,7 @@ fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D>
         unique: true,
         fell_back: false,
         residual: Wrench::zeros(),
+        distance: 0.0,
         tolerance,
     }
 }

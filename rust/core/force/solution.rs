@@ -91,6 +91,9 @@ pub struct Distribution<const D: usize> {
     /// What the forces leave unbalanced, `w_ext + sum_i G_i f_i`: rounding, or where no forces balance the wrench
     /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows.
     pub residual: Wrench<D>,
+    /// The norm of the residual, of forces that [`ForceDistributor::nearest`](crate::ForceDistributor::nearest) returned;
+    /// zero of others.
+    pub distance: f64,
     /// The tolerance of the relative gap in force.
     pub tolerance: f64,
 }

@@ -66,6 +66,7 @@ pub fn forces<const D: usize>(found: &Distribution<D>, grasp: &Grasp<D>) -> Chec
     finite("dual", found.dual.iter())?;
     finite("residual", found.residual.iter())?;
     expect(found.tolerance.is_finite(), "tolerance", found.tolerance, "a finite number")?;
+    finite("distance", &[found.distance])?;
     finite("numbers", &[found.sigma, found.sigma_max, found.sigma_sum])?;
     expect(found.gap.is_finite() && found.gap >= 0.0, "gap", found.gap, "a number from 0")?;
     let largest = found.shares.iter().copied().fold(0.0, f64::max);

@@ -1,11 +1,15 @@
 //! Force distribution, as Python sees it.
 //!
-//! - [`distributor`]: `ForceDistributor`; [`shared`]: its workspace, for one thread at a time; [`solve`]: its calls.
-//! - [`solution`]: `ForceSolution`; [`batch`]: `ForceBatch`; [`solve_iter`]: the iterator over wrenches.
+//! - [`distributor`]: `ForceDistributor`; [`shared`]: its workspace, for one thread at a time; [`solve`]: its calls;
+//!   [`nearest`]: those where nothing balances; [`squares_arguments`]: the arguments of least squares.
+//! - [`solution`]: `ForceSolution`; [`joint_torques`]: torques that exert them; [`batch`]: `ForceBatch`; [`solve_iter`]: the iterator over wrenches.
 
 pub(crate) mod batch;
 pub(crate) mod distributor;
+pub(crate) mod joint_torques;
+pub(crate) mod nearest;
 pub(crate) mod shared;
 pub(crate) mod solution;
 pub(crate) mod solve;
 pub(crate) mod solve_iter;
+pub(crate) mod squares_arguments;

@@ -10,6 +10,7 @@ use crate::convert::arrays::{as_array, matrix, read_only};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
+use crate::force::joint_torques::joint_torques;
 use crate::grasp::PyGrasp;
 
 /// Least contact forces for one external wrench, with their certificate.
@@ -36,10 +37,13 @@ use crate::grasp::PyGrasp;
 ///     forces balance.
 /// residual : numpy.ndarray
 ///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
-///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
+///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
+///     ``slack`` has a price.
+/// distance : float
+///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
-///     method reached it from the last answer.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
+///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
@@ -116,6 +120,63 @@ impl PyForceSolution {
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
+    }
+
+    /// Norm of the residual in the metric of `ForceDistributor.nearest`; zero from `solve`.
+    #[getter]
+    fn distance(&self) -> f64 {
+        by_dimension!(&self.found, found => found.distance)
+    }
+
+    /// Joint torques that exert the forces, at rest: ``coupling.T @ sum_i J_i.T @ F_i``.
+    ///
+    /// Parameters
+    /// ----------
+    /// jacobians : sequence of array_like
+    ///     One for each contact, all for the same n joints: (3, n) for the velocity of the contact point, or (6, n) with
+    ///     the angular velocity below it. In the plane (2, n) or (3, n). Contacts with torsion need the angular part.
+    /// coupling : array_like, optional
+    ///     (n, q) matrix from the velocities of q independent joints to those of all n.
+    /// frame : {"world", "contact"}, optional
+    ///     Axes of the rows of all Jacobians: the world's, or those of each contact, ``(n, o, t)`` (in the plane
+    ///     ``(n, t)``).
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     (n,) torques in N m (forces in N of sliding joints); with ``coupling`` (q,).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     A Jacobian has the wrong shape, or a contact's torsion has no row to act on.
+    ///
+    /// Examples
+    /// --------
+    /// A slider pushes along x, and a lever of 0.1 m along y.
+    ///
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
+    /// >>> solution.joint_torques([[[1, 0], [0, 0.1]], [[0, 0], [0, 0]]]).round(9).tolist()
+    /// [1.0, 0.05]
+    #[pyo3(signature = (jacobians, coupling=None, frame="world"))]
+    fn joint_torques<'py>(
+        &self,
+        py: Python<'py>,
+        jacobians: &Bound<'py, PyAny>,
+        coupling: Option<&Bound<'py, PyAny>>,
+        frame: &str,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let torques = with_both!(py, self, |found, grasp| joint_torques(
+            grasp,
+            &found.forces,
+            jacobians,
+            coupling,
+            frame
+        ));
+        let torques = torques.map_err(|message| invalid_input(py, message))?;
+        Ok(read_only(PyArray1::from_vec(py, torques)))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
@@ -204,7 +265,7 @@ impl PyForceSolution {
         forces: Vec<[f64; 4]>,
         shares: Vec<f64>,
         wrenches: [Vec<f64>; 2],
-        numbers: (f64, f64, f64, f64, f64, usize),
+        numbers: (f64, f64, f64, f64, f64, usize, f64),
         answers: (bool, bool),
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
@@ -261,8 +322,8 @@ struct State {
     shares: Vec<f64>,
     /// The multipliers and the residual.
     wrenches: [Vec<f64>; 2],
-    /// The objective, the largest share, their sum, the gap, its tolerance and the pivots.
-    numbers: (f64, f64, f64, f64, f64, usize),
+    /// The objective, the largest share, their sum, the gap, its tolerance, the pivots and the distance.
+    numbers: (f64, f64, f64, f64, f64, usize, f64),
     /// Whether another solver answered, and whether the forces are unique.
     answers: (bool, bool),
 }
@@ -280,6 +341,7 @@ impl State {
                 found.gap,
                 found.tolerance,
                 found.pivots,
+                found.distance,
             ),
             answers: (found.fell_back, found.unique),
         }
@@ -297,6 +359,7 @@ impl State {
             gap: self.numbers.3,
             pivots: self.numbers.5,
             residual,
+            distance: self.numbers.6,
             tolerance: self.numbers.4,
             fell_back: self.answers.0,
             unique: self.answers.1,

@@ -5,13 +5,14 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, S
 use graspforce::{ContactForce, Grasp, SquaresOptions, Wrench};
 
 /// `min sum_i weight_i |f_i - reference_i|^2 / 2` with balance; with `price`, plus `price |residual|^2 / 2` instead.
-/// Returns the forces and the objective; `None` where the solver stops short, or finds the wrench infeasible.
+/// Returns the forces and the objective; an error
+/// where the solver finds the wrench infeasible (true), or stops short.
 pub fn least_squares<const D: usize>(
     grasp: &Grasp<D>,
     options: &SquaresOptions<D>,
     price: Option<f64>,
     external: &Wrench<D>,
-) -> Option<(Vec<ContactForce>, f64)> {
+) -> Result<(Vec<ContactForce>, f64), bool> {
     let m = grasp.num_contacts();
     let all = |values: &[f64], default: f64| match values {
         [] => vec![default; m],
@@ -29,13 +30,13 @@ pub fn least_squares<const D: usize>(
                 debug_assert!(!range.is_empty());
                 edges_of(grasp, i)
             }
-            None => (0..components(grasp, i)).map(|k| ContactForce::from_fn(|r, _| f64::from(u8::from(r == k)))).collect(),
+            None => (0..components(grasp, i))
+                .map(|k| ContactForce::from_fn(|r, _| f64::from(u8::from(r == k))))
+                .collect(),
         });
     }
-    let starts: Vec<usize> = columns
-        .iter()
-        .scan(0, |next, c| Some(std::mem::replace(next, *next + c.len())))
-        .collect();
+    let starts: Vec<usize> =
+        columns.iter().scan(0, |next, c| Some(std::mem::replace(next, *next + c.len()))).collect();
     let forces = columns.iter().map(Vec::len).sum::<usize>();
     let n = forces + if price.is_some() { D } else { 0 };
     let mut p = vec![vec![0.0; n]; n];
@@ -99,23 +100,24 @@ pub fn least_squares<const D: usize>(
     }
     let settings = DefaultSettings {
         verbose: false,
-        tol_gap_abs: 1e-12,
-        tol_gap_rel: 1e-12,
-        tol_feas: 1e-12,
+        tol_gap_abs: 1e-11,
+        tol_gap_rel: 1e-11,
+        tol_feas: 1e-11,
         ..DefaultSettings::default()
     };
     let (p, a) = (CscMatrix::from(&p), CscMatrix::from(&rows));
     let mut solver = DefaultSolver::new(&p, &q, &a, &right, &all, settings).unwrap();
     solver.solve();
-    if solver.solution.status != SolverStatus::Solved {
-        return None;
+    match solver.solution.status {
+        SolverStatus::Solved => {}
+        SolverStatus::PrimalInfeasible => return Err(true),
+        _ => return Err(false),
     }
     let x = &solver.solution.x;
-    let forces: Vec<ContactForce> = (0..m)
-        .map(|i| columns[i].iter().enumerate().map(|(j, c)| c * x[starts[i] + j]).sum())
-        .collect();
+    let forces: Vec<ContactForce> =
+        (0..m).map(|i| columns[i].iter().enumerate().map(|(j, c)| c * x[starts[i] + j]).sum()).collect();
     let constant: f64 = (0..m).map(|i| 0.5 * weights[i] * reference(i).norm_squared()).sum();
-    Some((forces, solver.solution.obj_val + constant))
+    Ok((forces, solver.solution.obj_val + constant))
 }
 
 /// Components of the force of a true cone.

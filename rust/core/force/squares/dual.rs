@@ -8,6 +8,7 @@ use crate::force::squares::whitening::Whitening;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
+use crate::wrench_set::cone::cone_slope;
 
 /// The forces of a contact.
 #[derive(Debug, Clone)]
@@ -22,10 +23,12 @@ pub(crate) enum ForceSet {
 #[derive(Debug, Clone)]
 pub(crate) struct DualContact<const D: usize> {
     pub(crate) set: ForceSet,
-    /// `T G_i`, zero for components that the contact does not have.
-    pub(crate) map: SMatrix<f64, D, 4>,
-    /// `T G_i P_i G_i^T T^T / weight`.
+    /// The columns of `T G_i`, zero for components that the contact does not have.
+    columns: [Wrench<D>; 4],
+    /// `T G_i P_i G_i^T T^T`.
     gram: SMatrix<f64, D, D>,
+    /// Components of the force: 3, or 4 with torsion.
+    components: usize,
     pub(crate) weight: f64,
     pub(crate) reference: ContactForce,
     /// The normal force that counts as a share of one; for extreme forces 1.
@@ -39,7 +42,7 @@ pub(crate) struct Dual<const D: usize> {
     pub(crate) whitening: Whitening<D>,
     pub(crate) contacts: Vec<DualContact<D>>,
     /// `T S^-1 T^T`.
-    slack: Option<SMatrix<f64, D, D>>,
+    pub(crate) slack: Option<SMatrix<f64, D, D>>,
 }
 
 /// The dual function at a multiplier; the forces are beside it.
@@ -82,14 +85,16 @@ impl<const D: usize> Dual<D> {
             for axis in &spans[i] {
                 let wrench = whitening.wrench(&(map * axis));
                 mapped += wrench * axis.transpose();
-                gram += wrench * wrench.transpose() / weight;
+                gram += wrench * wrench.transpose();
             }
             let set = force_set(grasp, i);
             let unit = match set {
                 ForceSet::Cone(_) => grasp.contacts()[i].max_normal_force,
                 _ => 1.0,
             };
-            DualContact { set, map: mapped, gram, weight, reference: reference[i], unit }
+            let components = if spans[i].iter().any(|axis| axis[3] != 0.0) { 4 } else { 3 };
+            let columns = std::array::from_fn(|k| mapped.column(k).into_owned());
+            DualContact { set, columns, gram, components, weight, reference: reference[i], unit }
         };
         let contacts = (0..grasp.num_contacts()).map(contact).collect();
         let slack = slack.map(|price| {
@@ -114,10 +119,16 @@ impl<const D: usize> Dual<D> {
         }
     }
 
+    /// `sum_i weight_i |f_i - reference_i|^2 / 2`.
+    pub(crate) fn objective(&self, forces: &[ContactForce]) -> f64 {
+        let contacts = self.contacts.iter().zip(forces);
+        contacts.map(|(c, force)| 0.5 * c.weight * (force - c.reference).norm_squared()).sum()
+    }
+
     /// The multiplier with `T^T y = z`, as far as the contacts feel it.
     pub(crate) fn from_physical(&self, z: &Wrench<D>, grasp: &Grasp<D>) -> Wrench<D> {
         let contacts = self.contacts.iter().zip(grasp.maps());
-        contacts.map(|(contact, map)| contact.map * map.tr_mul(z) / contact.weight).sum()
+        contacts.map(|(contact, map)| contact.wrench(&map.tr_mul(z)) / contact.weight).sum()
     }
 
     /// `z = T^T y`.
@@ -147,7 +158,7 @@ impl<const D: usize> Dual<D> {
             terms += moved.dot(y);
         }
         for (contact, (force, share)) in self.contacts.iter().zip(forces.iter_mut().zip(shares)) {
-            let pull = contact.map.tr_mul(y);
+            let pull = contact.pull(y);
             let inverse = 1.0 / contact.weight;
             let found = contact.project(&(contact.reference + pull * inverse));
             (*force, *share) = (found.force, found.share);
@@ -155,17 +166,17 @@ impl<const D: usize> Dual<D> {
                 value -= 0.5 * contact.weight * contact.reference.norm_squared();
                 continue;
             }
-            gradient += contact.map * found.force;
+            gradient += contact.wrench(&found.force);
             let moved = (found.force - contact.reference).norm_squared();
             value += pull.dot(&found.force) - 0.5 * contact.weight * moved;
             terms += pull.dot(&found.force).abs();
             size += (contact.weight * found.force.norm_squared()).sqrt();
             if found.inside {
-                hessian += contact.gram;
+                hessian += contact.gram * inverse;
                 continue;
             }
             for (axis, factor) in found.axes.iter().zip(&found.shares).take(found.count) {
-                let wrench = contact.map * axis;
+                let wrench = contact.wrench(axis);
                 let factor = factor * inverse;
                 for c in 0..D {
                     let by = factor * wrench[c];
@@ -180,6 +191,54 @@ impl<const D: usize> Dual<D> {
 }
 
 impl<const D: usize> DualContact<D> {
+    /// `T G_i f`.
+    #[inline]
+    pub(crate) fn wrench(&self, force: &ContactForce) -> Wrench<D> {
+        let mut sum = self.columns[0] * force[0];
+        for k in 1..self.components {
+            for row in 0..D {
+                sum[row] += self.columns[k][row] * force[k];
+            }
+        }
+        sum
+    }
+
+    /// How far a force of share one over `unit` reaches along `h`.
+    pub(crate) fn furthest(&self, h: &ContactForce) -> f64 {
+        match &self.set {
+            ForceSet::Cone(cone) => h[0] + cone_slope(h, cone.mu, cone.gamma),
+            ForceSet::Finite(polytope) => {
+                polytope.forces.iter().map(|force| force.dot(h)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            ForceSet::Zero => 0.0,
+        }
+    }
+
+    /// How far forces reach along `h`; those without an upper bound up to the share `strongest`.
+    pub(crate) fn reach(&self, h: &ContactForce, strongest: f64) -> f64 {
+        let (low, high) = match &self.set {
+            ForceSet::Cone(cone) => (cone.low, cone.high),
+            ForceSet::Finite(polytope) => (polytope.low, polytope.high),
+            ForceSet::Zero => return 0.0,
+        };
+        let furthest = self.furthest(h);
+        furthest * if furthest > 0.0 { high.min(strongest * self.unit) } else { low }
+    }
+
+    /// `(T G_i)^T y`.
+    #[inline]
+    fn pull(&self, y: &Wrench<D>) -> ContactForce {
+        let mut pull = ContactForce::zeros();
+        for k in 0..self.components {
+            let mut sum = 0.0;
+            for row in 0..D {
+                sum += self.columns[k][row] * y[row];
+            }
+            pull[k] = sum;
+        }
+        pull
+    }
+
     #[inline]
     pub(crate) fn project(&self, x: &ContactForce) -> Projection {
         match &self.set {

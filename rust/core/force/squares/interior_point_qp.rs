@@ -36,12 +36,14 @@ pub(crate) fn multiplier<const D: usize>(
             ForceSet::Cone(cone) => {
                 let components = if cone.gamma > 0.0 { 4 } else { 3 };
                 second_order.push((start, [1.0, cone.mu, cone.mu, cone.gamma], components));
-                (0..components).map(|k| ContactForce::from_fn(|row, _| f64::from(u8::from(row == k)))).collect()
+                (0..components)
+                    .map(|k| ContactForce::from_fn(|row, _| f64::from(u8::from(row == k))))
+                    .collect()
             }
             ForceSet::Finite(polytope) => polytope.forces.clone(),
         };
         for (j, column) in columns.iter().enumerate() {
-            let wrench = contact.map * column;
+            let wrench = contact.wrench(column);
             for k in 0..rows_of_balance {
                 program.push(k, start + j, wrench[k]);
             }

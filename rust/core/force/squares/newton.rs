@@ -3,7 +3,6 @@
 use nalgebra::SMatrix;
 
 use crate::force::squares::dual::{Dual, DualPoint};
-use crate::force::squares::whitening::{backward, cholesky, forward};
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
 
@@ -11,7 +10,7 @@ use crate::grasp::contact::ContactForce;
 const MAX_STEPS: usize = 80;
 
 /// Points that a line search looks at.
-const MAX_TRIALS: usize = 30;
+const MAX_TRIALS: usize = 60;
 
 /// The gradient that counts as zero, relative to its terms: some hundred roundings.
 const CONVERGED: f64 = 3e-14;
@@ -21,7 +20,7 @@ const STALLED: f64 = 1e-11;
 
 /// What regularises Newton's matrix, relative to the gradient; and its bounds beside the identity.
 const REGULARISED: f64 = 1e-3;
-const LEAST_REGULARISED: f64 = 1e-14;
+const LEAST_REGULARISED: f64 = 1e-17;
 const MOST_REGULARISED: f64 = 1e-3;
 
 /// Multipliers beyond this, relative to what forces of that size need, belong to no answer.
@@ -47,26 +46,28 @@ pub(crate) fn minimise<const D: usize>(
         if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
             return (point, step);
         }
-        let Some(direction) = newton_direction(&point, relative) else { return (point, step) };
+        // With a price of the residual the matrix is definite by itself.
+        let regularised = if dual.slack.is_some() { 0.0 } else { REGULARISED * relative };
+        let direction = newton_direction(&point, regularised);
         let next = line_search(dual, b, &point, &direction, forces, shares);
         let Some(next) = next else {
             point = dual.at(&point.y, b, forces, shares);
             return (point, step);
         };
-        stalled = if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
+        stalled =
+            if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
         point = next;
     }
     (point, MAX_STEPS)
 }
 
-fn newton_direction<const D: usize>(point: &DualPoint<D>, relative: f64) -> Option<Wrench<D>> {
+fn newton_direction<const D: usize>(point: &DualPoint<D>, regularised: f64) -> Wrench<D> {
     let mut matrix: SMatrix<f64, D, D> = point.hessian;
-    let regularised = (REGULARISED * relative).clamp(LEAST_REGULARISED, MOST_REGULARISED);
+    let regularised = regularised.clamp(LEAST_REGULARISED, MOST_REGULARISED);
     for k in 0..D {
         matrix[(k, k)] += regularised;
     }
-    let factor = cholesky(&matrix)?;
-    Some(backward(&factor, &forward(&factor, &-point.gradient)))
+    solve_definite(&mut matrix, &-point.gradient)
 }
 
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
@@ -87,7 +88,7 @@ fn line_search<const D: usize>(
     let (mut low, mut low_slope, mut high, mut high_slope) = (0.0, slope, f64::INFINITY, 0.0);
     let mut lower: Option<DualPoint<D>> = None;
     let mut step = 1.0;
-    for _ in 0..MAX_TRIALS {
+    for trial in 1..=MAX_TRIALS {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
         let now = found.gradient.dot(direction);
         if !now.is_finite() {
@@ -105,7 +106,8 @@ fn line_search<const D: usize>(
             (high, high_slope) = (step, now);
         }
         step = if high.is_finite() {
-            let secant = if high_slope > 0.0 {
+            // Every third time the middle: at a kink the secant comes nearer from one side only.
+            let secant = if high_slope > 0.0 && trial % 3 != 0 {
                 low - low_slope * (high - low) / (high_slope - low_slope)
             } else {
                 0.5 * (low + high)
@@ -117,4 +119,31 @@ fn line_search<const D: usize>(
     }
     let found = lower?;
     Some(dual.at(&found.y, b, forces, shares))
+}
+
+/// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T`: `D` divisions.
+#[inline]
+fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
+    let mut solved = *right;
+    let mut inverse = [0.0; D];
+    for k in 0..D {
+        // Rounding may make a pivot negative where no contact resists.
+        let pivot = matrix[(k, k)].max(LEAST_REGULARISED);
+        inverse[k] = pivot.recip();
+        for c in k + 1..D {
+            let by = matrix[(c, k)] * inverse[k];
+            for r in c..D {
+                matrix[(r, c)] -= matrix[(r, k)] * by;
+            }
+            solved[c] -= by * solved[k];
+        }
+    }
+    for k in (0..D).rev() {
+        let mut sum = solved[k];
+        for r in k + 1..D {
+            sum -= matrix[(r, k)] * solved[r];
+        }
+        solved[k] = sum * inverse[k];
+    }
+    solved
 }

@@ -8,7 +8,6 @@ use crate::grasp::{Grasp, REPRESENTABLE};
 /// Options of [`ForceDistributor::squares`](crate::ForceDistributor::squares), which minimises
 /// `sum_i weights_i |f_i - reference_i|^2 / 2`.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub struct SquaresOptions<const D: usize> {
     /// Forces to stay close to, in the contact frames; empty for zero.
     pub reference: Vec<ContactForce>,
@@ -70,7 +69,11 @@ pub(crate) fn checked<const D: usize>(
         }
         let known = grasp.force_components();
         if let Some(k) = (0..4).find(|k| force[*k] != 0.0 && !known.contains(k)) {
-            return refused("reference", Some(row), format!("component {k} of the force is not one of the grasp's"));
+            return refused(
+                "reference",
+                Some(row),
+                format!("component {k} of the force is not one of the grasp's"),
+            );
         }
     }
     let rtol = options.rtol;

@@ -37,7 +37,7 @@ const APEX: usize = usize::MAX;
 const FACE: usize = 6;
 
 /// What rounding leaves of a gain, relative to the lengths of its factors.
-const ROUNDED_GAIN: f64 = 1e-15;
+const ROUNDED_GAIN: f64 = 1e-13;
 
 impl Polytope {
     pub(crate) fn new(forces: Vec<ContactForce>, general: bool) -> Self {
@@ -82,14 +82,19 @@ impl Polytope {
         };
         let free = apex == Apex::Free;
         for _ in 0..4 * self.forces.len() + 32 {
-            let rest = x - face.point;
+            let rest = without(&(x - face.point), &face.axes[..face.rank]);
             let (next, reach) = self.furthest(&rest);
             let (next, reach) =
                 if apex == Apex::Vertex && reach < 0.0 { (APEX, 0.0) } else { (next, reach * level) };
             let point = if next == APEX { ContactForce::zeros() } else { self.forces[next] * level };
             let gain = reach - rest.dot(&face.point);
-            let noise = x.norm() * (point.norm() + face.point.norm());
-            if gain <= ROUNDED_GAIN * noise || face.at[..face.len].contains(&next) || face.len == FACE {
+            // Torsions may be many orders smaller than forces: what is left counts, not the whole.
+            let noise = rest.norm() * (point.norm() + face.point.norm());
+            if face.rank == self.rank
+                || gain <= ROUNDED_GAIN * noise
+                || face.at[..face.len].contains(&next)
+                || face.len == FACE
+            {
                 break;
             }
             (face.at[face.len], face.points[face.len], face.weights[face.len]) = (next, point, 0.0);
@@ -223,3 +228,82 @@ impl Face {
 
 /// An edge with less than this outside the span of others depends on them.
 const DEPENDENT_EDGE: f64 = 1e-13;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 3_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Pyramids, soft fingers' polytopes and any forces, with bounds or without, and a point.
+    fn cases() -> impl Iterator<Item = (Polytope, ContactForce)> {
+        let mut number = numbers();
+        (0..4_000).map(move |k| {
+            let general = k % 3 == 0;
+            let mut forces: Vec<ContactForce> = (0..3 + k % 6)
+                .map(|h| {
+                    let (s, c) = (f64::from(h) * 6.3 / f64::from(3 + k % 6)).sin_cos();
+                    let twist = if k % 2 == 0 { 0.0 } else { 0.2 * number() };
+                    let normal = if general { 1.0 + 0.3 * number() } else { 1.0 };
+                    ContactForce::new(normal, 0.6 * c, 0.6 * s, twist)
+                })
+                .collect();
+            if k % 11 == 0 {
+                forces.push(forces[0]);
+            }
+            let mut polytope = Polytope::new(forces, general);
+            if k % 4 < 2 {
+                polytope.high = 1.0;
+            }
+            if !general && k % 5 == 0 {
+                polytope.low = 0.3;
+            }
+            (polytope, ContactForce::from_fn(|_, _| 2.0 * number()))
+        })
+    }
+
+    #[test]
+    fn what_a_projection_takes_away_is_orthogonal_to_the_hull() {
+        for (polytope, x) in cases() {
+            let found = polytope.project(&x);
+            let (rest, p) = (x - found.force, found.force);
+            let corners = polytope.forces.iter().map(|f| f.dot(&rest));
+            let most = corners.fold(f64::NEG_INFINITY, f64::max);
+            let (low, high) = (polytope.low, polytope.high);
+            let reach = if high.is_finite() { (low * most).max(high * most) } else { low * most };
+            assert!(high.is_finite() || most <= 1e-13, "{polytope:?} {x} {most:e}");
+            assert!(reach - rest.dot(&p) <= 1e-13, "{polytope:?} {x} {p} {:e}", reach - rest.dot(&p));
+            let again = polytope.project(&p);
+            assert!((again.force - p).norm() <= 1e-13, "{polytope:?} {x} {p} {}", again.force);
+            assert!(
+                found.share >= low - 1e-13 && found.share <= high + 1e-13,
+                "{polytope:?} {}",
+                found.share
+            );
+        }
+    }
+
+    #[test]
+    fn the_derivative_of_a_projection_projects_onto_the_face() {
+        let mut number = numbers();
+        let mut checked = 0;
+        for (polytope, x) in cases() {
+            let step = ContactForce::from_fn(|_, _| 1e-7 * number());
+            let [found, ahead] = [x, x + step].map(|x| polytope.project(&x));
+            if found.count != ahead.count {
+                continue;
+            }
+            let axes = found.axes.iter().take(found.count);
+            let expected: ContactForce = axes.map(|axis| axis * axis.dot(&step)).sum();
+            assert!((ahead.force - found.force - expected).norm() <= 1e-13, "{polytope:?} {x}");
+            checked += 1;
+        }
+        assert!(checked > 3_900, "{checked}");
+    }
+}

@@ -17,7 +17,7 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE};
+use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -36,6 +36,9 @@ pub(crate) struct SquaresProgram<const D: usize> {
     /// Tells whether forces within the cones balance a wrench, and if not why.
     feasibility: OnceLock<Arc<ForceDistributor<D>>>,
 }
+
+/// How often a target is moved by what the forces leave over.
+const MAX_REFINEMENTS: usize = 3;
 
 /// The price of what stays unbalanced.
 #[derive(Debug, Clone)]
@@ -62,7 +65,8 @@ impl<const D: usize> SquaresWorkspace<D> {
 impl<const D: usize> SquaresProgram<D> {
     pub(crate) fn new(grasp: &Arc<Grasp<D>>, options: &SquaresOptions<D>) -> Result<Self> {
         let (weights, reference) = checked(grasp, options)?;
-        let bounds = DistributionOptions { min_normal: options.min_normal.clone(), ..DistributionOptions::default() };
+        let bounds =
+            DistributionOptions { min_normal: options.min_normal.clone(), ..DistributionOptions::default() };
         let least = checked_bounds(grasp, &bounds)?.unwrap_or_default();
         let mut dual = Dual::new(grasp, &weights, &reference, options.slack.as_ref());
         let high = if options.limits { 1.0 } else { f64::INFINITY };
@@ -97,7 +101,12 @@ impl<const D: usize> SquaresProgram<D> {
     }
 
     /// Starts from the last multiplier of another program.
-    pub(crate) fn adopt(&self, workspace: &mut SquaresWorkspace<D>, other: &Self, last: &SquaresWorkspace<D>) {
+    pub(crate) fn adopt(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        other: &Self,
+        last: &SquaresWorkspace<D>,
+    ) {
         workspace.y = self.dual.from_physical(&other.dual.physical(&last.y), &self.grasp);
     }
 
@@ -108,12 +117,29 @@ impl<const D: usize> SquaresProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
+        match self.solve_once(workspace, b, forces) {
+            Err(error @ Error::NotConverged { .. }) => {
+                self.solve_again(workspace, b, forces).unwrap_or(Err(error))
+            }
+            answer => answer,
+        }
+    }
+
+    /// The same by Newton's method alone.
+    pub(crate) fn solve_once(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
         let size = b.amax();
         if !(size == 0.0 || REPRESENTABLE.contains(&size)) {
             check_wrench(&-b)?;
-            let reason = format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
+            let reason =
+                format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
+        check_wrench(&-b)?;
         let target = self.target(b);
         let ContactForces { forces: f, shares, unique } = forces;
         *unique = true;
@@ -122,21 +148,45 @@ impl<const D: usize> SquaresProgram<D> {
             start = self.dual.at(&Wrench::zeros(), &target, f, shares);
         }
         let (point, steps) = minimise(&self.dual, &target, start, f, shares);
-        match self.certify(b, &point, steps, forces) {
-            Ok(answer) => {
-                workspace.y = point.y;
-                Ok(answer)
+        let answer = match self.certify(b, &point, steps, forces) {
+            Err(error) if self.slack.is_none() && worth_refining(&error) => {
+                self.refine(b, &target, point, steps, forces, error)
             }
-            Err(error) => {
-                workspace.forget();
-                self.solve_again(workspace, b, &target, (point.size, steps), forces).unwrap_or(Err(error))
-            }
-        }
+            answer => answer,
+        };
+        workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
+        answer.map(|(answer, _)| answer)
     }
 
     /// `T b`; without slack only what the contacts can reach of it.
     fn target(&self, b: &Wrench<D>) -> Wrench<D> {
         if self.slack.is_some() { self.dual.whitening.map * b } else { self.dual.whitening.wrench(b) }
+    }
+
+    /// Moves the target by what the forces leave over: the coordinates of the dual are rounded where contacts are weak.
+    #[cold]
+    fn refine(
+        &self,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        mut point: DualPoint<D>,
+        mut steps: usize,
+        forces: &mut ContactForces,
+        mut error: Error,
+    ) -> Result<(Certificate<D>, Wrench<D>)> {
+        let mut moved = *target;
+        for _ in 0..MAX_REFINEMENTS {
+            moved -= self.target(&residual(&self.grasp, b, &forces.forces));
+            let ContactForces { forces: f, shares, .. } = forces;
+            let start = self.dual.at(&point.y, &moved, f, shares);
+            let (next, more) = minimise(&self.dual, &moved, start, f, shares);
+            (point, steps) = (next, steps + more);
+            match self.certify(b, &point, steps, forces) {
+                Ok(answer) => return Ok(answer),
+                Err(again) => error = again,
+            }
+        }
+        Err(error)
     }
 
     /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
@@ -145,22 +195,22 @@ impl<const D: usize> SquaresProgram<D> {
         &self,
         workspace: &mut SquaresWorkspace<D>,
         b: &Wrench<D>,
-        target: &Wrench<D>,
-        (size, steps): (f64, usize),
         forces: &mut ContactForces,
     ) -> Option<Result<Certificate<D>>> {
+        let target = &self.target(b);
         if self.slack.is_none()
             && let Err(error) = self.feasible(b)
         {
             return error.is_infeasible().then_some(Err(error));
         }
         let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let y = multiplier(&self.dual, target, size, columns)?;
         let ContactForces { forces: f, shares, .. } = forces;
+        let size = self.dual.at(&Wrench::zeros(), target, f, shares).size;
+        let y = multiplier(&self.dual, target, size, columns)?;
         let start = self.dual.at(&y, target, f, shares);
         let (point, more) = minimise(&self.dual, target, start, f, shares);
-        let answer = self.certify(b, &point, steps + more, forces).ok()?;
-        workspace.y = point.y;
+        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
+        workspace.y = y;
         Some(Ok(Certificate { fell_back: true, ..answer }))
     }
 
@@ -191,7 +241,7 @@ impl<const D: usize> SquaresProgram<D> {
         point: &DualPoint<D>,
         steps: usize,
         forces: &ContactForces,
-    ) -> Result<Certificate<D>> {
+    ) -> Result<(Certificate<D>, Wrench<D>)> {
         let dual = self.dual.physical(&point.y);
         let (mut sigma, mut size) = (0.0, 0.0);
         for (contact, force) in self.dual.contacts.iter().zip(&forces.forces) {
@@ -211,6 +261,9 @@ impl<const D: usize> SquaresProgram<D> {
             }
         };
         let gap = if gap > 0.0 { gap / size } else { 0.0 };
+        // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
+        let rounding = ROUNDED_BALANCE * point.y.norm() * point.size / size;
+        let allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
         let missing = if self.slack.is_some() {
             point.gradient.norm() / point.size.max(f64::MIN_POSITIVE)
         } else {
@@ -220,10 +273,11 @@ impl<const D: usize> SquaresProgram<D> {
         };
         let unmet = if !(missing <= FEASIBILITY_TOLERANCE) {
             Unmet::Balance { found: missing, allowed: FEASIBILITY_TOLERANCE }
-        } else if !(gap <= self.rtol) {
-            Unmet::Gap { found: gap, allowed: self.rtol }
+        } else if !(gap <= allowed) {
+            Unmet::Gap { found: gap, allowed }
         } else {
-            return Ok(Certificate { sigma, dual, gap, pivots: steps, fell_back: false });
+            let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };
+            return Ok((certificate, point.y));
         };
         Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
     }
@@ -231,4 +285,9 @@ impl<const D: usize> SquaresProgram<D> {
 
 fn residual<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
     grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
+}
+
+/// Whether forces miss the balance by little: what rounding may have done.
+fn worth_refining(error: &Error) -> bool {
+    matches!(error, Error::NotConverged { unmet: Unmet::Balance { found, .. }, .. } if *found < 1e-4)
 }

@@ -179,11 +179,11 @@ impl CutCone {
             let falls = (p * p * (1.0 - mu2) / wide + q * q * (1.0 - gamma2) / twist) / reach;
             let slope = -times * reach - (1.0 - times * u) * falls;
             let next = u - value / slope;
-            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if (next - u).abs() <= 2.0 * f64::EPSILON * next || value == 0.0 {
-                return next;
+            let rounding = 2.0 * f64::EPSILON * (reach + right.abs());
+            if value.abs() <= rounding || (next - u).abs() <= 2.0 * f64::EPSILON * u {
+                return next.clamp(low, high);
             }
-            u = next;
+            u = if next > low && next < high { next } else { 0.5 * (low + high) };
         }
         u
     }
@@ -225,5 +225,108 @@ impl Meridian {
     /// The unit vector around the axis.
     fn across(&self) -> ContactForce {
         ContactForce::new(0.0, -self.direction[1], self.direction[0], 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 7_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Cones of all kinds with a point anywhere around them.
+    fn cases() -> impl Iterator<Item = (CutCone, ContactForce)> {
+        let mut number = numbers();
+        (0..20_000).map(move |k| {
+            let mu = 10.0_f64.powf(number());
+            let gamma = if k % 2 == 0 { 0.0 } else { 10.0_f64.powf(2.0 * number() - 1.0) };
+            let low = if k % 3 == 0 { 0.4 } else { 0.0 };
+            let high = if k % 5 < 2 { 1.0 } else { f64::INFINITY };
+            let mut x = ContactForce::from_fn(|_, _| 2.0 * number());
+            if k % 7 == 0 {
+                x *= 1e-9;
+            }
+            if gamma == 0.0 {
+                x[3] = 0.0;
+            }
+            (CutCone { mu, gamma, low, high }, x)
+        })
+    }
+
+    fn load(cone: &CutCone, f: &ContactForce) -> f64 {
+        let twist = if cone.gamma > 0.0 { f[3] / cone.gamma } else { 0.0 };
+        (f[1].hypot(f[2]) / cone.mu).hypot(twist)
+    }
+
+    #[test]
+    fn a_projection_lies_inside_and_stays_there() {
+        for (cone, x) in cases() {
+            let p = cone.project(&x).force;
+            let size = x.norm().max(cone.low).max(1e-300);
+            let spread = (1.0 / cone.mu).max(if cone.gamma > 0.0 { 1.0 / cone.gamma } else { 1.0 }).max(1.0);
+            assert!(load(&cone, &p) <= p[0] + 1e-14 * size * spread, "{cone:?} {x} {p}");
+            assert!(p[0] >= cone.low - 1e-15 && p[0] <= cone.high + 1e-15, "{cone:?} {x} {p}");
+            let again = cone.project(&p).force;
+            assert!((again - p).norm() <= 1e-13 * size, "{cone:?} {x} {p} {again}");
+        }
+    }
+
+    #[test]
+    fn what_a_projection_takes_away_is_orthogonal_to_the_set() {
+        // (x - p) . (q - p) <= 0 for every q of the set: for the furthest q along x - p, too.
+        let mut number = numbers();
+        for (cone, x) in cases() {
+            let p = cone.project(&x).force;
+            let rest = x - p;
+            let reach = rest[0] + cone_slope(&rest, cone.mu, cone.gamma);
+            let level = if reach > 0.0 { cone.high.min(1e3) } else { cone.low };
+            // A cone that is not cut holds no direction of ascent: what is left is orthogonal to the point.
+            assert!(cone.high.is_finite() || reach <= 1e-12 * x.norm(), "{cone:?} {x} {reach:e}");
+            let furthest = if cone.high.is_finite() { level * reach } else { cone.low * reach.min(0.0) };
+            let size = x.norm() * (x.norm() + level.min(1.0));
+            assert!(
+                furthest - rest.dot(&p) <= 2e-13 * size,
+                "{cone:?} {x} {p} {:e}",
+                furthest - rest.dot(&p)
+            );
+            let q = cone.project(&ContactForce::from_fn(|_, _| 3.0 * number())).force;
+            assert!(rest.dot(&(q - p)) <= 2e-13 * size.max(q.norm() * x.norm()), "{cone:?} {x} {p} {q}");
+        }
+    }
+
+    #[test]
+    fn the_derivative_is_that_of_differences() {
+        let mut number = numbers();
+        let (mut checked, mut total) = (0, 0);
+        for (cone, x) in cases().filter(|(_, x)| x.norm() > 0.1) {
+            let found = cone.project(&x);
+            let mut step = ContactForce::from_fn(|_, _| 1e-6 * number());
+            if cone.gamma == 0.0 {
+                step[3] = 0.0;
+            }
+            let [ahead, behind] = [x + step, x - step].map(|x| cone.project(&x));
+            total += 1;
+            // Between two pieces the derivative jumps.
+            if [ahead, behind].iter().any(|p| p.count != found.count || p.inside != found.inside) {
+                continue;
+            }
+            let mut expected = if found.inside { step } else { ContactForce::zeros() };
+            for (axis, share) in found.axes.iter().zip(found.shares).take(found.count) {
+                expected += axis * (share * axis.dot(&step));
+            }
+            let difference = (ahead.force - behind.force) / 2.0;
+            assert!(
+                (difference - expected).norm() <= 2e-4 * step.norm(),
+                "{cone:?} {x} {difference} {expected}"
+            );
+            checked += 1;
+        }
+        assert!(checked * 100 > total * 99, "{checked} of {total}");
     }
 }

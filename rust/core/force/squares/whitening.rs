@@ -79,8 +79,7 @@ impl<const D: usize> Whitening<D> {
 }
 
 /// The lower factor `L` with `L L^T = matrix`; `None` where a pivot is not positive.
-#[inline]
-pub(crate) fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
+fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
     let mut factor = *matrix;
     for k in 0..D {
         for j in 0..k {
@@ -102,27 +101,13 @@ pub(crate) fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SM
 }
 
 /// `L^-1 w`.
-#[inline]
-pub(crate) fn forward<const D: usize>(factor: &SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
+fn forward<const D: usize>(factor: &SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
     let mut solved = *right;
     for k in 0..D {
         solved[k] /= factor[(k, k)];
         for r in k + 1..D {
             solved[r] -= factor[(r, k)] * solved[k];
         }
-    }
-    solved
-}
-
-/// `L^-T w`.
-#[inline]
-pub(crate) fn backward<const D: usize>(factor: &SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
-    let mut solved = *right;
-    for k in (0..D).rev() {
-        for r in k + 1..D {
-            solved[k] -= factor[(r, k)] * solved[r];
-        }
-        solved[k] /= factor[(k, k)];
     }
     solved
 }
@@ -152,7 +137,14 @@ mod tests {
         let wrenches: Vec<_> = (0..9)
             .map(|k| {
                 let x = f64::from(k);
-                Wrench::<6>::new(x.sin(), 1e-9 * x.cos(), (2.0 * x).sin(), 1e3 * (3.0 * x).cos(), 1e-4 * x, 0.0)
+                Wrench::<6>::new(
+                    x.sin(),
+                    1e-9 * x.cos(),
+                    (2.0 * x).sin(),
+                    1e3 * (3.0 * x).cos(),
+                    1e-4 * x,
+                    0.0,
+                )
             })
             .collect();
         let whitening = Whitening::new(&wrenches);
