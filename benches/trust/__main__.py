@@ -3,6 +3,7 @@
 import argparse
 
 from benches.trust import (
+    cone_histories,
     feet_and_pinches,
     global_bounds,
     history_free,
@@ -22,6 +23,7 @@ FAMILIES = (
     origin_contacts,
     tumbles,
     history_free,
+    cone_histories,
     metrics,
     near_closure,
     smooth,

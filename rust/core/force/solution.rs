@@ -81,7 +81,7 @@ pub struct Distribution<const D: usize> {
     /// Relative distance between `sigma` and the lower bound that `dual` proves for the wrench that the forces balance,
     /// `w_ext - residual`.
     pub gap: f64,
-    /// Simplex pivots that this solve took.
+    /// Simplex pivots that this solve took; zero where Newton's method over true cones started from the last answer.
     pub pivots: usize,
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
     /// an interior-point solver.

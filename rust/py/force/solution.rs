@@ -46,8 +46,8 @@ use crate::runtime::memory::{Work, check_work};
 /// distance : float
 ///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took, 0 where a known region held the wrench; Newton steps of least squares and of
-///     `ForceDistributor.nearest`.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
+///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
