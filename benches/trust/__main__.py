@@ -4,6 +4,7 @@ import argparse
 
 from benches.trust import (
     cone_histories,
+    control,
     feet_and_pinches,
     global_bounds,
     history_free,
@@ -18,6 +19,7 @@ from benches.trust import (
 )
 
 FAMILIES = (
+    control,
     nearly_degenerate,
     feet_and_pinches,
     origin_contacts,

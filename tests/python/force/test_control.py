@@ -3,10 +3,9 @@
 import copy
 import pickle
 
-import clarabel
 import numpy as np
 import pytest
-from scipy import sparse
+from benches.trust.control import hands, hard_squares, rows
 
 import graspforce as gf
 
@@ -18,70 +17,26 @@ def feet(**changes):
     return gf.Grasp(FEET, [(0, 0, 1)] * 4, **arguments)
 
 
-def hard_squares(grasp, external, *, limits, price=None, weight=1.0):
-    """Ask Clarabel for the optimal objective of hard fingers with true cones; None where it finds none."""
-    m, columns = grasp.num_contacts, grasp.grasp_matrix
-    n = 3 * m + (6 if price else 0)
-    quadratic = np.r_[np.full(3 * m, weight), np.full(n - 3 * m, price or 0.0)]
-    balance = np.hstack([columns, -np.eye(6)[:, : n - 3 * m]])
-    rows, right, cones = [balance], [-external], [clarabel.ZeroConeT(6)]
-    if limits:
-        rows.append(np.eye(n)[: 3 * m : 3])
-        right.append(grasp.max_normal_force)
-        cones.append(clarabel.NonnegativeConeT(m))
-    for i in range(m):
-        mu = grasp.friction[i]
-        rows.append(-np.diag([mu, 1.0, 1.0]) @ np.eye(n)[3 * i : 3 * i + 3])
-        right.append(np.zeros(3))
-        cones.append(clarabel.SecondOrderConeT(3))
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix(np.diag(quadratic)),
-        np.zeros(n),
-        sparse.csc_matrix(np.vstack(rows)),
-        np.concatenate(right),
-        cones,
-        settings,
-    )
-    found = solver.solve()
-    return found.obj_val if str(found.status) == "Solved" else None
+def test_a_share_of_the_family_agrees_with_clarabel():
+    for row in rows(0.03):
+        assert (row.missed, row.wrong) == (0, 0), row
 
 
-def random_hands(count, seed, contacts=4):
-    rng = np.random.default_rng(seed)
-    for _ in range(count):
-        outward = rng.normal(size=(contacts, 3))
-        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-        axes = np.array([1, 0.8, 1.3])
-        limits = rng.uniform(0.5, 3, contacts)
-        grasp = gf.Grasp(outward * axes, -outward / axes, friction=0.6, max_normal_force=limits, edges=None)
-        yield rng, grasp
-
-
-def test_squares_are_those_of_clarabel():
-    compared = 0
-    for rng, grasp in random_hands(60, 1):
-        for limits in (False, True):
-            distributor = gf.ForceDistributor(grasp, "squares", limits=limits)
-            external = rng.normal(size=6) * 0.5
-            theirs = hard_squares(grasp, external, limits=limits)
-            if distributor.solve_many([external]).status[0] == gf.Status.INFEASIBLE:
-                with pytest.raises(gf.InfeasibleWrenchError) as refused:
-                    distributor.solve(external)
-                assert -external @ refused.value.direction > 0
-                assert theirs is None
-                continue
-            ours = distributor.solve(external)
-            assert np.abs(ours.residual).max() < 1e-9
-            if theirs is not None:
-                assert (ours.forces**2).sum() / 2 == pytest.approx(theirs, rel=1e-6)
-                compared += 1
-    assert compared > 20
+def test_an_infeasible_wrench_has_a_witness():
+    infeasible = 0
+    for rng, grasp in hands(30, 1):
+        distributor = gf.ForceDistributor(grasp, "squares", limits=True)
+        external = rng.normal(size=6)
+        if distributor.solve_many([external]).status[0] == gf.Status.INFEASIBLE:
+            with pytest.raises(gf.InfeasibleWrenchError) as refused:
+                distributor.solve(external)
+            assert -external @ refused.value.direction > 0
+            infeasible += 1
+    assert infeasible > 10
 
 
 def test_a_price_of_the_residual_answers_every_wrench():
-    for rng, grasp in random_hands(40, 2, contacts=3):
+    for rng, grasp in hands(40, 2, contacts=3):
         distributor = gf.ForceDistributor(grasp, "squares", limits=True, slack=7.0)
         external = rng.normal(size=6) * 3
         ours = distributor.solve(external)
@@ -94,7 +49,7 @@ def test_a_price_of_the_residual_answers_every_wrench():
 
 @pytest.mark.parametrize("objective", ["max", "sum", "squares"])
 def test_nearest_forces_come_as_near_as_clarabels(objective):
-    for rng, grasp in random_hands(25, 3):
+    for rng, grasp in hands(25, 3):
         distributor = gf.ForceDistributor(grasp, objective, rtol=1e-6)
         external = rng.normal(size=6) * 2
         found = distributor.nearest(external)
