@@ -3,6 +3,7 @@
 import argparse
 
 from benches.trust import (
+    control,
     global_bounds,
     history_free,
     mesh_unions,
@@ -16,6 +17,7 @@ from benches.trust import (
 )
 
 FAMILIES = (
+    control,
     nearly_degenerate,
     origin_contacts,
     tumbles,

@@ -30,6 +30,13 @@ def forces(
         Path | None, typer.Option(help="File of external wrenches, one a row (CSV, NPY).")
     ] = None,
     objective: Objective = "max",
+    nearest: Annotated[
+        bool,
+        typer.Option(
+            "--nearest",
+            help="Give the forces that come nearest to balance, within the limits, where none balance.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
@@ -54,14 +61,14 @@ def forces(
     file = grasp_from(grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges)
     distributor = ForceDistributor(file.grasp, objective)
     if wrench is not None:
-        _one(file, distributor, wrench, as_json=as_json, plot=plot)
+        _one(file, distributor, wrench, nearest=nearest, as_json=as_json, plot=plot)
         if out is None:
             return
         given = WrenchFile(parse_wrench(wrench, file.grasp.wrench_dim)[None])
     else:
         given = load_wrenches(cast("Path", wrenches), file.grasp.wrench_dim)
     with progress("distributing", len(given.wrenches)) as done:
-        found = solve_trajectory(distributor, given, done)
+        found = solve_trajectory(distributor, given, done, nearest=nearest)
     if wrench is None:
         _many(file, found, objective, as_json=as_json, plot=plot)
     if out is not None:
@@ -73,10 +80,16 @@ def forces(
 
 
 def _one(
-    file: GraspFile, distributor: ForceDistributor, text: str, *, as_json: bool, plot: Path | None
+    file: GraspFile,
+    distributor: ForceDistributor,
+    text: str,
+    *,
+    nearest: bool,
+    as_json: bool,
+    plot: Path | None,
 ) -> None:
     wrench = parse_wrench(text, file.grasp.wrench_dim)
-    solution = distributor.solve(wrench)
+    solution = distributor.nearest(wrench) if nearest else distributor.solve(wrench)
     if as_json:
         print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
     else:
@@ -91,6 +104,8 @@ def _one(
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
         limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
         print(f"max {solution.sigma_max:.6g}, sum {solution.sigma_sum:.6g}: {limits}")
+        if nearest:
+            print(f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced")
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 

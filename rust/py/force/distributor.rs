@@ -404,8 +404,8 @@ impl PyForceDistributor {
     /// >>> import graspforce as gf
     /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
     /// >>> nearest = gf.ForceDistributor(grasp).nearest([0, -5, 0])
-    /// >>> round(nearest.distance, 6), nearest.residual.round(6).tolist()
-    /// (1.0, [0.0, -1.0, 0.0])
+    /// >>> round(nearest.distance, 6), nearest.residual.round(6)[1].item()
+    /// (1.0, -1.0)
     #[pyo3(signature = (external_wrench, metric=None, limits=true))]
     fn nearest(
         &self,

@@ -53,6 +53,7 @@ NOT_RUN = {
     "python benches/growth.py": LONG,
     "python benches/force_sweep.py": LONG,
     "python benches/global_search.py": LONG,
+    "cargo bench --bench control_latency": LONG,
     "cargo bench --bench force_latency": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
