@@ -97,7 +97,7 @@ impl<const D: usize> ForceDistributor<D> {
         let grasp = Arc::new(grasp.clone());
         let program = Program::Squares(Arc::new(SquaresProgram::new(&grasp, &squares)?));
         let (min_normal, rtol) = (squares.min_normal.clone(), squares.rtol);
-        let options = DistributionOptions { min_normal, rtol, ..DistributionOptions::default() };
+        let options = DistributionOptions { rtol, min_normal, ..DistributionOptions::default() };
         Ok(Self { grasp, objective: None, options, squares: Some(squares), program, limited: None })
     }
 

@@ -245,13 +245,14 @@ impl<const D: usize> Limited<D> {
     }
 
     /// The same forces among all contacts.
-    fn expanded(&self, found: Distribution<D>) -> Distribution<D> {
+    fn expanded(&self, mut found: Distribution<D>) -> Distribution<D> {
         let contacts = self.limits.len();
         let (mut forces, mut shares) = (vec![ContactForce::zeros(); contacts], vec![0.0; contacts]);
         for (&i, (force, share)) in self.active.iter().zip(found.forces.iter().zip(&found.shares)) {
             (forces[i], shares[i]) = (*force, *share);
         }
-        Distribution { forces, shares, ..found }
+        (found.forces, found.shares) = (forces, shares);
+        found
     }
 }
 
@@ -274,7 +275,9 @@ fn with_limit(contact: &Contact, limit: f64) -> Contact {
     let mut contact = contact.clone();
     if let ForceModel::Extreme(forces) = &mut contact.forces {
         let scale = limit / contact.max_normal_force;
-        forces.iter_mut().for_each(|force| *force *= scale);
+        for force in forces {
+            *force *= scale;
+        }
     }
     contact.max_normal_force = limit;
     contact

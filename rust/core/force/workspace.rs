@@ -53,7 +53,7 @@ impl<const D: usize> ForceWorkspace<D> {
             Program::Linear(program) => Solver::Linear(Arc::clone(program), Box::new(program.workspace())),
             Program::Cone(program) => Solver::Cone(Arc::clone(program), Box::new(program.workspace())),
             Program::Preload(program) => Solver::Preload(Arc::clone(program), Box::new(program.workspace())),
-            Program::Squares(program) => Solver::Squares(Arc::clone(program), program.workspace()),
+            Program::Squares(program) => Solver::Squares(Arc::clone(program), SquaresWorkspace::new()),
         };
         Self {
             grasp: Arc::clone(grasp),

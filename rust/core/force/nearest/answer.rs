@@ -150,7 +150,7 @@ impl<const D: usize> ForceDistributor<D> {
         let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
         workspace.nearest = Some(memory);
         interrupt::check()?;
-        found
+        Ok(found)
     }
 
     fn find_in(
@@ -159,10 +159,10 @@ impl<const D: usize> ForceDistributor<D> {
         memory: &mut NearestMemory<D>,
         b: &Wrench<D>,
         limits: bool,
-    ) -> Result<Found<D>> {
+    ) -> Found<D> {
         if let Ok(answer) = self.least(workspace, memory, b, limits) {
             let distance = memory.projection.metric.norm(&self.residual(b, &workspace.forces.forces));
-            return Ok(Found { answer, distance });
+            return Found { answer, distance };
         }
         let nearest = memory.projection.project(b, &mut workspace.forces);
         let size = memory.projection.metric.norm(b);
@@ -180,11 +180,11 @@ impl<const D: usize> ForceDistributor<D> {
                     pivots: answer.pivots + nearest.steps,
                     ..answer
                 };
-                Ok(Found { answer, distance })
+                Found { answer, distance }
             }
             _ => {
                 workspace.forces = projected;
-                Ok(self.as_projected(workspace, memory, b, &nearest, loose))
+                self.as_projected(workspace, memory, b, &nearest, loose)
             }
         }
     }

@@ -10,6 +10,9 @@ use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::cone_slope;
 
+/// How far beyond all forces a wrench must lie, relative to both, before a multiplier counts as a proof of that.
+const SEPARATED: f64 = 1e-6;
+
 /// The forces of a contact.
 #[derive(Debug, Clone)]
 pub(crate) enum ForceSet {
@@ -126,7 +129,7 @@ impl<const D: usize> Dual<D> {
     }
 
     /// The multiplier with `T^T y = z`, as far as the contacts feel it.
-    pub(crate) fn from_physical(&self, z: &Wrench<D>, grasp: &Grasp<D>) -> Wrench<D> {
+    pub(crate) fn of_physical(&self, z: &Wrench<D>, grasp: &Grasp<D>) -> Wrench<D> {
         let contacts = self.contacts.iter().zip(grasp.maps());
         contacts.map(|(contact, map)| contact.wrench(&map.tr_mul(z)) / contact.weight).sum()
     }
@@ -134,6 +137,14 @@ impl<const D: usize> Dual<D> {
     /// `z = T^T y`.
     pub(crate) fn physical(&self, y: &Wrench<D>) -> Wrench<D> {
         self.whitening.map.tr_mul(y)
+    }
+
+    /// Whether `y` proves that no forces exert `b`: bounded forces do not reach so far along it.
+    pub(crate) fn separates(&self, y: &Wrench<D>, b: &Wrench<D>) -> bool {
+        let reach = |contact: &DualContact<D>| contact.reach(&contact.pull(y), f64::INFINITY);
+        let reach: f64 = self.contacts.iter().map(reach).sum();
+        let along = b.dot(y);
+        self.slack.is_none() && along - reach > SEPARATED * (along.abs() + reach.abs())
     }
 
     /// Evaluates the function at `y`, and writes the forces and shares there.

@@ -40,7 +40,12 @@ pub(crate) fn minimise<const D: usize>(
     for step in 0..MAX_STEPS {
         let norm = point.gradient.norm();
         let relative = norm / point.size;
-        if !(relative > CONVERGED) || (stalled >= 3 && relative <= STALLED) {
+        let converged = relative <= CONVERGED || relative.is_nan();
+        if converged || (stalled >= 3 && relative <= STALLED) {
+            return (point, step);
+        }
+        // Multipliers of wrenches that nothing balances grow without end.
+        if step % 4 == 3 && relative > STALLED && dual.separates(&point.y, b) {
             return (point, step);
         }
         if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
@@ -82,7 +87,7 @@ fn line_search<const D: usize>(
     shares: &mut [f64],
 ) -> Option<DualPoint<D>> {
     let slope = from.gradient.dot(direction);
-    if !(slope < 0.0) {
+    if slope >= 0.0 || slope.is_nan() {
         return None;
     }
     let (mut low, mut low_slope, mut high, mut high_slope) = (0.0, slope, f64::INFINITY, 0.0);

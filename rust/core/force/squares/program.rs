@@ -57,6 +57,10 @@ pub(crate) struct SquaresWorkspace<const D: usize> {
 }
 
 impl<const D: usize> SquaresWorkspace<D> {
+    pub(crate) fn new() -> Self {
+        Self { y: Wrench::zeros() }
+    }
+
     pub(crate) fn forget(&mut self) {
         self.y = Wrench::zeros();
     }
@@ -96,10 +100,6 @@ impl<const D: usize> SquaresProgram<D> {
         Ok(program)
     }
 
-    pub(crate) fn workspace(&self) -> SquaresWorkspace<D> {
-        SquaresWorkspace { y: Wrench::zeros() }
-    }
-
     /// Starts from the last multiplier of another program.
     pub(crate) fn adopt(
         &self,
@@ -107,7 +107,7 @@ impl<const D: usize> SquaresProgram<D> {
         other: &Self,
         last: &SquaresWorkspace<D>,
     ) {
-        workspace.y = self.dual.from_physical(&other.dual.physical(&last.y), &self.grasp);
+        workspace.y = self.dual.of_physical(&other.dual.physical(&last.y), &self.grasp);
     }
 
     /// Leaves the forces for `b = -w_ext` in `forces`.
@@ -144,7 +144,7 @@ impl<const D: usize> SquaresProgram<D> {
         let ContactForces { forces: f, shares, unique } = forces;
         *unique = true;
         let mut start = self.dual.at(&workspace.y, &target, f, shares);
-        if !(start.value <= self.value_at_zero) {
+        if start.value > self.value_at_zero || start.value.is_nan() {
             start = self.dual.at(&Wrench::zeros(), &target, f, shares);
         }
         let (point, steps) = minimise(&self.dual, &target, start, f, shares);
@@ -216,14 +216,13 @@ impl<const D: usize> SquaresProgram<D> {
 
     /// Whether forces in the cones, and within the limits, balance `b`.
     fn feasible(&self, b: &Wrench<D>) -> Result<()> {
-        let distributor = match self.feasibility.get() {
-            Some(known) => Arc::clone(known),
-            None => {
-                let options =
-                    DistributionOptions { min_normal: self.least.clone(), ..DistributionOptions::default() };
-                let made = Arc::new(ForceDistributor::with_options(&self.grasp, Criterion::Max, options)?);
-                Arc::clone(self.feasibility.get_or_init(|| made))
-            }
+        let distributor = if let Some(known) = self.feasibility.get() {
+            Arc::clone(known)
+        } else {
+            let options =
+                DistributionOptions { min_normal: self.least.clone(), ..DistributionOptions::default() };
+            let made = Arc::new(ForceDistributor::with_options(&self.grasp, Criterion::Max, options)?);
+            Arc::clone(self.feasibility.get_or_init(|| made))
         };
         let answer = distributor.solve(&mut distributor.workspace(), &-b)?;
         if self.limits && answer.sigma_max > 1.0 + AT_LIMIT {
@@ -271,9 +270,9 @@ impl<const D: usize> SquaresProgram<D> {
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
             imbalance(b, &self.units, held, contacts)
         };
-        let unmet = if !(missing <= FEASIBILITY_TOLERANCE) {
+        let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
             Unmet::Balance { found: missing, allowed: FEASIBILITY_TOLERANCE }
-        } else if !(gap <= allowed) {
+        } else if gap > allowed || gap.is_nan() {
             Unmet::Gap { found: gap, allowed }
         } else {
             let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };

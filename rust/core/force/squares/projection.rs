@@ -103,7 +103,7 @@ impl CutCone {
             return found;
         }
         found.push(found.force / length, 1.0);
-        found.push(meridian.across(), self.kept(u, mu));
+        found.push(meridian.across(), kept(u, mu));
         // Orthogonal to the point and to the normal of the cone, in the plane of the meridian.
         let slope = [-n, p / (mu * mu), q / (gamma * gamma)];
         let cross = [p * slope[2] - q * slope[1], q * slope[0] - n * slope[2], n * slope[1] - p * slope[0]];
@@ -149,7 +149,7 @@ impl CutCone {
         let u = self.root(a, b, 1.0, level);
         let (p, q) = self.shrunk(a, b, u);
         let mut found = Projection::fixed(meridian.force(level, p, q), 0.0);
-        found.push(meridian.across(), self.kept(u, mu));
+        found.push(meridian.across(), kept(u, mu));
         let (along, aside) = (-q / (gamma * gamma), p / (mu * mu));
         let size = along.hypot(aside);
         if size > 0.0 {
@@ -190,14 +190,14 @@ impl CutCone {
 
     /// The tangential force and the torsion after the root `u`.
     fn shrunk(&self, a: f64, b: f64, u: f64) -> (f64, f64) {
-        (a * self.kept(u, self.mu), b * self.kept(u, self.gamma))
+        (a * kept(u, self.mu), b * kept(u, self.gamma))
     }
+}
 
-    /// `1 / (1 + lambda / coefficient^2)`.
-    fn kept(&self, u: f64, coefficient: f64) -> f64 {
-        let inside = coefficient * coefficient * (1.0 - u);
-        inside / (inside + u)
-    }
+/// `1 / (1 + lambda / coefficient^2)` with `u = lambda / (1 + lambda)`.
+fn kept(u: f64, coefficient: f64) -> f64 {
+    let inside = coefficient * coefficient * (1.0 - u);
+    inside / (inside + u)
 }
 
 /// Bisection alone ends after these; Newton's steps take less than ten as a rule.
