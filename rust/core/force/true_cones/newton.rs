@@ -202,7 +202,11 @@ fn widen<const D: usize>(conditions: &ConeConditions<D>, point: &mut OptimalPoin
             ContactStatus::Idle | ContactStatus::FullSliding | ContactStatus::FullSticking
                 if excess.abs() <= zero =>
             {
-                if straight { ContactStatus::Sticking } else { ContactStatus::Sliding }
+                if straight {
+                    ContactStatus::Sticking
+                } else {
+                    ContactStatus::Sliding
+                }
             }
             ContactStatus::FullSliding if straight => ContactStatus::FullSticking,
             ContactStatus::Sliding if straight => ContactStatus::Sticking,
