@@ -1,7 +1,7 @@
-"""Forces over true cones depend on the wrench alone: least objective, least sum, least norm, whatever was solved before.
+"""Forces over true cones depend on the wrench alone: least objective, then sum, then norm, whatever came before.
 
-The oracle is Clarabel: the objective, then the least sum at that objective, then the least norm at both. Each level is
-loosened by its tolerance, so that the sum and the norm of the oracle are lower bounds.
+The oracle is Clarabel: the objective, then the least sum at that objective, then the least norm at both. Each
+level is loosened by its tolerance, so that the sum and the norm of the oracle are lower bounds.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ def least_levels(grasp: gf.Grasp, objective: str, wrench: Array) -> tuple[float,
 
 
 def compare(count: int, objective: str, seed: int = 0) -> tuple[int, int, int]:
-    """Count wrenches, those that were not solved, and those solved differently after another past or than the oracle."""
+    """Count wrenches, those without an answer, and those answered otherwise after another past or by the oracle."""
     rng = np.random.default_rng([seed, len(objective)])
     asked = missed = wrong = 0
     for grasp, feet in grasps(count, seed):
@@ -168,7 +168,13 @@ def compare(count: int, objective: str, seed: int = 0) -> tuple[int, int, int]:
     return asked, missed, wrong
 
 
-def agree(answer, first, levels: tuple[float, float, float], objective: str, grasp: gf.Grasp) -> bool:  # noqa: ANN001
+def agree(
+    answer: gf.ForceSolution,
+    first: gf.ForceSolution,
+    levels: tuple[float, float, float],
+    objective: str,
+    grasp: gf.Grasp,
+) -> bool:
     """Whether an answer equals the first, and is not above the oracle's levels by more than these were loosened."""
     largest = np.abs(first.forces).max()
     same = np.abs(answer.forces - first.forces).max() <= AGREE * largest and answer.unique == first.unique
