@@ -1,8 +1,8 @@
 """Forces over true cones depend on the wrench alone: least objective, least sum, least norm, from any past.
 
 The oracle is Clarabel: the objective, then the least sum at that objective, then the least norm at both. Each
-level is loosened a little, so that the sum and the norm of the oracle are lower bounds. On curved cones they are
-low by the square root of that.
+level is loosened a little, so that the sum and the norm of the oracle are lower bounds. On curved cones they
+are low by the square root of that.
 """
 
 from __future__ import annotations
