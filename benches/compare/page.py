@@ -80,7 +80,7 @@ def write(body: str, answers: Sequence[Answers], share: float) -> None:
     block = headline(answers)
     own = (
         f"Timing adds {table.duration(nothing())} to each call. The run had {100 * share:.0f}% of a\n"
-        "processor. What other programs took lengthens long calls more than short ones.\n\n"
+        "processor. Other programs on the machine slow long calls more than short ones.\n\n"
     )
     text = INTRODUCTION + own + machine.description(packages) + "\n\n" + block + "\n\n" + body
     PAGE.write_text(text + "\n" + where_peers_are_better(answers), encoding="utf-8")

@@ -3,7 +3,9 @@
 import argparse
 
 from benches.trust import (
+    cone_histories,
     control,
+    feet_and_pinches,
     global_bounds,
     history_free,
     mesh_unions,
@@ -19,9 +21,11 @@ from benches.trust import (
 FAMILIES = (
     control,
     nearly_degenerate,
+    feet_and_pinches,
     origin_contacts,
     tumbles,
     history_free,
+    cone_histories,
     metrics,
     near_closure,
     smooth,

@@ -75,9 +75,10 @@ def least_by_highs(contacts: list[np.ndarray], wrench, scale, objective: str) ->
     return None
 
 
-def rounding_of(answer, wrench, scale) -> float:
-    """Bound what rounding of the wrenches leaves open where multipliers are large: at the edge of balance."""
-    return 1e-15 * np.abs(answer.dual * scale).sum() * np.abs(np.asarray(wrench) / scale).max()
+def rounding_of(answer, wrench, scale, value: float) -> float:
+    """Bound what rounding of wrenches and multipliers leaves open at the edge of balance."""
+    size = np.abs(np.asarray(wrench) / scale).max()
+    return 1e-15 * np.abs(answer.dual * scale).sum() * max(size, value)
 
 
 def product(row, z: list[Fraction]) -> Fraction:
@@ -129,7 +130,8 @@ def verdict(  # noqa: PLR0911 - one return for each way to fail
     except gf.NotConvergedError as error:
         return "missed", str(error)
     rest = np.asarray(wrench) + answer.contact_wrenches.sum(axis=0)
-    if not np.allclose(rest, answer.residual, rtol=0, atol=1e-12 * scale.max()):
+    rounded = 1e-12 * scale.max() + 1e-15 * np.abs(answer.contact_wrenches).sum()
+    if not np.allclose(rest, answer.residual, rtol=0, atol=rounded):
         return "wrong", "residual"
     if not balanced_within(answer.forces, rest, wrench, scale):
         return (
@@ -143,7 +145,7 @@ def verdict(  # noqa: PLR0911 - one return for each way to fail
     if least is not None and abs(value - least) <= OBJECTIVE * least:
         return "right", "as HiGHS"
     bound = proven(contacts, answer.dual, rest - np.asarray(wrench), objective)
-    allowed = max(OBJECTIVE * value, 1.1 * answer.gap * value, rounding_of(answer, wrench, scale))
+    allowed = max(OBJECTIVE * value, 1.1 * answer.gap * value, rounding_of(answer, wrench, scale, value))
     if answer.gap <= LOOSEST and abs(value - bound) <= allowed:
         return "right", f"proven, HiGHS {least} instead of {value}"
     return "wrong", f"{value}, HiGHS {least}, proven {bound}"
@@ -251,7 +253,7 @@ def cone_verdict(  # noqa: PLR0911 - one return for each way to fail
     reach = reach_of_cones(grasp, answer.dual)
     p = reach.max() if objective == "sum" else reach[reach > 0].sum()
     bound = (rest.astype(np.longdouble) - wrench) @ answer.dual.astype(np.longdouble) / p
-    allowed = max(OBJECTIVE * value, 1.1 * answer.gap * value, rounding_of(answer, wrench, scale))
+    allowed = max(OBJECTIVE * value, 1.1 * answer.gap * value, rounding_of(answer, wrench, scale, value))
     if answer.gap <= LOOSEST and abs(value - bound) <= allowed:
         return "right", f"proven, Clarabel {status} {least} instead of {value}"
     return "wrong", f"{value}, Clarabel {status} {least}, proven {bound}"

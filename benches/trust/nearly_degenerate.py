@@ -7,11 +7,16 @@ of a side, upright and slightly tilted; boxes at any angle on their corners; two
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from benches.trust.judge import cone_verdict, verdict
 from benches.trust.row import Row
 
-import graspforce as gf
+from graspforce._core import unwarned_grasp
+
+if TYPE_CHECKING:
+    import graspforce as gf
 
 __all__ = ["case", "cone_case", "rows"]
 
@@ -84,7 +89,7 @@ def case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
     """Make a grasp over linearised cones, an external wrench and an objective."""
     rng = np.random.default_rng(seed)
     positions, normals, wrench = posed(rng)
-    grasp = gf.Grasp(
+    grasp = unwarned_grasp(
         positions,
         normals,
         friction=float(rng.choice([0.2, 0.5, 1.0])),
@@ -101,7 +106,7 @@ def cone_case(seed: int) -> tuple[gf.Grasp, np.ndarray, str]:
     positions, normals, wrench = posed(rng)
     torsion = 0.02 * float(np.abs(positions).max()) if rng.integers(2) else None
     friction = float(rng.choice([0.2, 0.5, 1.0]))
-    grasp = gf.Grasp(
+    grasp = unwarned_grasp(
         positions, normals, friction=friction, torsion=torsion, max_normal_force=20.0, edges=None
     )
     return grasp, wrench, str(rng.choice(["max", "sum"]))

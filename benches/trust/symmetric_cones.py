@@ -144,6 +144,77 @@ def least_support(grasp: gf.Grasp, criterion: str, target: float, starts: int = 
     return best
 
 
+@dataclass(frozen=True)
+class Turned:
+    """A ring or a pinch of linearised cones in any pose, with the default tangents or others."""
+
+    positions: np.ndarray
+    normals: np.ndarray
+    options: dict[str, Any]
+
+    def grasp(self) -> gf.Grasp:
+        """Build the grasp."""
+        return gf.Grasp(self.positions, self.normals, **self.options)
+
+
+def turned(count: int, seed: int = 11) -> Iterator[Turned]:
+    """Yield pinches and rings of 3 to 8 contacts with 32 to 128 edges."""
+    random = np.random.default_rng(seed)
+    for k in range(count):
+        edges = (32, 64, 128)[k % 3]
+        torsion = float(random.choice([0.001, 0.005, 0.02])) if k % 2 == 0 else 0.0
+        contacts = 2 if torsion else int(random.integers(3, 9))
+        angles = 2 * np.pi * np.arange(contacts) / contacts
+        outward = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        outward = outward @ (turn * np.linalg.det(turn)).T
+        radius = float(random.choice([0.01, 0.04, 0.1]))
+        shift = random.uniform(-0.05, 0.05, 3) * (random.random() < 0.3)
+        options: dict[str, Any] = {
+            "friction": float(random.choice([0.3, 0.5, 0.9])),
+            "torsion": torsion,
+            "edges": edges,
+            "length_scale": float(random.choice([0.02, 0.1, 1.0])),
+        }
+        if random.random() < 0.5:
+            options["tangents"] = random.normal(size=(contacts, 3))
+        yield Turned(radius * outward + shift, -outward, options)
+
+
+def least_support_of_edges(grasp: gf.Grasp, criterion: str, target: float, starts: int = 20) -> float:
+    """Bound epsilon from above as `least_support` does, for linearised cones."""
+    wrenches = np.array(grasp.primitive_wrenches)
+    wrenches[:, 3:] /= grasp.length_scale
+    contacts = np.split(wrenches, np.cumsum(grasp.num_edges)[:-1])
+    random = np.random.default_rng(1)
+    z = random.standard_normal((starts, 6)) * random.choice([0.03, 1.0], (starts, 6))
+    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    best = np.inf
+    for _ in range(60):
+        products = [z @ contact.T for contact in contacts]
+        reach = np.stack([product.max(axis=1) for product in products], axis=1)
+        points = np.stack([c[p.argmax(axis=1)] for c, p in zip(contacts, products, strict=True)], axis=1)
+        share = (reach > 0) if criterion == "max" else (reach == reach.max(axis=1, keepdims=True))
+        value = np.maximum(reach, 0).sum(axis=1) if criterion == "max" else reach.max(axis=1)
+        best = min(best, float(value.min()))
+        slope = np.einsum("ki,kid->kd", share.astype(float), points) - value[:, None] * z
+        z = z - slope * ((value - target) / np.maximum((slope**2).sum(axis=1), 1e-300))[:, None]
+        z /= np.linalg.norm(z, axis=1, keepdims=True)
+    return best
+
+
+def row_of_turned(count: int) -> Row:
+    """Compare the turned grasps of linearised cones."""
+    missed = wrong = 0
+    for case, criterion in asked(list(turned(count))):
+        grasp = case.grasp()
+        q = grasp.quality(criterion)
+        missed += q.upper - q.lower > WIDTH * -q.lower
+        wrong += least_support_of_edges(grasp, criterion, -q.upper) < -q.upper * (1 - 1e-12)
+    name = "pinches and rings of 32 to 128 edges, turned and shifted"
+    return Row(name, 2 * count, "multi-start minimisation", missed, wrong)
+
+
 def shared(cases: list[Any], share: float) -> list[Any]:
     """Every so-many-th case."""
     return cases[:: max(1, round(1 / share))]
@@ -174,4 +245,5 @@ def rows(share: float) -> list[Row]:
         missed += q.upper - q.lower > WIDTH * -q.lower
         wrong += least_support(grasp, criterion, -q.upper) < -q.upper * (1 - 1e-12)
     table.append(Row("rings of 3 to 8 contacts", 2 * len(some), "multi-start minimisation", missed, wrong))
+    table.append(row_of_turned(max(6, round(120 * share))))
     return table

@@ -2,10 +2,11 @@
 //! are none, the witness separates.
 
 use graspforce::{
-    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Wrench,
+    ContactForce, Criterion, Distribution, DistributionOptions, Error, ForceModel, Grasp, Wrench, WrenchSet,
 };
 use support::balance::assert_balanced;
 use support::control_loop::ControlLoop;
+use support::duality::{assert_proven, assert_reaches_one};
 use support::friction_cone::load;
 
 /// What rounding may cost, relative to the forces (or wrenches) at work.
@@ -63,14 +64,11 @@ fn bounded<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, f
     if !options.min_normal.is_empty() || found.sigma == 0.0 {
         return;
     }
-    let proven = -external.dot(&found.dual);
-    let terms: f64 = external.iter().zip(found.dual.iter()).map(|(a, b)| (a * b).abs()).sum();
-    let off = (proven - found.sigma).abs();
-    assert!(
-        off <= ROUNDING.max(2.0 * found.gap) * terms.max(found.sigma),
-        "dual proves {proven:e} of {:e}: {found:?}",
-        found.sigma
-    );
+    assert_proven(distributor.grasp(), external, found, 2.0 * found.gap);
+    if options.weight == 0.0 {
+        let set = WrenchSet::new(distributor.grasp(), distributor.objective().expect("the targets minimise a criterion"));
+        assert_reaches_one(&set, distributor.grasp(), found);
+    }
 }
 
 fn separates<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, e: &Wrench<D>) {

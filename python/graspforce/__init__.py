@@ -107,10 +107,17 @@ if _TYPE_CHECKING:
     from .files import save_grasp as save_grasp
 
 
+_FROM_FILES = ("load_grasp", "save_grasp")
+
+
 # Files need the extra `cli`. These names are not in __all__: a star import must work without it.
 def __getattr__(name: str) -> _Any:
-    if name in ("load_grasp", "save_grasp"):
+    if name in _FROM_FILES:
         from . import files  # noqa: PLC0415
 
         return getattr(files, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_FROM_FILES])

@@ -387,6 +387,8 @@ class ForceSolution:
     @property
     def residual(self) -> _Floats: ...
     @property
+    def balanced(self) -> bool: ...
+    @property
     def distance(self) -> float: ...
     def joint_torques(
         self,
@@ -415,6 +417,7 @@ class ForceSolution:
         wrenches: Sequence[Sequence[float]],
         numbers: tuple[float, float, float, float, float, int],
         answers: tuple[bool, bool],
+        held: float,
     ) -> ForceSolution: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 

@@ -5,7 +5,7 @@ The extension module raises these classes too, so ``except gf.GraspForceError`` 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graspforce._internal.printable import printable
 
@@ -78,15 +78,18 @@ class InvalidFileError(InvalidInputError):
         The file.
     line : int or None
         Line of the mistake, counted from 1; None for a file without lines.
+    field : tuple of str and int
+        Names and indices, from 0, that lead to the field; empty if no field is to blame.
     """
 
     def __init__(self, path: Path, message: str, line: int | None = None) -> None:
         super().__init__(f"{path}:{line}: {message}" if line else f"{path}: {message}")
         self.path, self.line = path, line
+        self.field: tuple[str | int, ...] = ()
         self._given = path, message, line
 
-    def __reduce__(self) -> tuple[type[InvalidFileError], tuple[Path, str, int | None]]:
-        return type(self), self._given
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._given, {"field": self.field}
 
 
 class MissingExtraError(GraspForceError, ImportError):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graspforce._internal.restored import expect_number
 from graspforce._internal.to_dict import Record
 
 from .errors import InvalidGraspError
@@ -55,6 +56,12 @@ class Measures(Record):
     ellipsoid_volume: float
     isotropy: float
     hull_volume: float | None
+
+    def _check(self) -> None:
+        for name in ("smallest_singular_value", "ellipsoid_volume", "isotropy"):
+            expect_number(name, getattr(self, name), least=0, finite=False)
+        if self.hull_volume is not None:
+            expect_number("hull_volume", self.hull_volume, least=0, finite=False)
 
 
 def measures_of(grasp: Grasp) -> Measures:

@@ -5,6 +5,7 @@ What the extension module receives it checks itself.
 
 from __future__ import annotations
 
+import inspect
 import operator
 import reprlib
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ import numpy as np
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+    from collections.abc import Callable, Collection, Iterable
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -23,9 +24,14 @@ __all__ = [
     "chosen",
     "finite_array",
     "finite_vector",
+    "instance",
     "known_options",
+    "progress_function",
+    "real_array",
     "real_number",
     "search_bounds",
+    "strength",
+    "triangles",
     "whole_number",
 ]
 
@@ -38,11 +44,31 @@ def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
         raise InvalidInputError(f"{argument}: {value!r} is {either} {choices[-1]!r}")
 
 
-def known_options(options: Iterable[str], known: Collection[str]) -> None:
-    """Refuse keywords that would be passed on to something that does not take them."""
+def instance(argument: str, value: object, *kinds: type) -> None:
+    """Refuse what is not an instance of one of the classes."""
+    if not isinstance(value, kinds):
+        names = " or ".join(f"{kind.__module__.partition('.')[0]}.{kind.__name__}" for kind in kinds)
+        raise InvalidInputError(f"{argument}: {reprlib.repr(value)} is not a {names}")
+
+
+def progress_function(value: object) -> None:
+    """Refuse what cannot be called, before any work is done."""
+    if value is not None and not callable(value):
+        raise InvalidInputError(f"progress: {value!r} is not callable")
+
+
+def known_options(
+    options: Iterable[str], known: Collection[str], function: Callable[..., object] | None = None
+) -> None:
+    """Refuse keywords that would be passed on to something that does not take them.
+
+    The error lists the keywords that `function` itself takes, too.
+    """
     for name in options:
         if name not in known:
-            raise InvalidInputError(f"{name}: no such option; there are {', '.join(known)}")
+            parameters = () if function is None else inspect.signature(function).parameters.values()
+            own = [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
+            raise InvalidInputError(f"{name}: no such option; there are {', '.join([*own, *known])}")
 
 
 def whole_number(argument: str, value: Any, *, least: int, most: int | None = None) -> int:
@@ -62,7 +88,10 @@ def real_number(
     argument: str, value: Any, *, least: float = -np.inf, positive: bool = False, finite: bool = True
 ) -> float:
     """Convert `value` to a float within its range; infinity only where it has a meaning."""
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except Exception as error:  # whatever the object's own conversion raises
+        raise InvalidInputError(f"{argument}: {error}") from error
     if array.ndim or array.dtype.kind not in "iuf":
         raise InvalidInputError(f"{argument}: {value!r} is not a real number")
     number = float(array)
@@ -82,11 +111,11 @@ _MAX_NUMBERS = 2**27
 _LARGEST = 1e140
 
 
-def _real_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
+def real_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     """Convert `value` to a float64 array of its own, refusing what is not of real numbers."""
     try:
         given = np.asarray(value)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # whatever the object's own conversion raises
         raise InvalidInputError(f"{argument}: {error}") from error
     if given.dtype.kind not in "iuf":
         raise InvalidInputError(f"{argument}: {reprlib.repr(value)} is not an array of real numbers")
@@ -101,7 +130,7 @@ def _real_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
 
 def finite_array(argument: str, value: ArrayLike) -> NDArray[np.float64]:
     """Convert `value` to a float64 array of its own, refusing what is not a finite real number."""
-    array = _real_array(argument, value)
+    array = real_array(argument, value)
     if not np.isfinite(array).all():
         at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         where = f", entry {at[0] if len(at) == 1 else at}" if at else ""
@@ -125,16 +154,46 @@ def finite_vector(
     return array
 
 
+def triangles(argument: str, mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Check a pair of vertices (V, 3) and triangles (F, 3) for pictures."""
+    try:
+        given, corners = mesh
+    except (TypeError, ValueError):
+        message = f"{argument}: {reprlib.repr(mesh)} is not a pair of vertices and faces"
+        raise InvalidInputError(message) from None
+    vertices, faces = finite_array(argument, given), np.asarray(corners)
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise InvalidInputError(f"{argument}: vertices of shape {vertices.shape}, expected (V, 3)")
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+        message = f"{argument}: faces of {faces.dtype} and shape {faces.shape}, expected whole numbers (F, 3)"
+        raise InvalidInputError(message)
+    if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
+        raise InvalidInputError(f"{argument}: faces name vertices that are none of {len(vertices)}")
+    return vertices, faces.astype(np.int64)
+
+
+def strength(friction: float | None, max_normal_force: float | None) -> None:
+    """Refuse a friction coefficient or limit that no contact can have."""
+    if friction is not None:
+        real_number("friction", friction, least=0)
+    if max_normal_force is not None:
+        real_number("max_normal_force", max_normal_force, positive=True)
+
+
 def search_bounds(
     bounds: ArrayLike, initial: NDArray[np.float64], argument: str = "initial"
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
     array = finite_array("bounds", bounds)
-    if array.shape != (initial.size, 2):
-        raise InvalidInputError(f"bounds: shape {array.shape}, expected {(initial.size, 2)}")
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    if len(array) != initial.size:
+        raise InvalidInputError(f"{argument}: {initial.size} parameters, but bounds has {len(array)} rows")
     if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():
         row, side = beyond[0]
-        raise InvalidInputError(f"bounds, row {row}: {array[row, side]} is beyond what can be computed with")
+        raise InvalidInputError(
+            f"bounds, row {row}: {array[row, side]} must be within -1e140 to 1e140; check the units"
+        )
     lower, upper = array[:, 0].copy(), array[:, 1].copy()
     for row, (low, high, start) in enumerate(zip(lower, upper, initial, strict=True)):
         if low > high:
@@ -161,7 +220,7 @@ def checked_contacts(returned: object, params: NDArray[np.float64]) -> dict[str,
 
 
 def _contact_array(name: str, value: ArrayLike, params: NDArray[np.float64]) -> NDArray[np.float64]:
-    array = _real_array(f"surface: {name}", value)
+    array = real_array(f"surface: {name}", value)
     rows = len(params)
     if array.ndim != 3 or len(array) != rows or array.shape[1] < 1 or array.shape[2] not in (2, 3):
         expected = f"({rows}, m, 2) or ({rows}, m, 3) with m at least 1"

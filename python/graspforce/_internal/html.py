@@ -80,7 +80,7 @@ def quality_html(quality: Quality) -> str:
         ("rho", f"{quality.rho:.9g}, proven within [{quality.lower:.9g}, {quality.upper:.9g}]"),
         ("closure", quality.closure),
         ("weakest along", vector(quality.direction)),
-        ("converged", "yes" if quality.converged else "no: the work limit was reached"),
+        ("converged", "yes" if quality.converged else "no: the bracket is wider than asked for"),
     ]
     if quality.hint is not None:
         rows.append(("hint", quality.hint))

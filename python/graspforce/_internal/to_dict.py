@@ -6,11 +6,14 @@ The classes of the extension module call these functions.
 from __future__ import annotations
 
 import dataclasses
+import os
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graspforce._core import unwarned_grasp
+from graspforce._internal.restored import expect
 from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidGraspError
 from graspforce.typing import GRASP_ARGUMENTS
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "ReadOnly",
     "Record",
     "batch_dict",
     "distributor_dict",
@@ -45,8 +49,8 @@ __all__ = [
 ]
 
 
-class Record:
-    """A frozen dataclass that can be written as JSON; its arrays are read-only, also after a copy."""
+class ReadOnly:
+    """A frozen dataclass whose arrays and dictionaries are read-only, also after a copy."""
 
     __slots__ = ()
 
@@ -55,10 +59,26 @@ class Record:
             value = getattr(self, field.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
                 object.__setattr__(self, field.name, read_only(value))
+            elif isinstance(value, dict):
+                object.__setattr__(self, field.name, MappingProxyType(value))
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         names = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type] # of dataclasses alone
-        return _made, (type(self), {name: getattr(self, name) for name in names})
+        values = {name: getattr(self, name) for name in names}
+        return _made, (
+            type(self),
+            {name: dict(v) if isinstance(v, MappingProxyType) else v for name, v in values.items()},
+        )
+
+
+class Record(ReadOnly):
+    """A frozen dataclass, read-only also after a copy, that can be written as JSON."""
+
+    __slots__ = ()
+
+    def _check(self) -> None:
+        """Refuse fields of a pickle that do not belong together."""
+        raise NotImplementedError
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON; None in place of NaN."""
@@ -66,8 +86,13 @@ class Record:
         return {name: _plain(value) for name, value in values}
 
 
-def _made(kind: type[Record], fields: dict[str, Any]) -> Record:
-    return kind(**fields)
+def _made(kind: Any, fields: Any) -> ReadOnly:
+    expect(isinstance(kind, type) and issubclass(kind, ReadOnly), "class", "one of results")
+    expect(isinstance(fields, dict), "fields", "a dictionary")
+    record: ReadOnly = kind(**fields)
+    if isinstance(record, Record):
+        record._check()  # noqa: SLF001
+    return record
 
 
 def _plain(value: Any) -> Any:
@@ -77,8 +102,10 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if isinstance(value, dict):
+    if isinstance(value, dict | MappingProxyType):
         return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
@@ -164,6 +191,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     return {
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
+        "balanced": solution.balanced,
         "within_limits": solution.within_limits,
         "gap": solution.gap,
         "pivots": solution.pivots,

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
+from graspforce._core import Grasp
+from graspforce._internal.restored import expect, expect_array, expect_instance, expect_tuple
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import read_only
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-    from graspforce._core import Grasp
 
 __all__ = ["ContactReading", "ReadingOptions"]
 
@@ -48,6 +48,13 @@ class ContactReading(Record):
     grasp: Grasp
     forces: NDArray[np.float64]
     contacts: tuple[int, ...]
+
+    def _check(self) -> None:
+        expect_instance("grasp", self.grasp, Grasp)
+        contacts, components = self.grasp.num_contacts, self.grasp.force_dim
+        expect_array("forces", self.forces, (contacts, components))
+        expect_tuple("contacts", self.contacts, int)
+        expect(len(self.contacts) == contacts, "contacts", "one index for each contact")
 
     def __repr__(self) -> str:
         return f"ContactReading({len(self.contacts)} contacts, sigma_max={self.sigma_max:.6g})"

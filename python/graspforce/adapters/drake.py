@@ -7,7 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from graspforce._core import unwarned_grasp
-from graspforce._internal.checks import known_options
+from graspforce._internal.checks import instance, known_options
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError, NoContactError
 
@@ -81,7 +81,10 @@ def from_drake(
     ([[0.0, 0.0, 1.0]], [0.5])
     """
     known_options(options, ReadingOptions.__annotations__)
-    combined_friction = optional("pydrake.multibody.plant", "drake").CalcContactFrictionFromSurfaceProperties
+    multibody = optional("pydrake.multibody.plant", "drake")
+    combined_friction = multibody.CalcContactFrictionFromSurfaceProperties
+    instance("plant", plant, multibody.MultibodyPlant)
+    instance("context", context, optional("pydrake.systems.framework", "drake").Context)
     index = optional("pydrake.multibody.tree", "drake").BodyIndex
     try:
         ours = plant.GetBodyByName(body) if isinstance(body, str) else plant.get_body(index(body))

@@ -7,7 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from graspforce._core import unwarned_grasp
-from graspforce._internal.checks import known_options
+from graspforce._internal.checks import instance, known_options
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError, NoContactError
 
@@ -76,6 +76,8 @@ def from_mujoco(
     """
     known_options(options, ReadingOptions.__annotations__)
     mujoco = optional("mujoco", "mujoco")
+    instance("model", model, mujoco.MjModel)
+    instance("data", data, mujoco.MjData)
     try:
         body_id = int(model.body(body).id)
     except (KeyError, IndexError, TypeError) as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graspforce._core import Grasp, torque_limited_forces, unwarned_grasp
-from graspforce._internal.checks import finite_array, finite_vector, real_number
+from graspforce._internal.checks import finite_array, finite_vector, instance, real_number
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
@@ -86,6 +86,11 @@ def from_pinocchio(
     5.0
     """
     pin = optional("pinocchio", "pinocchio")
+    instance("model", model, pin.Model)
+    if not model.nv:
+        raise InvalidInputError(f"model: {model.name!r} has no joints")
+    if isinstance(frames, str) or not all(isinstance(name, str) for name in frames):
+        raise InvalidInputError(f"frames: {frames!r} is not a sequence of names")
     q = finite_array("configuration", configuration)
     if q.shape != (model.nq,):
         raise InvalidInputError(f"configuration: shape {q.shape}, expected ({model.nq},)")

@@ -10,7 +10,8 @@ MEANINGS = {
     DONE: "done",
     FAILED: "failed: a value is wrong, a file could not be written, a package is missing, "
     "or a computation is too large",
-    MISUSED: "unknown command or option",
-    BAD_FILE: "an input file is unusable; the message names file, line and field",
-    INFEASIBLE: "no contact forces balance some wrench (command forces)",
+    MISUSED: "the command line is wrong: unknown command or option, or a value out of range",
+    BAD_FILE: "an input file is unusable; the message names the file and, in YAML, JSON and CSV files, "
+    "line and field",
+    INFEASIBLE: "forces: no contact forces balance some wrench, however hard the fingers press",
 }

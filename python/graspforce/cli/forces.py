@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import numpy as np
 import typer
 
 from graspforce._core import ForceDistributor
 from graspforce._internal.html import FORCE_COMPONENTS
-from graspforce.files import GraspFile, WrenchFile, load_wrenches, parse_wrench
+from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE
-from .grasp_options import At, Edges, Friction, GraspArgument, MaxNormalForce, Unit, grasp_from
+from .grasp_options import (
+    At,
+    Edges,
+    Friction,
+    GraspArgument,
+    MaxNormalForce,
+    Unit,
+    grasp_from,
+    wrench_of,
+)
 from .output import AsJson, Objective, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from graspforce._core import ForceSolution
 
 __all__ = ["forces"]
 
@@ -61,15 +75,14 @@ def forces(
     file = grasp_from(grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges)
     distributor = ForceDistributor(file.grasp, objective)
     if wrench is not None:
-        _one(file, distributor, wrench, nearest=nearest, as_json=as_json, plot=plot)
-        if out is None:
-            return
-        given = WrenchFile(parse_wrench(wrench, file.grasp.wrench_dim)[None])
+        against = wrench_of("--wrench", wrench, file.grasp.wrench_dim)
+        solution = distributor.nearest(against) if nearest else distributor.solve(against)
+        _one(file, against, solution, objective, nearest=nearest, as_json=as_json, plot=plot)
+        found = Trajectory.of_one(against, solution)
     else:
         given = load_wrenches(cast("Path", wrenches), file.grasp.wrench_dim)
-    with progress("distributing", len(given.wrenches)) as done:
-        found = solve_trajectory(distributor, given, done, nearest=nearest)
-    if wrench is None:
+        with progress("distributing", len(given.wrenches)) as done:
+            found = solve_trajectory(distributor, given, done, nearest=nearest)
         _many(file, found, objective, as_json=as_json, plot=plot)
     if out is not None:
         with out.open("wb") as stream:
@@ -81,20 +94,20 @@ def forces(
 
 def _one(
     file: GraspFile,
-    distributor: ForceDistributor,
-    text: str,
+    wrench: NDArray[np.float64],
+    solution: ForceSolution,
+    objective: str,
     *,
     nearest: bool,
     as_json: bool,
     plot: Path | None,
 ) -> None:
-    wrench = parse_wrench(text, file.grasp.wrench_dim)
-    solution = distributor.nearest(wrench) if nearest else distributor.solve(wrench)
+    sought = "nearest forces" if nearest else f"least {objective}"
+    title = f"{file.name}: {sought} against {vector(wrench)}"
     if as_json:
         print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
     else:
         columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
-        title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
         scale = float(np.abs(solution.forces).max())
         rows = [
             (str(i), vector(force, scale), rounded(share), rounded(margin))
@@ -103,13 +116,12 @@ def _one(
         names = FORCE_COMPONENTS[file.grasp.force_dim]
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
         limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
-        print(f"max {solution.sigma_max:.6g}, sum {solution.sigma_sum:.6g}: {limits}")
+        print(f"sigma_max {solution.sigma_max:.6g}, sigma_sum {solution.sigma_sum:.6g}: {limits}")
         if nearest:
             print(f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced")
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        title = f"{file.name}: least {distributor.objective} against {vector(wrench)}"
         figure = grasp_figure(
             file.grasp, solution.forces, title=title, outline=file.outline, mesh=file.object_mesh()
         )
@@ -128,10 +140,10 @@ def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, 
         if answered.any():
             worst = int(np.nanargmax(found.sigma_max))
             rows += [
-                ("above the limits", str(int((found.sigma_max[answered] > 1 + 1e-9).sum()))),
-                ("largest max", f"{found.sigma_max[worst]:.6g} (row {worst})"),
-                ("largest sum", f"{np.nanmax(found.sigma_sum):.6g}"),
-                ("median max", f"{np.nanmedian(found.sigma_max):.6g}"),
+                ("above the limits", str(int((answered & ~found.within_limits).sum()))),
+                ("largest sigma_max", f"{found.sigma_max[worst]:.6g} (row {worst})"),
+                ("largest sigma_sum", f"{np.nanmax(found.sigma_sum):.6g}"),
+                ("median sigma_max", f"{np.nanmedian(found.sigma_max):.6g}"),
             ]
         if found.infeasible.any():
             rows.append(("first that cannot be balanced", f"row {int(np.argmax(found.infeasible))}"))

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from graspforce.errors import InvalidInputError
+from graspforce._internal.printable import printable
+from graspforce.errors import InvalidFileError, InvalidInputError
 from graspforce.files import GraspFile, MeshPlanFile, load_grasp
 from graspforce.files.grasp_file import grasp_of
 from graspforce.files.mesh_file import FORMATS
 from graspforce.files.mesh_plan_file import mesh_problem
 from graspforce.files.schema import GraspModel
+from graspforce.files.wrench_file import numbers_of, parse_wrench
 from graspforce.files.yaml_document import Document
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy as np
+    from numpy.typing import NDArray
 
 __all__ = [
     "PANEL", "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit",
-    "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file",
+    "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file", "wrench_of",
 ]  # fmt: skip
 
 PANEL = "With a mesh in place of a file"
@@ -71,22 +80,48 @@ def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: fl
         raise typer.BadParameter("a mesh has no contacts: give x,y,z of each contact", param_hint="--at")
     contacts = [{"point": _point(text)} for text in at]
     document = _document(path, unit, {"contacts": contacts, **_given(options)})
-    return grasp_of(document, document.parsed(GraspModel))
+    with _blamed_on({"contacts": "--at"}, options):
+        return grasp_of(document, document.parsed(GraspModel))
 
 
 def mesh_problem_from(path: Path, unit: str | None, **options: float | None) -> MeshPlanFile:
     """Make the planning problem on a mesh that the command line's options describe."""
-    return mesh_problem(_document(path, unit, _given(options)))
+    with _blamed_on({}, options):
+        return mesh_problem(_document(path, unit, _given(options)))
+
+
+def wrench_of(flag: str, text: str, wrench_dim: int) -> NDArray[np.float64]:
+    """Read a wrench that an option of this name gives."""
+    try:
+        return parse_wrench(text, wrench_dim, flag)
+    except InvalidInputError as error:
+        message = printable(str(error).removeprefix(f"{flag}: "))
+        raise typer.BadParameter(message, param_hint=flag) from None
+
+
+@contextlib.contextmanager
+def _blamed_on(flags: dict[str, str], options: dict[str, float | None]) -> Iterator[None]:
+    """Say of a wrong field which option gave it."""
+    try:
+        yield
+    except InvalidFileError as error:
+        name = str(error.field[0]) if error.field else ""
+        if name not in flags and name not in options:
+            raise
+        message = str(error).removeprefix(f"{error.path}: ").partition(": ")[2]
+        raise typer.BadParameter(printable(message), param_hint=flags.get(name, _flag(name))) from None
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
 def refuse_with_a_file(**options: object) -> None:
     """Refuse options that only go with a mesh: what a file says is said there."""
     for name, value in options.items():
         if value is not None and value != []:
-            flag = f"--{name.replace('_', '-')}"
-            raise typer.BadParameter(
-                "only with a mesh; a grasp or plan file has a field for it", param_hint=flag
-            )
+            message = "only with a mesh; a grasp or plan file has a field for it"
+            raise typer.BadParameter(message, param_hint=_flag(name))
 
 
 def _document(path: Path, unit: str | None, fields: dict[str, Any]) -> Document:
@@ -103,9 +138,7 @@ def _given(options: dict[str, float | None]) -> dict[str, Any]:
 
 def _point(text: str) -> list[float]:
     try:
-        numbers = [float(number) for number in text.replace(",", " ").split()]
-    except ValueError as error:
-        raise InvalidInputError(f"--at {text}: {error}") from None
-    if len(numbers) != 3:
-        raise InvalidInputError(f"--at {text}: {len(numbers)} numbers, expected x,y,z")
-    return numbers
+        return list(map(float, numbers_of("--at", text, ("x", "y", "z"))))
+    except InvalidInputError as error:
+        message = printable(str(error).removeprefix("--at: "))
+        raise typer.BadParameter(message, param_hint="--at") from None

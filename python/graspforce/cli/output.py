@@ -11,24 +11,30 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from graspforce._internal.optional_imports import optional
 from graspforce._internal.printable import printable
-from graspforce.errors import InvalidInputError
+from graspforce.errors import GraspForceError, InvalidFileError, InvalidInputError
+from graspforce.files import save_grasp
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from matplotlib.figure import Figure
 
+    from graspforce._core import Grasp
+
 __all__ = [
     "AsJson",
     "Criterion",
     "Objective",
+    "has_folder",
     "in_a_folder",
     "note",
     "print_json",
     "print_table",
     "rounded",
     "save",
+    "save_best",
     "vector",
 ]
 
@@ -77,11 +83,31 @@ def note(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
-def in_a_folder(path: Path | None) -> Path | None:
-    """Refuse an output path whose folder does not exist, before any work is done."""
-    if path is not None and not path.parent.is_dir():
-        raise typer.BadParameter(printable(f"{path}: the folder {path.parent} does not exist; make it first"))
+def in_a_folder(path: Path | None, option: typer.CallbackParam) -> Path | None:
+    """Refuse an output path without a folder, or a picture of unknown format, before any work is done."""
+    if path is not None:
+        has_folder(path)
+        if option.name == "plot":
+            known = optional("matplotlib.figure", "plot").Figure().canvas.get_supported_filetypes()
+            if path.suffix.lower().removeprefix(".") not in known:
+                message = f"{path}: no picture of a known format; known are {', '.join(known)}"
+                raise typer.BadParameter(printable(message))
     return path
+
+
+def has_folder(path: Path) -> None:
+    """Refuse an output path whose folder does not exist."""
+    if not path.parent.is_dir():
+        raise typer.BadParameter(printable(f"{path}: the folder {path.parent} does not exist; make it first"))
+
+
+def save_best(path: Path, grasp: Grasp, **options: Any) -> None:
+    """Write the grasp file that ``--out`` names."""
+    try:
+        save_grasp(path, grasp, **options)
+    except InvalidFileError as error:
+        raise GraspForceError(f"--out: {error}") from error
+    note(f"wrote {path}")
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from graspforce.files import MeshPlanFile, PlanFile, load_problem, save_grasp
+from graspforce.files import MeshPlanFile, PlanFile, load_problem
 
 from .grasp_options import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
-from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, save, vector
+from .output import AsJson, Criterion, in_a_folder, print_json, print_table, save, save_best, vector
 from .plan_mesh import plan_on_mesh
 from .progress import progress
 
@@ -93,11 +93,10 @@ def _plan_on_places(
             for k, row in enumerate(found.history)
         ]
         title = f"{file.name}: least rho_{criterion}, {found.num_candidates} candidates"
-        print_table(title, ("iteration", "parameters", f"rho_{criterion}", "steps after"), rows)
-        print(f"closure {found.quality.closure}, epsilon {found.quality.epsilon:.9g}")
+        print_table(title, ("iteration", "parameters", f"rho_{criterion} (N)", "steps after"), rows)
+        print(f"closure {found.quality.closure}, epsilon {found.quality.epsilon:.9g} N")
     if out is not None:
-        save_grasp(out, found.grasp, name=file.name)
-        note(f"wrote {out}")
+        save_best(out, found.grasp, name=file.name)
     if plot is not None:
         from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce.files import save_grasp
-
-from .output import note, print_json, print_table, save, vector
+from .output import print_json, print_table, save, save_best, vector
 from .progress import progress
 
 if TYPE_CHECKING:
@@ -33,8 +31,7 @@ def plan_on_mesh(
         _print(file, found, criterion)
     best = found.best.grasp
     if out is not None:
-        save_grasp(out, best, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
-        note(f"wrote {out}")
+        save_best(out, best, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
@@ -48,11 +45,11 @@ def _print(file: MeshPlanFile, found: PlanSet, criterion: Criterion) -> None:
     options = file.grasp_options
     rows = [
         (str(k), f"{q.epsilon:.9g}", f"{q.upper - q.lower:.1e}", q.closure)
-        for k, q in enumerate((plan.quality for plan in found.plans), start=1)
+        for k, q in enumerate((plan.quality for plan in found.plans), start=0)
     ]
     searched = int(np.isfinite(found.epsilon).sum())
     title = f"{file.name}: {file.num_contacts} contacts, {searched} of {len(found.starts)} searches ended"
-    print_table(title, ("grasp", f"epsilon_{criterion}", "proven within", "closure"), rows)
+    print_table(title, ("grasp", f"epsilon_{criterion} (N)", "proven within (N)", "closure"), rows)
     best = found.best.grasp
     places = [
         (str(i), vector(position), vector(normal))

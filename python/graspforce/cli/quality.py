@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from graspforce._core import Quality
-from graspforce.files import GraspFile, parse_wrench
+from graspforce.files import GraspFile
 from graspforce.files.wrench_file import COLUMNS
 
 from .grasp_options import (
@@ -20,6 +20,7 @@ from .grasp_options import (
     MaxNormalForce,
     Unit,
     grasp_from,
+    wrench_of,
 )
 from .output import AsJson, in_a_folder, print_json, print_table, save
 from .progress import progress
@@ -58,7 +59,9 @@ def quality(
         grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
         length_scale=length_scale,
     )  # fmt: skip
-    wrench = None if external_wrench is None else parse_wrench(external_wrench, file.grasp.wrench_dim)
+    wrench = None
+    if external_wrench is not None:
+        wrench = wrench_of("--external-wrench", external_wrench, file.grasp.wrench_dim)
     with progress("measuring"):
         found = [file.grasp.quality(criterion, rtol, wrench) for criterion in ("max", "sum")]
     if as_json:
@@ -76,9 +79,9 @@ def quality(
 def _print(file: GraspFile, found: list[Quality]) -> None:
     grasp = file.grasp
     rows = [
-        ("epsilon", *(f"{q.epsilon:.9g}" for q in found)),
-        ("rho", *(f"{q.rho:.9g}" for q in found)),
-        ("proven within", *(f"{q.upper - q.lower:.1e}" for q in found)),
+        ("epsilon (N)", *(f"{q.epsilon:.9g}" for q in found)),
+        ("rho (N)", *(f"{q.rho:.9g}" for q in found)),
+        ("proven within (N)", *(f"{q.upper - q.lower:.1e}" for q in found)),
         ("closure", *(q.closure for q in found)),
         ("converged", *("yes" if q.converged else "no" for q in found)),
     ]

@@ -10,7 +10,7 @@ import typer
 
 from graspforce.paper import reproduce as reproduction
 
-from .output import in_a_folder
+from .output import has_folder, in_a_folder
 from .progress import progress
 
 __all__ = ["reproduce"]
@@ -35,6 +35,6 @@ def reproduce(
     Example: `graspforce reproduce racket --out out`
     """
     if json_file is not None and json_file.parent != out:
-        in_a_folder(json_file)
+        has_folder(json_file)
     with progress("computing"):
         reproduction.reproduce(str(example), json_file=json_file, out=out)

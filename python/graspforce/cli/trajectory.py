@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InfeasibleWrenchError
 from graspforce.status import Status
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from graspforce._core import ForceDistributor
+    from graspforce._core import ForceDistributor, ForceSolution
     from graspforce.files import WrenchFile
 
 __all__ = ["Trajectory", "solve_trajectory"]
@@ -25,7 +26,7 @@ _REPORT_EVERY = 4096
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trajectory:
+class Trajectory(ReadOnly):
     """Forces (T, m, k) and their normalised maxima and sums (T,); NaN in rows without an answer."""
 
     wrenches: NDArray[np.float64]
@@ -39,6 +40,17 @@ class Trajectory:
         """(T,) rows that no forces balance."""
         return np.isnan(self.sigma_max)
 
+    @property
+    def within_limits(self) -> NDArray[np.bool_]:
+        """(T,) rows whose forces stay within the limits, as of `ForceSolution.within_limits`."""
+        return self.sigma_max <= 1 + 1e-9
+
+    @classmethod
+    def of_one(cls, wrench: NDArray[np.float64], solution: ForceSolution) -> Trajectory:
+        """Return the forces against a single wrench."""
+        sigma_max, sigma_sum = np.array([solution.sigma_max]), np.array([solution.sigma_sum])
+        return cls(wrench[None], None, solution.forces[None], sigma_max, sigma_sum)
+
     def arrays(self) -> dict[str, Any]:
         """Everything by name, as the NPZ file holds it."""
         named = {
@@ -51,11 +63,10 @@ class Trajectory:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain lists, None in rows without an answer."""
-        hopeless = self.infeasible
         return {
             name: [
                 None if bad and name not in ("times", "wrenches") else row
-                for row, bad in zip(array.tolist(), hopeless, strict=True)
+                for row, bad in zip(array.tolist(), self.infeasible, strict=True)
             ]
             for name, array in self.arrays().items()
         }

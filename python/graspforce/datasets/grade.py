@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any, overload
 
+from graspforce._internal.checks import progress_function
 from graspforce.errors import InvalidInputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def grade(
     ``tangents``, ``origin`` and ``length_scale`` are optional. All are as for `graspforce.Grasp`. Other
     columns are passed on unchanged, and these are added:
 
-    - ``status``: ``converged``; ``bracketed`` if the work limit left a bracket wider than asked for;
+    - ``status``: ``converged``; ``bracketed`` if the bracket is wider than asked for;
       ``invalid`` if the row is no grasp.
     - ``message``: why a row did not converge, with column, contact and value.
     - ``closure``: ``force``, ``partial`` or ``none``.
@@ -150,6 +151,7 @@ def grade(
     except ModuleNotFoundError as error:
         raise MissingExtraError("datasets", error) from error
 
+    progress_function(progress)
     asked = options.GradeOptions.of(criteria, edges=edges, rtol=rtol, length_scale=length_scale)
     if isinstance(source, str | os.PathLike):
         if out is None:

@@ -38,21 +38,21 @@ def grade_files(
     progress: Callable[[int, int], object] | None,
 ) -> GradeSummary:
     """Grade the Parquet files of a source into the parts of a folder."""
-    told: list[OSError] = []
+    of_caller: list[OSError] = []
 
     def report(done: int, total: int) -> None:
         if progress is not None:
             try:
                 progress(done, total)
             except OSError as error:
-                told.append(error)
+                of_caller.append(error)
                 raise
 
     try:
         return _grade_files(source, out, options, rows_per_part, overwrite, client, report)
     except OSError as error:
         # Other kinds of errors, and those of the caller's own function, pass as they are.
-        if isinstance(error, GraspForceError) or error in told:
+        if isinstance(error, GraspForceError) or error in of_caller:
             raise
         raise GraspForceError(f"{out}: {error}") from error
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["CLOSURES", "STATUSES", "grade_batch", "grade_table"]
 
 STATUSES = ("converged", "bracketed", "invalid")
-"""The bracket is as narrow as asked for; it is wider, as the work limit was reached; there is no grasp."""
+"""The bracket is as narrow as asked for; the bracket is wider; there is no grasp."""
 
 CLOSURES = ("none", "partial", "force")
 
@@ -73,7 +73,7 @@ def grade_batch(
             if k == 0:
                 closure[group] = found.closure + 1
         for row, wide in brackets.items():
-            messages.setdefault(row, f"work limit reached: {', '.join(wide)}")
+            messages.setdefault(row, f"bracket wider than asked for: {', '.join(wide)}")
         done += len(group)
     invalid = status == _INVALID
     columns: dict[str, Any] = {

@@ -91,7 +91,7 @@ def prepare(
             raise ResumeError(
                 f"{manifest}: not a regular file, so not of a graded dataset; name another folder"
             )
-        _refuse_others(out, {path.name for path in graded_parts(out)})
+        _refuse_others(out, _names_of_parts(out, {manifest, out / _MANIFEST}))
     else:
         _compare(out, _read(manifest), asked)
     folder = in_work(out) if replaces else out
@@ -133,8 +133,8 @@ def identity(out: Path) -> str | None:
 
 
 def graded_parts(out: Path) -> list[Path]:
-    """Find the files of parts that are done."""
-    return [path for path in out.glob(_PARTS) if _PART_NAME.fullmatch(path.name)]
+    """Find the files of parts that are done; a run writes no links."""
+    return [path for path in out.glob(_PARTS) if _PART_NAME.fullmatch(path.name) and not path.is_symlink()]
 
 
 def _digest(content: bytes) -> str:
@@ -145,12 +145,24 @@ def _complete(out: Path) -> None:
     source = finished(out)
     manifest = source / _MANIFEST
     found = _read(manifest if manifest.exists() else out / _MANIFEST)
-    complete(out, _MANIFEST, graded_parts(source), set(map(part_name, range(_num_parts(found)))))
+    successors = set(map(part_name, range(_num_parts(found))))
+    old = [path for path in graded_parts(out) if path.name not in successors]
+    complete(out, _MANIFEST, graded_parts(source), old)
 
 
 def _num_parts(found: dict[str, Any]) -> int:
     each = found["rows_per_part"]
     return sum(max(1, -(-file["rows"] // each)) for file in found["files"])
+
+
+def _names_of_parts(out: Path, manifests: set[Path]) -> set[str]:
+    """Return the names of the parts in the folder; a number that no run reached is not of its parts."""
+    names = {path.name for path in graded_parts(out)}
+    try:
+        last = part_name(max(_num_parts(_read(path)) for path in manifests if _is_there(path)) - 1)
+    except ResumeError:  # a manifest does not say
+        return names
+    return {name for name in names if (len(name), name) <= (len(last), last)}
 
 
 def _is_there(path: Path) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from graspforce._core import Grasp, quality_many
-from graspforce._internal.checks import real_number, whole_number
+from graspforce._internal.checks import chosen, instance, real_number, whole_number
 from graspforce.errors import InvalidGraspError, InvalidInputError
 
 if TYPE_CHECKING:
@@ -65,7 +65,10 @@ class GradeOptions:
         length_scale: float | None = None,
     ) -> GradeOptions:
         """Take one criterion or several, and numbers of any kind, as plain ones that JSON can hold."""
+        instance("criteria", criteria, str, list, tuple)
         given = (criteria,) if isinstance(criteria, str) else tuple(criteria)
+        for criterion in given:
+            chosen("criteria", criterion, _CRITERIA)
         return cls(
             cast("tuple[Criterion, ...]", given),
             None if edges is None else whole_number("edges", edges, least=3),

@@ -51,17 +51,16 @@ def is_folder(path: Path) -> bool:
     return True
 
 
-def complete(out: Path, manifest: str, parts: list[Path], successors: set[str]) -> None:
+def complete(out: Path, manifest: str, parts: list[Path], old: list[Path]) -> None:
     """Put the finished run in the place of the old one, from whichever step on.
 
-    `parts` are those of the finished folder, `successors` the names of all parts of the run.
+    `parts` are those of the finished folder, `old` the earlier run's that have no successor.
     """
     source = finished(out)
     for path in parts:
         path.replace(out / path.name)
-    for path in out.glob("part-*.parquet"):
-        if path.name not in successors:
-            path.unlink()
+    for path in old:
+        path.unlink()
     sync(out)
     if (source / manifest).exists():
         (source / manifest).replace(out / manifest)

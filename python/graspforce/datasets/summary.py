@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from graspforce._internal.to_dict import Record
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -12,7 +14,7 @@ __all__ = ["GradeSummary"]
 
 
 @dataclass(frozen=True, slots=True)
-class GradeSummary:
+class GradeSummary(Record):
     """The summary of a run over a dataset.
 
     Attributes
@@ -55,4 +57,4 @@ class GradeSummary:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and text, ready for JSON."""
-        return {**asdict(self), "out": str(self.out), "rows_per_second": self.rows_per_second}
+        return {**Record.to_dict(self), "rows_per_second": self.rows_per_second}

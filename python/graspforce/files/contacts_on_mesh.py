@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["contact_places", "load_surface", "mesh_path"]
 
 MAX_PARTS = 256
-"""Closed parts of a mesh that a file names: what they hide of each other takes time for every pair."""
-
-_FAR = 2.0
-"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
+"""Largest number of closed parts of a mesh. Each pair of parts is checked for overlap, which takes time."""
 
 
 def mesh_path(document: Document, model: MeshModel) -> Path:
@@ -47,7 +44,13 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
 
     Where it need not be `closed`, holes are no fault.
     """
-    vertices, faces = load_mesh(mesh_path(document, model))
+    path = mesh_path(document, model)
+    try:
+        vertices, faces = load_mesh(path)
+    except InvalidFileError as error:
+        if document.mesh is not None:
+            raise
+        raise document.error(("mesh", "file"), str(error)) from None
     if (parts := _num_parts(faces)) > MAX_PARTS:
         message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
         raise document.error(("mesh", "file"), message)
@@ -150,12 +153,8 @@ def _on_mesh(
     given = np.array(contact.point if contact.point is not None else contact.position)
     if given.shape != (3,):
         raise document.error(("contacts", i, field), f"{len(given)} numbers, where a mesh has 3")
-    points, normals = surface.contacts(given[None])
-    distance, extent = float(np.linalg.norm(points[0] - given)), float(np.ptp(surface.bounds, axis=1).max())
-    if distance > _FAR * extent:
-        message = (
-            f"{distance:.4g} m away from the mesh, which is {extent:.4g} m long: "
-            "is it in metres, and the mesh's `unit` right?"
-        )
-        raise document.error(("contacts", i, field), message)
+    try:
+        points, normals = surface.nearest(given[None])
+    except InvalidInputError as error:
+        raise document.error(("contacts", i, field), str(error).partition(": ")[2]) from None
     return (points[0] if contact.point is not None else given), normals[0]

@@ -13,6 +13,7 @@ import numpy as np
 
 from graspforce._core import Grasp, unwarned_grasp
 from graspforce._internal.checks import real_number
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
 from graspforce.typing import GRASP_ARGUMENTS
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from graspforce.surfaces import MeshSurface
 
-__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "grasp_of", "load_grasp"]
+__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "from_document", "grasp_of", "load_grasp"]
 
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
@@ -41,7 +42,7 @@ _FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GraspFile:
+class GraspFile(ReadOnly):
     """A grasp and its object, from a file.
 
     Threads may share it; it can be copied and pickled.
@@ -124,10 +125,11 @@ def load_grasp(path: str | os.PathLike[str]) -> GraspFile:
     Grasp(planar, 2 contacts, 4 extreme forces)
     """
     path = Path(path)
-    return _from_npz(path) if path.suffix.lower() == ".npz" else _from_text(read_document(path))
+    return _from_npz(path) if path.suffix.lower() == ".npz" else from_document(read_document(path))
 
 
-def _from_text(document: Document) -> GraspFile:
+def from_document(document: Document) -> GraspFile:
+    """Check a document and build the grasp that it describes."""
     if is_plan(document.data):
         raise document.error((), "a plan file, not a grasp file: `graspforce plan` reads it")
     if isinstance(document.data, dict) and "positions" in document.data:
@@ -169,10 +171,15 @@ def grasp_of(document: Document, model: GraspModel) -> GraspFile:
 
 def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
     contacts = model.contacts
+    edges = [contact.edges if "edges" in contact.model_fields_set else model.edges for contact in contacts]
+    if None in edges and any(edges):
+        at = next(i for i, contact in enumerate(contacts) if "edges" in contact.model_fields_set)
+        message = f"{edges[at] or 'null'} here: all contacts of a grasp have true cones (null), or none"
+        raise document.error(("contacts", at, "edges"), message)
     arguments: dict[str, Any] = {
         "friction": of_each_contact(model, "friction"),
         "max_normal_force": of_each_contact(model, "max_normal_force"),
-        "edges": model.edges,
+        "edges": edges if any(edges) else None,
         "origin": model.origin,
         "length_scale": model.length_scale,
         "friction_margin": model.friction_margin,
@@ -180,11 +187,6 @@ def _arguments(document: Document, model: GraspModel) -> dict[str, Any]:
     torsion = of_each_contact(model, "torsion")
     if any(torsion):
         arguments["torsion"] = torsion
-    if any(contact.edges is not None for contact in contacts):
-        if model.edges is None:
-            at = next(i for i, contact in enumerate(contacts) if contact.edges is not None)
-            raise document.error(("contacts", at, "edges"), "the file asks for true cones (edges: null)")
-        arguments["edges"] = [contact.edges or model.edges for contact in contacts]
     for field, argument in (("tangent", "tangents"), ("extreme_forces", "extreme_forces")):
         given = [getattr(contact, field) for contact in contacts]
         if any(value is not None for value in given):

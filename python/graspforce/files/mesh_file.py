@@ -24,6 +24,8 @@ __all__ = ["FORMATS", "MAX_MESH_BYTES", "load_mesh"]
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
 FORMATS = ("obj", "off", "ply", "stl")
+_MAX_PLY_HEADER_BYTES = 64 * 1024
+_MAX_PLY_ELEMENTS = 64
 _PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTILINE)
 
 
@@ -60,9 +62,15 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
 
 
 def _ply(path: Path, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    head = content[: content.find(b"end_header")]
+    # A parser takes far longer for a byte of the header than for one of the rows.
+    end = content.find(b"end_header", 0, _MAX_PLY_HEADER_BYTES)
+    if end < 0:
+        raise InvalidFileError(path, f"not a mesh: no end_header in the first {_MAX_PLY_HEADER_BYTES} bytes")
+    elements = _PLY_ELEMENT.findall(content[:end])
+    if len(elements) > _MAX_PLY_ELEMENTS:
+        raise InvalidFileError(path, f"{len(elements)} elements, more than {_MAX_PLY_ELEMENTS}")
     claimed: dict[bytes, int] = {}
-    for name, count in _PLY_ELEMENT.findall(head):
+    for name, count in elements:
         # Each takes a byte at least; what claims more would be made room for.
         if not count.isdigit() or len(count) > 12 or int(count) > len(content):
             given = count[:60].decode("ascii", "replace")

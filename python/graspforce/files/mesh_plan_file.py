@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.planning import Iterate, plan_multistart, refine
 from graspforce.planning.distinct import default_distance, distinct_plans
-from graspforce.planning.pattern_search import deadline_after
+from graspforce.planning.problem import deadline_after
 from graspforce.surfaces import MeshSurface, contacts_on
 
 from .contacts_on_mesh import load_surface, mesh_path
@@ -34,7 +35,7 @@ _BRACKET = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeshPlanFile:
+class MeshPlanFile(ReadOnly):
     """A planning problem on a mesh from a file.
 
     Threads may share it; it can be copied and pickled.
@@ -84,8 +85,9 @@ class MeshPlanFile:
         -------
         PlanSet
             The best distinct grasps, best first. The last iterate of a refined grasp is its refinement.
-            Grasps left when time is over, or when Ctrl-C ends the refinement, stay as they were found. A
-            grasp whose refinement fails keeps what it reached, and is among the failures.
+            When time is over or Ctrl-C is pressed, the grasp that is being refined keeps what it gained, and
+            those after it stay as they were found. A grasp whose refinement fails keeps what it reached, and
+            is among the failures.
         """
         began, deadline = time.monotonic(), deadline_after(self.search["time_limit"])
         surface = contacts_on(*[self.surface] * self.num_contacts)
@@ -105,19 +107,24 @@ class MeshPlanFile:
         stopped: Stopped = found.stopped
         try:
             for at, plan in enumerate(found.plans):
-                if time.monotonic() >= deadline:
+                left = deadline - time.monotonic()
+                if left <= 0:
                     stopped = "time"
                     break
                 better: Refinement | None
                 try:
                     better = refine(
-                        surface, plan.params, bounds, min_distance=self.search["min_distance"], **options
-                    )
+                        surface, plan.params, bounds, min_distance=self.search["min_distance"],
+                        time_limit=left, **options,
+                    )  # fmt: skip
                 except GraspForceError as error:
                     failures.setdefault(_start_of(plan, found), f"refinement: {error}")
                     better = cast("Refinement | None", error.partial)
                 if better is not None:
                     plans[at] = _refined(plan, better)
+                    if better.stopped in ("time", "interrupted"):
+                        stopped = cast("Stopped", better.stopped)
+                        break
                 if report is not None:
                     report(self.search["starts"] + at + 1, steps, plans[at].quality.epsilon)
         except KeyboardInterrupt:

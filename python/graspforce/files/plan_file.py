@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce import planning
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.surfaces import (
     ParametricSurface,
@@ -46,7 +47,7 @@ __all__ = ["PlanFile", "load_problem"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanFile:
+class PlanFile(ReadOnly):
     """A planning problem from a file.
 
     Threads may share it; it can be copied and pickled.

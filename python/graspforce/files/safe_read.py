@@ -1,4 +1,4 @@
-"""What a file from a stranger may not do: block, grow without bound, or point elsewhere."""
+"""What a file that is not trusted may not do: block, grow without bound, or point elsewhere."""
 
 from __future__ import annotations
 

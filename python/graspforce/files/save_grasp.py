@@ -5,19 +5,19 @@ from __future__ import annotations
 import filecmp
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graspforce.errors import InvalidFileError
+from graspforce._core import Grasp
+from graspforce.errors import InvalidFileError, InvalidInputError
 
-from .schema import GraspModel
-from .yaml_document import MAX_TEXT_BYTES, Document
+from .grasp_file import from_document
+from .yaml_document import MAX_TEXT_BYTES, document_of
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
-
-    from graspforce._core import Grasp
 
 __all__ = ["save_grasp"]
 
@@ -44,7 +44,7 @@ def save_grasp(
     Parameters
     ----------
     path : path-like
-        File to write. Its suffix should be ``.json``, so that it is read as JSON.
+        File to write. Its suffix should be ``.json``, so that it is read as JSON. ``.npz`` is refused.
     grasp : Grasp
         Grasp to write; `load_grasp` reads the same one.
     name : str, optional
@@ -57,7 +57,11 @@ def save_grasp(
     Raises
     ------
     InvalidFileError
-        The grasp is too large for a grasp file, or another file has the name of the copy of the mesh.
+        `load_grasp` would refuse the file, for example because it is too large, or because of the mesh or its
+        options; nothing is written then. Also if a file cannot be written, or another file has the name of
+        the copy of the mesh.
+    InvalidInputError
+        `grasp` is not a `Grasp`.
 
     Examples
     --------
@@ -71,17 +75,31 @@ def save_grasp(
     ...     load_grasp(path).grasp.quality().epsilon == grasp.quality().epsilon
     True
     """
-    path = Path(path)
+    if not isinstance(grasp, Grasp):
+        raise InvalidInputError(f"grasp: {grasp!r} is not a graspforce.Grasp")
+    path, given = Path(path), None if mesh is None else Path(mesh)
+    if path.suffix.lower() == ".npz":
+        raise InvalidFileError(path, "grasps are written as JSON; give the file the suffix .json")
     content = {**({} if name is None else {"name": name}), **_fields(grasp)}
-    # Before a mesh is copied: what cannot be read again is not written.
-    Document(path, content, {}).parsed(GraspModel)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if mesh is not None:
-        content["mesh"] = {"file": _beside(path, Path(mesh)), **(mesh_options or {})}
-    text = json.dumps(content, indent=2) + "\n"
+    copy = None
+    if given is not None:
+        copy = _beside(path, given)
+        content["mesh"] = {**(mesh_options or {}), "file": _spelled(copy.relative_to(path.parent.resolve()))}
+    try:
+        text = json.dumps(content, indent=2) + "\n"
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"name or mesh_options: {error}") from None
     if len(text) > MAX_TEXT_BYTES:
         raise InvalidFileError(path, f"the grasp takes {len(text)} bytes, more than {MAX_TEXT_BYTES}")
-    path.write_text(text, encoding="utf-8")
+    # What cannot be read again is not written. No line of a file that is not there is named.
+    from_document(replace(document_of(path, text), mesh=given, lines={}))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if given is not None and copy is not None and not copy.exists():
+            shutil.copyfile(given.resolve(), copy)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InvalidFileError(Path(error.filename or path), error.strerror or str(error)) from None
 
 
 def _fields(grasp: Grasp) -> dict[str, Any]:
@@ -104,21 +122,21 @@ def _fields(grasp: Grasp) -> dict[str, Any]:
     return {**shared, "contacts": contacts}
 
 
-def _beside(path: Path, mesh: Path) -> str:
-    """Name of a mesh relative to the folder of `path`, where it is or to which it is copied."""
+def _beside(path: Path, mesh: Path) -> Path:
+    """Where a mesh is in the folder of `path` or below, or where its copy in the folder will be."""
     folder = path.parent.resolve()
     target = mesh.resolve()
+    if not target.is_file():
+        raise InvalidFileError(mesh, "no such mesh, or not a file")
     if target.is_relative_to(folder):
-        return _spelled(target.relative_to(folder))
+        return target
     copy = folder / mesh.name
     if copy.is_symlink():
         # A link out of the folder is not followed when the grasp is read; its own mesh can lie beside it.
         copy = folder / f"{path.stem}-{mesh.name}"
-    if not copy.exists():
-        shutil.copyfile(target, copy)
-    elif copy.is_symlink() or not filecmp.cmp(target, copy, shallow=False):
+    if copy.is_symlink() or (copy.exists() and not filecmp.cmp(target, copy, shallow=False)):
         raise InvalidFileError(copy, f"in the way of a copy of {mesh}; move it, or save the grasp elsewhere")
-    return _spelled(copy.relative_to(folder))
+    return copy
 
 
 def _spelled(mesh: Path) -> str:

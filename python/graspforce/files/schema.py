@@ -28,7 +28,8 @@ __all__ = [
     "of_each_contact",
 ]
 
-_MAX_CONTACTS = 1000
+_MAX_EDGES = 65_536
+"""The limit of `graspforce.Grasp`; that of contacts is the size of a file."""
 
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -36,8 +37,8 @@ _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 _Vector = Annotated[list[_Number], Field(min_length=2, max_length=3)]
 _Planar = Annotated[list[_Number], Field(min_length=2, max_length=2)]
 _Spatial = Annotated[list[_Number], Field(min_length=3, max_length=3)]
-_Edges = Annotated[int, Field(ge=3, le=4096)]
-_AnyEdges = Annotated[int, Field(ge=0, le=4096)]
+_Edges = Annotated[int, Field(ge=3, le=_MAX_EDGES)]
+_AnyEdges = Annotated[int, Field(ge=0, le=_MAX_EDGES)]
 _Force = Annotated[list[_Number], Field(min_length=2, max_length=4)]
 
 
@@ -130,7 +131,7 @@ class _Scaled(_Shared):
 class GraspModel(_Scaled):
     """A grasp: its contacts, and what they have in common."""
 
-    contacts: list[ContactModel] = Field(min_length=1, max_length=_MAX_CONTACTS)
+    contacts: list[ContactModel] = Field(min_length=1)
     torsion: _NotNegative = Field(0.0, description="torsional coefficient of contacts that give none, in m")
     outline: list[_Planar] | None = Field(None, description="corners of a planar object, for pictures, in m")
     mesh: _Mesh | None = Field(
@@ -146,8 +147,8 @@ class GraspArgumentsModel(_Strict):
     """
 
     name: str | None = None
-    positions: list[_Vector] = Field(min_length=1, max_length=_MAX_CONTACTS)
-    normals: list[_Vector] = Field(max_length=_MAX_CONTACTS)
+    positions: list[_Vector] = Field(min_length=1)
+    normals: list[_Vector]
     friction: list[_Number] | _Number = 0.5
     max_normal_force: list[_Number] | _Number = 1.0
     edges: list[_AnyEdges] | _AnyEdges | None = 8

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspforce._internal.checks import finite_array, whole_number
+from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidFileError, InvalidInputError
 
 from .grasp_file import MAX_ARRAY_BYTES
@@ -33,7 +34,7 @@ COLUMNS = {3: ("fx", "fy", "tau"), 6: ("fx", "fy", "fz", "tx", "ty", "tz")}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class WrenchFile:
+class WrenchFile(ReadOnly):
     """External wrenches over time.
 
     Threads may share it; it can be copied and pickled.
@@ -94,19 +95,49 @@ def load_wrenches(path: str | os.PathLike[str], wrench_dim: int) -> WrenchFile:
     return found
 
 
-def parse_wrench(text: str, wrench_dim: int) -> NDArray[np.float64]:
+def parse_wrench(text: str, wrench_dim: int, argument: str = "text") -> NDArray[np.float64]:
     """Read one wrench from numbers separated by commas or spaces.
 
     Safe to call from several threads.
+
+    Parameters
+    ----------
+    text : str
+        The numbers, in N and N m.
+    wrench_dim : int
+        3 or 6.
+    argument : str
+        Name of the text in error messages.
+
+    Raises
+    ------
+    InvalidInputError
+        The text does not hold this many finite numbers, or `wrench_dim` is neither 3 nor 6.
     """
-    columns = _columns(wrench_dim)
+    return numbers_of(argument, text, _columns(wrench_dim))
+
+
+def numbers_of(argument: str, text: str, names: tuple[str, ...]) -> NDArray[np.float64]:
+    """Read finite numbers, separated by commas or spaces, one for each name."""
+    if not isinstance(text, str):
+        raise InvalidInputError(f"{argument}: {text!r} is not text")
+    cells = text.replace(",", " ").split()
+    if len(cells) != len(names):
+        raise InvalidInputError(f"{argument}: {text!r} is not {len(names)} numbers {','.join(names)}")
+    numbers = np.array([_number(cell) for cell in cells])
+    if not np.isfinite(numbers).all():
+        at = int(np.argmin(np.isfinite(numbers)))
+        raise InvalidInputError(f"{argument}: {names[at]}: {cells[at]!r} is not a finite number")
+    return numbers
+
+
+def _number(cell: str) -> float:
+    """Read a number; NaN where there is none."""
+    # Python reads 1_000 and the digits of every script; a file of numbers holds neither.
     try:
-        wrench = finite_array("wrench", [float(number) for number in text.replace(",", " ").split()] or [0])
-    except ValueError as error:
-        raise InvalidInputError(f"wrench: {text!r}: {error}") from None
-    if wrench.size != len(columns):
-        raise InvalidInputError(f"wrench: {text!r} is not {len(columns)} numbers {','.join(columns)}")
-    return wrench
+        return float(cell if cell.isascii() and "_" not in cell else "nan")
+    except ValueError:
+        return np.nan
 
 
 def _columns(wrench_dim: int) -> tuple[str, ...]:
@@ -150,6 +181,10 @@ def _from_csv(path: Path, columns: tuple[str, ...]) -> WrenchFile:
             if not rows and names in (columns, ("t", *columns)):
                 timed = names[0] == "t"
                 continue
+            if not rows and all(np.isnan(_number(name)) and name.lower() != "nan" for name in names):
+                expected = ",".join(columns)
+                message = f"columns {','.join(names)}, expected {expected} or t,{expected}"
+                raise InvalidFileError(path, message, place.line)
             rows.extend(_numbers(path, place.line, names, timed, columns))
     except UnicodeDecodeError as error:
         raise InvalidFileError(path, f"not UTF-8 text: {error.reason}", place.line + 1) from None
@@ -190,12 +225,8 @@ def _numbers(
         raise InvalidFileError(path, message, line)
     numbers = []
     for name, cell in zip(expected, cells, strict=True):
-        try:
-            # Python reads 1_000 and the digits of every script; a file of numbers holds neither.
-            number = float(cell if cell.isascii() and "_" not in cell else "")
-        except ValueError:
-            raise InvalidFileError(path, f"{name}: {cell!r} is not a number", line) from None
+        number = _number(cell)
         if not np.isfinite(number):
-            raise InvalidFileError(path, f"{name}: {cell} is not finite", line)
+            raise InvalidFileError(path, f"{name}: {cell!r} is not a finite number", line)
         numbers.append(number)
     return numbers

@@ -1,7 +1,7 @@
 """YAML and JSON as plain data, with the line of every field.
 
-A file from a stranger can do no more than be refused: it is limited in size and depth, builds no objects, and
-cannot repeat one part of itself many times.
+A file that is not trusted can do no more than be refused: it is limited in size and depth, builds no objects,
+and cannot repeat one part of itself many times.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from graspforce.errors import InvalidFileError, MissingExtraError
 
+from .reasons import reasons, shortened, spelled
 from .safe_read import limited_bytes
 
 try:
@@ -25,9 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-    from pydantic_core import ErrorDetails
-
-__all__ = ["MAX_TEXT_BYTES", "Document", "is_grasp", "is_plan", "read_document"]
+__all__ = ["MAX_TEXT_BYTES", "Document", "document_of", "is_grasp", "is_plan", "read_document"]
 
 MAX_TEXT_BYTES = 1_000_000
 """A grasp of a hundred contacts takes twenty thousand."""
@@ -35,7 +34,6 @@ MAX_TEXT_BYTES = 1_000_000
 _MAX_DEPTH = 16
 _MAX_VALUES = 50_000
 _MAX_REPORTED = 5
-_MAX_SHOWN = 60
 _SURROGATES = re.compile(r"\\u[dD][89abAB][0-9a-fA-F]{2}\\u[dD][c-fC-F][0-9a-fA-F]{2}")
 _Field = tuple[str | int, ...]
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -79,7 +77,9 @@ class Document:
 
     def error(self, field: Sequence[str | int], message: str) -> InvalidFileError:
         """Return an error that names the line and the field."""
-        return InvalidFileError(self.path, f"{_spelled(field)}{message}", self.line_of(field))
+        error = InvalidFileError(self.path, f"{spelled(field)}{message}", self.line_of(field))
+        error.field = tuple(field)
+        return error
 
     def line_of(self, field: Sequence[str | int]) -> int | None:
         """Line of a field, or of what should hold it."""
@@ -94,12 +94,12 @@ class Document:
         try:
             return model.model_validate(self.data)
         except ValidationError as error:
-            found = error.errors(include_url=False)
-            first, *others = [self.error(e["loc"], _reason(e)) for e in found[:_MAX_REPORTED]]
+            found = list(reasons(self.data, error.errors(include_url=False)))
+            notes = [str(self.error(field, reason)) for field, reason in found[1:_MAX_REPORTED]]
             left = len(found) - _MAX_REPORTED
-            notes = [str(other) for other in others] + ([f"and {left} more"] if left > 0 else [])
-            message = "\n".join([str(first).partition(": ")[2], *notes])
-            raise InvalidFileError(self.path, message, first.line) from None
+            notes += [f"and {left} more"] if left > 0 else []
+            field, reason = found[0]
+            raise self.error(field, "\n".join([reason, *notes])) from None
 
 
 def read_document(path: Path) -> Document:
@@ -108,6 +108,11 @@ def read_document(path: Path) -> Document:
         text = limited_bytes(path, MAX_TEXT_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InvalidFileError(path, f"not UTF-8 text: {error.reason}") from None
+    return document_of(path, text)
+
+
+def document_of(path: Path, text: str) -> Document:
+    """Read the text of a YAML or, by the suffix of its path, a JSON file."""
     if path.suffix.lower() != ".json":
         return _from_yaml(path, text)
     try:
@@ -172,7 +177,7 @@ def _refuse_what_is_not_plain(path: Path, text: str) -> None:
             raise InvalidFileError(path, "aliases (*name) are not read; write the values out", line)
         tag = getattr(event, "tag", None)
         if tag is not None:
-            message = f"tags ({_shortened(tag)}) are not read; write plain values"
+            message = f"tags ({shortened(tag)}) are not read; write plain values"
             raise InvalidFileError(path, message, line)
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
@@ -194,29 +199,11 @@ def _lines(path: Path, node: yaml.Node, field: _Field = ()) -> Iterator[tuple[_F
         for key, value in node.value:
             name, at = str(key.value), key.start_mark.line + 1
             if name in seen:
-                raise InvalidFileError(path, f"{_spelled((*field, name))}given twice", at)
+                raise InvalidFileError(path, f"{spelled((*field, name))}given twice", at)
             seen.add(name)
             yield from _lines(path, value, (*field, name))
             # A value may start below its key; the key is where to look.
             yield (*field, name), at
-
-
-def _spelled(field: Sequence[str | int]) -> str:
-    parts = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in field)
-    return f"{parts.removeprefix('.')}: " if parts else ""
-
-
-def _reason(error: ErrorDetails) -> str:
-    # Nobody who writes a file has to know what its reader calls a model.
-    message = "fields expected, `name: value`" if error["type"] == "model_type" else str(error["msg"])
-    given = error["input"]
-    if error["type"] in ("missing", "extra_forbidden") or isinstance(given, dict | list):
-        return "unknown field" if error["type"] == "extra_forbidden" else message
-    return f"{message}, given {_shortened(repr(given))}"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _MAX_SHOWN else f"{text[: _MAX_SHOWN - 4]} ..."
 
 
 def _no_constant(name: str) -> NoReturn:

@@ -102,7 +102,7 @@ _THREE_FINGERS = PlanningProblem(
     ),
 )
 
-# The text does not say so, but contacts 1 and 2 press outward from inside the head.
+# The text does not say so, but the paper's contacts 1 and 2 press outward from inside the head.
 _FOUR_FINGERS = PlanningProblem(
     name="four fingers",
     curves=(
@@ -159,8 +159,9 @@ TABLE_1: Mapping[str, PublishedForces] = MappingProxyType(
 class TileProblem:
     """The planning problem of Example 2: two contacts on top of a monkey saddle, two beneath, in pairs.
 
-    The parameters are ``[phi_1, psi_1, phi_3, psi_3]`` in m; contact 2 is opposite to contact 1 and contact 4
-    to contact 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``, and so on.
+    The parameters are ``[phi_1, psi_1, phi_3, psi_3]`` in m, with the paper's numbers of the contacts from 1.
+    The paper's contact 2 is opposite to its contact 1, and 4 to 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``,
+    and so on.
     """
 
     friction: float

@@ -4,8 +4,9 @@ from .branch_and_bound import plan_global
 from .global_optimum import GlobalOptimum
 from .gradient_sampling import Refinement, refine
 from .multistart import PlanSet, plan_multistart
-from .pattern_search import Iterate, Plan, plan
+from .pattern_search import plan
 from .placement_noise import PlacementNoise, PlacementQuality
+from .plan_result import Iterate, Plan
 from .scoring import SearchCounts
 
 __all__ = [

@@ -22,8 +22,7 @@ from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
 from .global_optimum import GlobalOptimum
-from .pattern_search import deadline_after
-from .problem import SearchProblem, read_only_copy
+from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
@@ -53,6 +52,7 @@ def plan_global(
     initial: ArrayLike | None = None,
     curvature: ArrayLike | None = None,
     safety: float = 1.5,
+    rtol: float | None = None,
     external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
@@ -68,7 +68,7 @@ def plan_global(
 
     Parameters
     ----------
-    surface, criterion, external_wrench, metric, feasible, min_distance, **grasp_options
+    surface, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
         axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
     bounds : array_like
@@ -147,8 +147,8 @@ def plan_global(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance,
-        criterion=criterion, external_wrench=external_wrench, metric=metric,
+        plan_global, surface, grasp_options, feasible, min_distance,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     source = problem.source
     first = source.grasp(start)
@@ -182,7 +182,7 @@ def plan_global(
         raise
     found = result(stopped)
     if found is None:
-        raise InvalidInputError(f"feasible: none of the {source.counts.candidates} grasps tried was feasible")
+        raise InvalidInputError(f"{source.conditions}: refused all {source.counts.candidates} grasps tried")
     return found
 
 
@@ -195,7 +195,8 @@ class _Tree:
         self._source, self._score = problem.source, problem.score
         self._bends, self._safety, self._rates = bends, safety, rates
         self._sum = problem.quality_options["criterion"] == "sum"
-        self._bound = BoxBound(first.positions.shape[1], **problem.quality_options)
+        options = {name: value for name, value in problem.quality_options.items() if name != "rtol"}
+        self._bound = BoxBound(first.positions.shape[1], **options)
         self._open = _OPEN * _scale(first, problem.quality_options["metric"])
         self.best: Array | None = None
         self._rho: float | None = None

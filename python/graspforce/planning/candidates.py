@@ -75,6 +75,12 @@ class CandidateSource:
         return {name: np.concatenate([contacts[name] for contacts in rows]) for name in names}, failed
 
     @property
+    def conditions(self) -> str:
+        """Names of the arguments that refuse candidates."""
+        given = {"feasible": self._feasible is not None, "min_distance": self._min_distance > 0}
+        return " and ".join(name for name, refuses in given.items() if refuses)
+
+    @property
     def gives_tangents(self) -> bool:
         """Whether each contact has a tangent of its own, from the caller or the surface."""
         return self.options.get("tangents") is not None or "tangents" in (self._layout or {})
@@ -116,7 +122,7 @@ class CandidateSource:
         inside = len(where) > 0
         if len(rows) < len(params):
             contacts = {name: array[rows] for name, array in contacts.items()}
-        # Among candidates without their centre no other one deserves its privilege but the lowest.
+        # The centre wins ties. Where it is infeasible, the lowest candidate does.
         at = int(where[0]) if inside else 0
         try:
             choice = score.best(self.options, contacts, at, known if inside else None)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .candidates import CandidateSource
-    from .pattern_search import Plan
+    from .plan_result import Plan
 
 __all__ = ["default_distance", "distinct_plans", "interchangeable_contacts"]
 

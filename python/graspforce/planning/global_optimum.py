@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
+from graspforce._core import Grasp, Quality
+from graspforce._internal.restored import (
+    expect,
+    expect_array,
+    expect_instance,
+    expect_number,
+    expect_whole,
+)
 from graspforce._internal.to_dict import Record
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-    from graspforce._core import Grasp, Quality
 
 __all__ = ["Ended", "GlobalOptimum"]
 
@@ -45,7 +52,7 @@ class GlobalOptimum(Record):
 
         - "tolerance": the gap is proven to be within the argument `gap`.
         - "open": it is proven that no grasp within the bounds is force closure by more than a millionth of
-          the contacts' strength.
+          the norm of the longest wrench that a normal force at its limit exerts.
         - "estimate": one of the two above holds by an estimated curvature, without a proof.
         - "boxes": `max_boxes` was reached, or every box left is too small to be cut.
         - "time": `time_limit` was reached.
@@ -64,6 +71,22 @@ class GlobalOptimum(Record):
     proven: bool
     stopped: Ended
     seconds: float
+
+    def _check(self) -> None:
+        expect_array("params", self.params, (None,))
+        expect_instance("grasp", self.grasp, Grasp)
+        expect_instance("quality", self.quality, Quality)
+        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_number("epsilon_upper", self.epsilon_upper, least=self.quality.epsilon, finite=False)
+        expect_number("gap", self.gap, least=0, finite=False)
+        reached = self.quality.epsilon + self.gap * abs(self.quality.epsilon)
+        rounding = 1e-9 * (abs(self.epsilon_upper) + abs(self.quality.epsilon))
+        same = math.isinf(self.gap) or abs(self.epsilon_upper - reached) <= rounding
+        expect(same, "gap", "that of epsilon and its upper bound")
+        expect_whole("boxes", self.boxes)
+        expect_instance("proven", self.proven, bool)
+        expect(self.stopped in get_args(Ended), "stopped", "a reason")
+        expect_number("seconds", self.seconds, least=0)
 
     def __repr__(self) -> str:
         upper = f"{self.epsilon_upper:.6g} ({'proven' if self.proven else 'estimate'})"

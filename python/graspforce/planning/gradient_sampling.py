@@ -8,31 +8,40 @@ stationary for that neighbourhood.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._core import Grasp, unwarned_grasp
+from graspforce._core import Grasp, Quality, unwarned_grasp
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.restored import (
+    expect,
+    expect_array,
+    expect_instance,
+    expect_number,
+    expect_whole,
+)
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
 
-from .problem import SearchProblem, read_only_copy
+from .problem import SearchProblem, deadline_after, read_only_copy
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Quality
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .scoring import Contacts
 
     Array = NDArray[np.float64]
 
-__all__ = ["Refinement", "refine"]
+__all__ = ["Refinement", "RefinementStopped", "refine"]
+
+RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
 
 _DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
 _FIRST_RADIUS, _LAST_RADIUS, _SHRINK = 1e-2, 1e-5, 0.2  # of the range: where gradients are sampled
@@ -64,6 +73,10 @@ class Refinement(Record):
         Number of steps, and of qualities and gradients computed.
     unique : bool
         True if epsilon has a gradient at the end.
+    stopped : {"tolerance", "iterations", "target", "time", "interrupted", "error"}
+        Why the refinement ended. "tolerance": the grasp is stationary, or no step in the smallest
+        neighbourhood increases epsilon. "iterations": `max_iterations` was reached. "error": an error ended
+        the refinement and carries this result as its ``partial``.
     """
 
     params: NDArray[np.float64]
@@ -75,6 +88,19 @@ class Refinement(Record):
     iterations: int
     evaluations: int
     unique: bool
+    stopped: RefinementStopped
+
+    def _check(self) -> None:
+        expect_array("params", self.params, (None,))
+        expect_instance("grasp", self.grasp, Grasp)
+        expect_instance("quality", self.quality, Quality)
+        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_number("gain", self.gain, least=0)
+        expect_number("slope", self.slope, least=0)
+        for name in ("stationary", "unique"):
+            expect_instance(name, getattr(self, name), bool)
+        for name in ("iterations", "evaluations"):
+            expect_whole(name, getattr(self, name))
 
 
 def refine(
@@ -88,6 +114,8 @@ def refine(
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
+    target: float | None = None,
+    time_limit: float | None = None,
     max_iterations: int = 100,
     tolerance: float = 1e-3,
     seed: int = 0,
@@ -103,6 +131,9 @@ def refine(
         As for `graspforce.plan`.
     params : array_like
         (p,) parameters of the start, such as `Plan.params`.
+    target, time_limit : float, optional
+        Stop as soon as epsilon in N reaches the target, or after this many seconds. The time is checked
+        before each quality and each gradient.
     max_iterations : int
         Largest number of iterations. Each computes about ``p`` gradients and a few qualities.
     tolerance : float
@@ -114,7 +145,8 @@ def refine(
     Returns
     -------
     Refinement
-        The improved grasp; never worse than the start.
+        The improved grasp; never worse than the start. Ctrl-C ends the refinement and returns the best so
+        far.
 
     Raises
     ------
@@ -138,18 +170,26 @@ def refine(
     >>> bool(abs(better.params[1] - better.params[0] - np.pi) < 1e-3), better.gain > 0
     (True, True)
     """
+    deadline = deadline_after(time_limit)
+    goal = np.inf if target is None else real_number("target", target, finite=False)
     start = finite_vector("params", params)
     lower, upper = search_bounds(bounds, start, "params")
     tolerance = real_number("tolerance", tolerance, positive=True)
     max_iterations = whole_number("max_iterations", max_iterations, least=0)
     seed = whole_number("seed", seed, least=0)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance,
+        refine, surface, grasp_options, feasible, min_distance,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
-        raise InvalidInputError(f"params: {start.tolist()} is not feasible; start from a feasible grasp")
-    return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations)
+        raise InvalidInputError(
+            f"params: {start.tolist()} refused by {problem.source.conditions}; start from a feasible grasp"
+        )
+    return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations, goal, deadline)
+
+
+class _TimeOverError(Exception):
+    """The deadline has passed."""
 
 
 class _Ascent:
@@ -166,23 +206,30 @@ class _Ascent:
         rounding = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
         self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
         self._start = start
+        self._deadline = np.inf
         self.evaluations = 0
 
-    def run(self, max_iterations: int) -> Refinement:
+    def run(self, max_iterations: int, goal: float = np.inf, deadline: float = np.inf) -> Refinement:
         params = self._start
         quality = first = self._quality(params)
         radius, slope, stationary, iterations = _FIRST_RADIUS, 0.0, not len(self._free), 0
         gradients = np.zeros((0, len(params)))
+        # The quality of the start, above, is computed in any case.
+        self._deadline = deadline
 
-        def result() -> Refinement:
+        def result(stopped: RefinementStopped) -> Refinement:
             gain = quality.epsilon - first.epsilon
             return Refinement(
                 read_only_copy(params), quality, quality.grasp, gain, stationary, slope, iterations,
-                self.evaluations, quality.gradient.unique,
+                self.evaluations, quality.gradient.unique, stopped,
             )  # fmt: skip
 
         try:
-            while len(self._free) and iterations < max_iterations:
+            while len(self._free):
+                if quality.epsilon >= goal:
+                    return result("target")
+                if iterations >= max_iterations:
+                    return result("iterations")
                 iterations += 1
                 gradients = np.concatenate([gradients, self._gradients_near(params, radius)])
                 direction = self._uphill(gradients, params)
@@ -201,13 +248,22 @@ class _Ascent:
                     break
                 radius *= _SHRINK
                 gradients = gradients[:0]
+        except _TimeOverError:
+            return result("time")
+        except KeyboardInterrupt:
+            return result("interrupted")
         except GraspForceError as error:
-            error.partial = result()
+            error.partial = result("error")
             raise
-        return result()
+        return result("tolerance")
+
+    def _count(self) -> None:
+        if time.monotonic() >= self._deadline:
+            raise _TimeOverError
+        self.evaluations += 1
 
     def _quality(self, params: Array) -> Quality:
-        self.evaluations += 1
+        self._count()
         return self._source.grasp(params).quality(**self._quality_options)
 
     def _gradients_near(self, params: Array, radius: float) -> Array:
@@ -220,7 +276,7 @@ class _Ascent:
 
     def _gradient(self, params: Array) -> Array:
         """Chain rule: how contacts move with each parameter, and epsilon with the contacts."""
-        self.evaluations += 1
+        self._count()
         quality_options = {name: value for name, value in self._quality_options.items() if name != "rtol"}
         gradient = self._source.grasp(params)._gradient(**quality_options)  # noqa: SLF001 - the quality is not wanted
         step = _DIFFERENCE * self._range[self._free]

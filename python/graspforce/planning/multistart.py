@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast, get_args
 
 import numpy as np
 
@@ -12,21 +12,29 @@ from graspforce._core import quality_many
 from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.restored import (
+    expect,
+    expect_array,
+    expect_instance,
+    expect_number,
+    expect_tuple,
+)
 from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.typing import Stopped
 
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
-from .pattern_search import deadline_after, pattern_search
-from .problem import SearchProblem, read_only_copy
+from .pattern_search import pattern_search
+from .plan_result import Plan
+from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .candidates import CandidateSource
-    from .pattern_search import Plan
     from .placement_noise import PlacementNoise
 
     Array = NDArray[np.float64]
@@ -70,6 +78,25 @@ class PlanSet(Record):
     failures: dict[int, str]
     stopped: Stopped
     seconds: float
+
+    def _check(self) -> None:
+        expect_tuple("plans", self.plans, Plan)
+        expect(self.plans, "plans", "one or more")
+        expect_array("starts", self.starts, (None, self.plans[0].params.size))
+        rows = len(self.starts)
+        expect(
+            all(plan.params.shape == self.starts.shape[1:] for plan in self.plans),
+            "plans",
+            "as many parameters as the starts",
+        )
+        expect_array("epsilon", self.epsilon, (rows,), finite=False)
+        expect(not np.isinf(self.epsilon).any(), "epsilon", "finite numbers or NaN")
+        expect_instance("failures", self.failures, dict)
+        for row, reason in self.failures.items():
+            expect(type(row) is int and 0 <= row < rows, "failures", "rows of the starts")
+            expect_instance("failures", reason, str)
+        expect(self.stopped in get_args(Stopped), "stopped", "a reason")
+        expect_number("seconds", self.seconds, least=0)
 
     @property
     def best(self) -> Plan:
@@ -180,7 +207,7 @@ def plan_multistart(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, placement=placement,
+        plan_multistart, surface, grasp_options, feasible, min_distance, placement=placement,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
@@ -232,10 +259,14 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
     lower, upper = search_bounds(box, np.minimum(box[:, 0], box[:, 1]))
     if not isinstance(starts, int | np.integer):
         points = finite_array("starts", starts)
+        if points.ndim == 0:
+            raise InvalidInputError(
+                f"starts: {starts!r} is neither a whole number nor an array (S, {len(box)})"
+            )
         if points.ndim != 2 or points.shape[1] != len(box) or not len(points):
             raise InvalidInputError(f"starts: shape {points.shape}, expected (S, {len(box)})")
-        for point in points:
-            search_bounds(box, point)
+        for row, point in enumerate(points):
+            search_bounds(box, point, f"starts, row {row}")
         return points
     starts = whole_number("starts", starts, least=1, most=_MAX_STARTS)
     sequence = _halton(len(box), seed)
@@ -252,10 +283,10 @@ def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts,
         if len(points):
             kept.extend(points[source.feasible(contacts)])
     if not kept:
-        why = "" if failure is None else f"; the surface has no contacts at some: {failure}"
-        raise InvalidInputError(
-            f"feasible: none of {drawn} starts drawn within the bounds was feasible{why}"
-        ) from failure
+        message = f"starts: all {drawn} drawn within the bounds were refused"
+        message += f" by {source.conditions}" if source.conditions else ""
+        message += f"; the surface has no contacts at some: {failure}" if failure else ""
+        raise InvalidInputError(message) from failure
     return np.array(kept[:starts])
 
 
@@ -275,7 +306,11 @@ def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], fl
     epsilon = np.full(len(points), -np.inf)
     if not contacts:
         return np.arange(len(points)), 0.0
-    coarse = {**problem.quality_options, "rtol": max(problem.quality_options["rtol"] or 0.0, 1e-2)}
+    rtol = problem.quality_options["rtol"]
+    coarse = {
+        **problem.quality_options,
+        "rtol": 1e-2 if rtol is None else max(real_number("rtol", rtol), 1e-2),
+    }
     given: dict[str, Any] = {**problem.source.options, **contacts}
     answered = np.delete(np.arange(len(points)), list(failed))
     epsilon[answered] = np.nan_to_num(quality_many(**given, **coarse).epsilon, nan=-np.inf)

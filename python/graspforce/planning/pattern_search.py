@@ -7,119 +7,30 @@ the support function along directions that were critical before.
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
-from graspforce._internal.html import table, vector
-from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 
-from .problem import SearchProblem, read_only_copy
+from .plan_result import Blocks, Iterate, Plan
+from .problem import SearchProblem, deadline_after, read_only_copy
+from .progress import Report, reporting
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Grasp, Quality
     from graspforce.typing import Criterion, Feasible, GraspOptions, Stopped, Surface
 
     from .placement_noise import PlacementNoise
-    from .scoring import SearchCounts
 
     Array = NDArray[np.float64]
 
-__all__ = ["Iterate", "Plan", "deadline_after", "pattern_search", "plan"]
-
-Blocks: TypeAlias = tuple[tuple[int, ...], ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Iterate(Record):
-    """One iterate of a plan.
-
-    Threads may share it; it can be copied and pickled.
-
-    Attributes
-    ----------
-    params : numpy.ndarray
-        (p,) parameters of the contacts.
-    rho : float
-        Quality there. Negative means force closure; smaller is better.
-    step : numpy.ndarray
-        (p,) steps of the next iteration.
-    """
-
-    params: NDArray[np.float64]
-    rho: float
-    step: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Plan(Record):
-    """The best grasp that a pattern search found, and its iterates.
-
-    Threads may share it; it can be copied and pickled.
-
-    Attributes
-    ----------
-    params : numpy.ndarray
-        (p,) parameters of the best grasp found.
-    quality : Quality
-        Its quality, with its proven bracket.
-    grasp : Grasp
-        The grasp itself.
-    history : tuple of Iterate
-        The iterates, the initial one included.
-    criterion : {"max", "sum"}
-        The quality that was improved.
-    counts : SearchCounts
-        Numbers of candidates, of those rejected without a polytope, and of polytopes started and converged.
-    blocks : tuple of tuple of int
-        Parameters that moved together: one block of all, or several if their pattern would be too large. An
-        iterate is then a sweep over all blocks.
-    stopped : {"tolerance", "target", "time", "interrupted", "error"}
-        Why the search ended. "tolerance": all steps were within their tolerances. "error": an error ended the
-        search and carries this plan as its ``partial``.
-    """
-
-    params: NDArray[np.float64]
-    quality: Quality
-    grasp: Grasp
-    history: tuple[Iterate, ...]
-    criterion: Criterion
-    counts: SearchCounts
-    blocks: Blocks
-    stopped: Stopped
-
-    @property
-    def num_candidates(self) -> int:
-        """Number of candidate grasps compared."""
-        return self.counts.candidates
-
-    def __repr__(self) -> str:
-        where = np.array2string(self.params, precision=6, separator=", ", max_line_width=10_000)
-        blocks = f", {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
-        early = "" if self.stopped == "tolerance" else f", stopped by {self.stopped}"
-        return (
-            f"Plan(params={where}, rho_{self.criterion}={self.quality.rho:.6g}, "
-            f"iterations={len(self.history) - 1}, candidates={self.num_candidates}{blocks}{early})"
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain Python numbers and lists, ready for JSON."""
-        return {**Record.to_dict(self), "num_candidates": self.num_candidates}
-
-    def _repr_html_(self) -> str:
-        header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")
-        rows = (
-            (str(k), vector(row.params), f"{row.rho:.6g}", vector(row.step))
-            for k, row in enumerate(self.history)
-        )
-        title = f"Plan: {len(self.history) - 1} iterations, {self.num_candidates} candidates"
-        return table(title, header, rows)
+__all__ = ["pattern_search", "plan"]
 
 
 def plan(
@@ -140,6 +51,7 @@ def plan(
     time_limit: float | None = None,
     max_candidates: int = 729,
     prune: bool = True,
+    progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> Plan:
     r"""Search for the contact positions that minimise rho, by the OGP algorithm of section 3.4.
@@ -159,7 +71,8 @@ def plan(
     initial : array_like
         (p,) parameters of the start, within the bounds.
     step, tolerance : array_like
-        (p,) or scalar, positive: the first steps, and the steps at which the search ends.
+        (p,) or scalar, positive: the first steps, and the steps at which the search ends. No tolerance may
+        exceed its first step.
     bounds : array_like
         (p, 2) finite lower and upper bounds.
     criterion : {"max", "sum"}
@@ -186,6 +99,10 @@ def plan(
     prune : bool
         True rejects candidates that provably lose without computing their quality. False gives the same plan
         more slowly.
+    progress : bool or callable
+        True shows a progress bar (needs rich). A function is called as ``progress(done, total, epsilon)``
+        after every iteration: how often the largest step, in units of its tolerance, was halved, how often it
+        has to be, and the best epsilon so far.
     **grasp_options
         ``friction``, ``max_normal_force``, ``edges``, ``torsion``, ``tangents``, ``origin``,
         ``length_scale``, ``friction_margin`` and ``extreme_forces`` of `Grasp`.
@@ -199,7 +116,8 @@ def plan(
     Raises
     ------
     InvalidInputError
-        An argument has the wrong shape or is not finite. A step or tolerance is not positive. Bounds are
+        An argument has the wrong shape or is not finite. A step or tolerance is not positive, or a tolerance
+        exceeds its step. Bounds are
         reversed, or the start is outside them. The surface returns contacts that are not finite. No candidate
         is feasible. The error's attribute ``partial`` is the `Plan` found before it, or None.
     InvalidGraspError
@@ -232,17 +150,14 @@ def plan(
     True
     """
     problem = SearchProblem.of(
-        surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
+        plan, surface, grasp_options, feasible, min_distance, placement=placement, prune=prune,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     deadline = deadline_after(time_limit)
-    return pattern_search(problem, initial, step, tolerance, bounds, target, deadline, max_candidates)
-
-
-def deadline_after(seconds: float | None) -> float:
-    """Return the `time.monotonic` value at which a search of so many seconds must end."""
-    limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
-    return time.monotonic() + limit
+    with reporting(progress, "planning", "best epsilon") as report:
+        return pattern_search(
+            problem, initial, step, tolerance, bounds, target, deadline, max_candidates, report
+        )
 
 
 @dataclass(slots=True)
@@ -264,12 +179,17 @@ def pattern_search(
     target: float | None,
     deadline: float,
     max_candidates: int,
+    report: Report | None = None,
 ) -> Plan:
     """Run the search of `plan`; `deadline` is a `time.monotonic` value."""
     source = problem.source
     center = finite_vector("initial", initial)
     steps = finite_vector("step", step, size=center.size, positive=True)
     tolerances = finite_vector("tolerance", tolerance, size=center.size, positive=True)
+    if (tolerances > steps).any():
+        at = int(np.argmax(tolerances > steps))
+        raise InvalidInputError(f"tolerance, entry {at}: {tolerances[at]} exceeds the step {steps[at]}")
+    halvings = _halvings(steps, tolerances)
     lower, upper = search_bounds(bounds, center)
     goal = np.inf if target is None else real_number("target", target, finite=False)
     # Fewer leave no room for the three candidates of one parameter.
@@ -292,6 +212,9 @@ def pattern_search(
     try:
         while True:
             _sweep(state, problem, lower, upper, blocks)
+            if report is not None:
+                best = np.nan if state.rho is None else -state.rho
+                report(halvings - _halvings(state.steps, tolerances), halvings, best)
             if np.all(state.steps <= tolerances):
                 break
             if state.rho is not None and -state.rho >= goal:
@@ -310,9 +233,14 @@ def pattern_search(
     if state.rho is None:
         tried = (source.counts - start).candidates
         raise InvalidInputError(
-            f"feasible: none of the {tried} candidates tried was feasible; give another start or larger steps"
+            f"{source.conditions}: refused all {tried} candidates; give another start or larger steps"
         )
     return result(stopped)
+
+
+def _halvings(steps: Array, tolerances: Array) -> int:
+    """How often all steps have to be halved to be within their tolerances."""
+    return max(0, math.ceil(float((np.log2(steps) - np.log2(tolerances)).max())))
 
 
 def _sweep(

@@ -9,6 +9,7 @@ import numpy as np
 
 from graspforce._core import quality_many
 from graspforce._internal.checks import chosen, finite_array, real_number, whole_number
+from graspforce._internal.restored import expect_array
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidGraspError, InvalidInputError
@@ -59,6 +60,12 @@ class PlacementQuality(Record):
     mean: Array
     percentile_5: Array
     closure_rate: Array
+
+    def _check(self) -> None:
+        expect_array("epsilon", self.epsilon, (None, None))
+        expect_array("converged", self.converged, self.epsilon.shape, kind=np.bool_)
+        for name in ("mean", "percentile_5", "closure_rate"):
+            expect_array(name, getattr(self, name), self.epsilon.shape[:1])
 
     def __repr__(self) -> str:
         grasps, samples = self.epsilon.shape
@@ -113,6 +120,9 @@ class PlacementNoise(Record):
         whole_number("samples", self.samples, least=1, most=_MAX_SAMPLES)
         whole_number("seed", self.seed, least=0)
         chosen("statistic", self.statistic, ("mean", "percentile_5"))
+
+    def _check(self) -> None:
+        """Nothing is left to check: `__post_init__` did."""
 
     def perturbed(self, positions: ArrayLike, normals: ArrayLike) -> tuple[Array, Array]:
         """Return noisy copies (B, samples, m, dim) of contacts (B, m, dim), with unit normals."""

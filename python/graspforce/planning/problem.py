@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._internal.checks import chosen, known_options
+from graspforce._internal.checks import chosen, known_options, real_number
 from graspforce.errors import InvalidInputError
 from graspforce.typing import GraspOptions
 
@@ -16,14 +17,14 @@ from .placement_noise import PlacementNoise
 from .scoring import EpsilonScore, Score
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
     from graspforce.typing import Feasible, Surface
 
-__all__ = ["SearchProblem", "read_only_copy"]
+__all__ = ["SearchProblem", "deadline_after", "read_only_copy"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,7 @@ class SearchProblem:
     @classmethod
     def of(
         cls,
+        search: Callable[..., object],
         surface: Surface,
         grasp_options: Mapping[str, Any],
         feasible: Feasible | None,
@@ -47,11 +49,11 @@ class SearchProblem:
         prune: bool = True,
         **quality_options: Any,
     ) -> SearchProblem:
-        """Check the arguments of a search before the surface is called."""
+        """Check the arguments of the function `search` before the surface is called."""
         chosen("criterion", quality_options["criterion"], ("max", "sum"))
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}
-        known_options(options, GraspOptions.__annotations__)
+        known_options(options, GraspOptions.__annotations__, search)
         source = CandidateSource(surface, options, feasible, min_distance)
         if placement is None:
             return cls(source, quality_options, EpsilonScore(prune=prune, **quality_options))
@@ -63,6 +65,12 @@ class SearchProblem:
         """Return the grasp at (p,) parameters and its quality."""
         grasp = self.source.grasp(params)
         return grasp, grasp.quality(**self.quality_options)
+
+
+def deadline_after(seconds: float | None) -> float:
+    """Return the `time.monotonic` value at which a search of so many seconds must end."""
+    limit = np.inf if seconds is None else real_number("time_limit", seconds, least=0, finite=False)
+    return time.monotonic() + limit
 
 
 def read_only_copy(values: ArrayLike) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graspforce._core import CandidateSearch
+from graspforce._internal.restored import expect_whole
 from graspforce._internal.to_dict import Record
 
 if TYPE_CHECKING:
@@ -48,6 +49,10 @@ class SearchCounts(Record):
     rejected: int = 0
     polytopes: int = 0
     converged: int = 0
+
+    def _check(self) -> None:
+        for field in fields(self):
+            expect_whole(field.name, getattr(self, field.name))
 
     def __add__(self, other: SearchCounts) -> SearchCounts:
         """Return the cost of both."""

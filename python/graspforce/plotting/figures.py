@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
+from graspforce._core import Grasp
+from graspforce._internal.checks import instance
+from graspforce.planning import Plan
+
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
 from .spatial import draw_spatial_grasp
@@ -16,9 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
-
-    from graspforce._core import Grasp
-    from graspforce.planning import Plan
 
 __all__ = ["grasp_figure", "history_figure", "polytope_figure", "quality_figure", "trajectory_figure"]
 
@@ -45,6 +46,7 @@ def grasp_figure(
     >>> len(grasp_figure(grasp, title="pinch").axes)
     1
     """
+    instance("grasp", grasp, Grasp)
     figure = new_figure(5.6, 5.0)
     figure.suptitle(title, fontsize=10, color=INK)
     if grasp.wrench_dim == 3:
@@ -76,6 +78,7 @@ def quality_figure(
 
     For one thread at a time, as all of matplotlib.
     """
+    instance("grasp", grasp, Grasp)
     if not _has_polytopes(grasp):
         return grasp_figure(grasp, title=title, outline=outline, mesh=mesh)
     figure = new_figure(9.6, 4.8)
@@ -107,6 +110,7 @@ def history_figure(plan: Plan, *, title: str = "", outline: ArrayLike | None = N
 
     For one thread at a time, as all of matplotlib.
     """
+    instance("plan", plan, Plan)
     planar = plan.grasp.wrench_dim == 3
     figure = new_figure(8.8 if planar else 5.2, 4.0)
     figure.suptitle(title, fontsize=10, color=INK)

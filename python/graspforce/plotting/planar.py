@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Polygon
 
+from graspforce._core import Grasp, unwarned_grasp
+from graspforce._internal.checks import finite_array, instance
 from graspforce.errors import InvalidInputError
 
 from .style import CONE, FORCE, INK, OBJECT, OVERLOAD
@@ -16,13 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Grasp
-
 __all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp", "limits_of"]
 
 LONGEST = 1.5
 """How many limits a force past its limit is drawn at most."""
 
+_CONE_EDGES = 16
 _CONE_SHARE = 0.35
 _ARROW = {"arrowstyle": "-|>,head_length=0.4,head_width=0.18", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
 
@@ -75,6 +76,7 @@ def draw_planar_grasp(
     >>> len(draw_planar_grasp(axes, grasp, [(1, 0.5), (1, -0.5)]))
     5
     """
+    instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 3:
         raise InvalidInputError("grasp: spatial; draw_spatial_grasp draws it")
     where, limits = grasp.positions, limits_of(grasp)
@@ -82,7 +84,10 @@ def draw_planar_grasp(
         metres_per_newton = _CONE_SHARE * size_of(where) / float(limits.max())
     artists: list[Artist] = []
     if outline is not None:
-        shape = Polygon(np.asarray(outline, dtype=float), facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)
+        corners = finite_array("outline", outline)
+        if corners.ndim != 2 or corners.shape[1] != 2 or not len(corners):
+            raise InvalidInputError(f"outline: shape {corners.shape}, expected (n, 2)")
+        shape = Polygon(corners, facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)
         artists.append(axes.add_patch(shape))
     for point, fan in zip(where, cone_fans(grasp), strict=True):
         wedge = np.vstack([point, point - metres_per_newton * fan])
@@ -104,7 +109,15 @@ def draw_planar_grasp(
 
 
 def cone_fans(grasp: Grasp) -> list[NDArray[np.float64]]:
-    """Edges (l, dim) of the cone of each contact, side by side, in world axes, in N, without torsion."""
+    """Edges (l, dim) of the cone of each contact, side by side, in world axes, in N, without torsion.
+
+    True cones get 16 edges.
+    """
+    if (grasp.num_edges == 0).any():
+        grasp = unwarned_grasp(
+            grasp.positions, grasp.normals, grasp.friction, grasp.max_normal_force, edges=_CONE_EDGES,
+            friction_margin=grasp.friction_margin,
+        )  # fmt: skip
     dim = grasp.positions.shape[1]
     starts = np.cumsum(grasp.num_edges)[:-1]
     extremes = np.split(grasp.extreme_forces[:, :dim], starts)
@@ -152,7 +165,7 @@ def size_of(points: NDArray[np.float64]) -> float:
 
 def checked_forces(forces: ArrayLike, grasp: Grasp) -> NDArray[np.float64]:
     """Return forces as an array (m, k) of numbers, or say which shape it should be."""
-    array = np.asarray(forces, dtype=float)
+    array = finite_array("forces", forces)
     if array.shape != (grasp.num_contacts, grasp.force_dim):
         expected = (grasp.num_contacts, grasp.force_dim)
         raise InvalidInputError(f"forces: shape {array.shape}, expected {expected}")

@@ -9,6 +9,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from graspforce._internal.checks import finite_vector, triangles
+
 from .style import INK, MUTED, OBJECT
 
 if TYPE_CHECKING:
@@ -35,13 +37,14 @@ def draw_mesh(axes: Axes3D, vertices: ArrayLike, faces: ArrayLike, *, alpha: flo
     >>> skin in axes.collections
     True
     """
-    triangles = np.asarray(vertices, dtype=float)[np.asarray(faces)]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    places, numbers = triangles("mesh", (vertices, faces))
+    corners = places[numbers]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
     shade = 0.75 + 0.25 * (normals @ _LIGHT) / (lengths * np.linalg.norm(_LIGHT))
     colours = np.clip(shade[:, None] * np.array(to_rgb(OBJECT)), 0, 1)
     rgba = np.column_stack([colours, np.full(len(shade), alpha)])
-    skin: Artist = Poly3DCollection(triangles, facecolors=rgba, edgecolors="none", zorder=1)
+    skin: Artist = Poly3DCollection(corners, facecolors=rgba, edgecolors="none", zorder=1)
     axes.add_collection3d(skin)
     return skin
 
@@ -53,7 +56,7 @@ def frame_view(
 
     For one thread at a time, as all of matplotlib.
     """
-    low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+    low, high = finite_vector("low", low, 3), finite_vector("high", high, 3)
     extent = np.maximum(high - low, 1e-9)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(tuple(extent / extent.max()), zoom=zoom)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from graspforce._core import Grasp, unwarned_grasp
+from graspforce._core import Grasp
+from graspforce._internal.checks import instance, triangles
 from graspforce.errors import InvalidInputError
 
 from .planar import LONGEST, checked_forces, cone_fans, limits_of, size_of
@@ -17,12 +18,11 @@ from .style import CONE, FORCE, INK, OVERLOAD
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from mpl_toolkits.mplot3d.axes3d import Axes3D
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
 __all__ = ["draw_spatial_grasp"]
 
 _CONE_SHARE = 0.3
-_CONE_EDGES = 16
 
 
 def draw_spatial_grasp(
@@ -77,16 +77,18 @@ def draw_spatial_grasp(
     >>> len(draw_spatial_grasp(axes, grasp))
     3
     """
+    instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 6:
         raise InvalidInputError("grasp: planar; draw_planar_grasp draws it")
     where, limits = grasp.positions, limits_of(grasp)
-    corners = where if mesh is None else np.vstack([where, np.asarray(mesh[0], dtype=float)])
+    mesh = None if mesh is None else triangles("mesh", mesh)
+    corners = where if mesh is None else np.vstack([where, mesh[0]])
     if metres_per_newton is None:
         metres_per_newton = _CONE_SHARE * size_of(corners) / float(limits.max())
     artists: list[Artist] = []
     if mesh is not None:
         artists.append(draw_mesh(axes, *mesh, alpha=0.55))
-    for number, (point, fan) in enumerate(zip(where, _fans(grasp), strict=True)):
+    for number, (point, fan) in enumerate(zip(where, cone_fans(grasp), strict=True)):
         rim = point - metres_per_newton * fan
         sides = [np.stack([point, rim[h - 1], rim[h]]) for h in range(len(rim))]
         edge = {"edgecolors": FORCE, "linewidths": 0.2, "zorder": 3}
@@ -110,17 +112,3 @@ def draw_spatial_grasp(
             f"{name} (m)", fontsize=8, color=INK, labelpad=6 if name != "z" else 10
         )
     return artists
-
-
-def _fans(grasp: Grasp) -> list[NDArray[np.float64]]:
-    if (grasp.num_edges > 0).all():
-        return cone_fans(grasp)
-    drawn = unwarned_grasp(
-        grasp.positions,
-        grasp.normals,
-        grasp.friction,
-        grasp.max_normal_force,
-        edges=_CONE_EDGES,
-        friction_margin=grasp.friction_margin,
-    )
-    return cone_fans(drawn)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from graspforce._internal.checks import finite_array
 from graspforce.errors import InvalidInputError
 
 from .style import FORCE, INK, OVERLOAD, plain_axes
@@ -91,7 +92,7 @@ def draw_latencies(axes: Axes, seconds: ArrayLike, *, bins: int = 60) -> list[Ar
     >>> len(draw_latencies(Figure().subplots(), [1e-6, 2e-6, 5e-6], bins=10))
     12
     """
-    durations = 1e6 * np.asarray(seconds, dtype=float).ravel()
+    durations = 1e6 * finite_array("seconds", seconds).ravel()
     if durations.size == 0 or not (durations > 0).all():
         raise InvalidInputError("seconds: durations must be positive")
     low, high = durations.min(), durations.max()

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graspforce._internal.checks import finite_array, real_array
 from graspforce.errors import InvalidInputError
 
 from .style import CONTACTS, INK, MUTED, plain_axes
@@ -53,14 +54,15 @@ def draw_forces(
     >>> len(draw_forces(Figure().subplots(), [[1, 2], [2, 3], [3, 3]], 5.0))
     3
     """
-    forces = np.asarray(normal_forces, dtype=float)
+    forces = real_array("normal_forces", normal_forces)
     if forces.ndim != 2:
         raise InvalidInputError(f"normal_forces: shape {forces.shape}, expected (T, m)")
-    moments = np.arange(len(forces)) if times is None else np.asarray(times, dtype=float)
+    moments = np.arange(len(forces)) if times is None else finite_array("times", times)
     if moments.shape != forces.shape[:1]:
         raise InvalidInputError(f"times: shape {moments.shape}, expected {forces.shape[:1]}")
+    given = finite_array("max_normal_force", max_normal_force)
     try:
-        limits = np.broadcast_to(np.asarray(max_normal_force, dtype=float), forces.shape[1:])
+        limits = np.broadcast_to(given, forces.shape[1:])
     except ValueError:
         shape = np.shape(max_normal_force)
         raise InvalidInputError(f"max_normal_force: shape {shape}, expected {forces.shape[1:]}") from None

@@ -5,12 +5,13 @@ A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2)
 other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
 """
 
-from .contact_layouts import contacts_on, mirrored, tied
+from .contact_layouts import Arrangement, contacts_on, mirrored, tied
 from .curves import PlanarCurve, ellipse, line
 from .mesh import MeshSurface
 from .parametric import ParametricSurface, cylinder, ellipsoid, plane
 
 __all__ = [
+    "Arrangement",
     "MeshSurface",
     "ParametricSurface",
     "PlanarCurve",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from graspforce._internal.checks import finite_array, finite_vector
+from graspforce._internal.checks import finite_array, finite_vector, real_array
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -67,9 +67,12 @@ class Arrangement:
         self.num_params = num_params
         self.grasp_options = dict(grasp_options)
 
+    def __repr__(self) -> str:
+        return f"Arrangement({self.num_params} parameters, {', '.join(self.grasp_options) or 'no options'})"
+
     def __call__(self, params: ArrayLike) -> tuple[Array, ...]:
         """Contacts of parameters (B, num_params)."""
-        given = np.asarray(params, dtype=np.float64)
+        given = real_array("params", params)
         if given.ndim != 2 or given.shape[1] != self.num_params:
             raise InvalidInputError(f"params: shape {given.shape}, expected (B, {self.num_params})")
         return self._function(given)
@@ -152,6 +155,8 @@ def tied(
     >>> bool(np.allclose(positions, [[[0, 1], [0, -1]]]))
     True
     """
+    if not callable(surface):
+        raise InvalidInputError(f"surface: {surface!r} is not callable")
     ties = finite_array("matrix", matrix)
     if ties.ndim != 2 or 0 in ties.shape:
         raise InvalidInputError(f"matrix: shape {ties.shape}, expected (P, p)")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from graspforce._core import TriangleTree, unwarned_grasp
-from graspforce._internal.checks import chosen, finite_array, real_number
+from graspforce._internal.checks import chosen, finite_array, real_number, strength
 from graspforce._internal.optional_imports import optional
 from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = ["MeshSurface"]
+
+_FAR = 2.0
+"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
 
 
 class MeshSurface:
@@ -118,6 +121,7 @@ class MeshSurface:
         chosen("normals", normals, ("interpolated", "face"))
         if max_curvature is not None:
             max_curvature = real_number("max_curvature", max_curvature, least=0, finite=False)
+        strength(friction, max_normal_force)
         self.friction, self.max_normal_force = friction, max_normal_force
         checked = checked_mesh(mesh, metres(unit), check_watertight, check_size)
         surface = checked.boundary
@@ -156,6 +160,12 @@ class MeshSurface:
         self._corner_normals: Array | None = None
         if normals == "interpolated":
             self._corner_normals = corner_normals(checked.parts, self._outward)
+        self._made = True
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if "_made" in vars(self):
+            raise AttributeError(f"{name}: a MeshSurface does not change; make another one")
+        super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_tree"}
@@ -163,9 +173,9 @@ class MeshSurface:
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
         for name in ("vertices", "faces", "bounds", "center", "allowed"):
-            setattr(self, name, read_only(state[name]))
-        self.boundary = read_only(state["boundary"][0]), read_only(state["boundary"][1])
-        self._tree = self._new_tree()
+            vars(self)[name] = read_only(state[name])
+        vars(self)["boundary"] = read_only(state["boundary"][0]), read_only(state["boundary"][1])
+        vars(self)["_tree"] = self._new_tree()
 
     def _new_tree(self) -> TriangleTree:
         if self._cut is not None:
@@ -199,6 +209,24 @@ class MeshSurface:
         points, rows, _ = self._tree.closest(params)
         return points, self._inward(self._owner[rows], points)
 
+    def nearest(self, positions: Array) -> tuple[Array, Array]:
+        """Contacts nearest to positions (m, 3) in m, as of `contacts`, if the positions are near the object.
+
+        Raises
+        ------
+        InvalidInputError
+            A position is further from the mesh than twice its extent.
+        """
+        points, normals = self.contacts(positions)
+        away, extent = np.linalg.norm(points - positions, axis=1), float(np.ptp(self.bounds, axis=1).max())
+        if (away > _FAR * extent).any():
+            at = int(np.argmax(away > _FAR * extent))
+            distance = f"{away[at]:.4g} m away from the mesh, which is {extent:.4g} m long"
+            raise InvalidInputError(
+                f"positions, contact {at}: {distance}: is it in metres, and the mesh's `unit` right?"
+            )
+        return points, normals
+
     def grasp(
         self,
         positions: ArrayLike,
@@ -223,7 +251,8 @@ class MeshSurface:
         Raises
         ------
         InvalidInputError
-            A normal points out of the object; the message names the contact and the value.
+            A normal points out of the object, or a position without normal is further from it than twice its
+            extent; the message names the contact and the value.
         InvalidGraspError
             As for `graspforce.Grasp`.
 
@@ -247,7 +276,7 @@ class MeshSurface:
         if places.ndim != 2 or places.shape[1] != 3:
             raise InvalidInputError(f"positions: shape {places.shape}, expected (m, 3)")
         if normals is None:
-            return unwarned_grasp(*self.contacts(places), **options)
+            return unwarned_grasp(*self.nearest(places), **options)
         if check_normals:
             self.check_normals(places, normals)
         return unwarned_grasp(places, normals, **options)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from graspforce._internal.checks import chosen, finite_vector, real_number
+from graspforce._internal.checks import chosen, finite_vector, real_number, strength
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
@@ -71,6 +71,11 @@ class ParametricSurface:
 
     def __post_init__(self) -> None:
         chosen("object_side", self.object_side, ("along", "against"))
+        strength(self.friction, self.max_normal_force)
+        for name in ("point", "normal"):
+            value = getattr(self, name)
+            if not callable(value) and (value is not None or name == "point"):
+                raise InvalidInputError(f"{name}: {value!r} is not callable")
 
     def normals(self, params: Array) -> Array:
         """Return unit normals (B, 3) into the object; not finite where a given normal has no direction."""

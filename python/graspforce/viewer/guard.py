@@ -1,9 +1,9 @@
-"""Who may connect to the viewer: the holder of its token, on a page that the viewer itself served.
+"""The check of each request to the viewer: it must hold the token and come from the viewer's own page.
 
 viser serves its page and its WebSocket to anyone who reaches the port, any page in the browser included. The
-guard checks each request before viser sees it. viser has no hook for that, but it calls the public
-``websockets.asyncio.server.serve``; `guarded` replaces that function while the server starts, and only for an
-address of the type `GuardedHost`.
+guard checks each request before viser sees it. viser has no hook for such a check. It calls the public
+function ``websockets.asyncio.server.serve``. `guarded` replaces this function while the server starts, and
+only for an address of the type `GuardedHost`.
 """
 
 from __future__ import annotations
@@ -32,18 +32,29 @@ if TYPE_CHECKING:
 
     from .messages import Filter
 
-__all__ = ["MAX_CONNECTIONS", "MAX_MESSAGE_BYTES", "Guard", "GuardedHost", "guarded", "is_loopback"]
+__all__ = [
+    "MAX_CONNECTIONS",
+    "MAX_HANDSHAKES",
+    "MAX_MESSAGE_BYTES",
+    "Guard",
+    "GuardedHost",
+    "guarded",
+    "is_loopback",
+]
 
 MAX_MESSAGE_BYTES = 1 << 16
-"""Bytes of one message; those of viser's page have a few hundred."""
+"""Largest size of one message in bytes. Messages of viser's page have a few hundred."""
 
 MAX_CONNECTIONS = 512
-"""Sockets open at once, those that have not said anything yet included."""
+"""Largest number of open sockets whose request held the token."""
+
+MAX_HANDSHAKES = 64
+"""Largest number of open sockets whose request was refused, or not read yet. A new one closes the oldest."""
 
 _MESSAGES_PER_SECOND = 250
-"""Of one client; its page sends up to 20 a second for a drag, and 50 for the camera."""
+"""Largest rate for one client. Its page sends up to 20 a second for a drag, and 50 for the camera."""
 
-_HANDSHAKE_SECONDS = 5.0
+_HANDSHAKE_SECONDS = 2.0
 _CLOSE_SECONDS = 0.2
 
 _HEADERS = {
@@ -85,6 +96,8 @@ class Guard:
         self.applied = False
         self._loop: asyncio.AbstractEventLoop | None = None
         self._open: set[_Connection] = set()
+        # A dict keeps the order in which they came.
+        self._unknown: dict[_Connection, None] = {}
 
     def address(self, port: int) -> str:
         """Return the page's address with its token; the loopback one where it listens at all addresses."""
@@ -105,10 +118,10 @@ class Guard:
         }
 
     def close(self) -> None:
-        """Drop all connections at once: a goodbye to hundreds of clients, some silent, takes seconds."""
+        """Drop all connections at once. A closing handshake with hundreds of clients takes seconds."""
 
         def abort() -> None:
-            for connection in tuple(self._open):
+            for connection in (*self._open, *self._unknown):
                 connection.transport.abort()
 
         if self._loop is not None:
@@ -116,14 +129,17 @@ class Guard:
                 self._loop.call_soon_threadsafe(abort)
 
     def opened(self, connection: _Connection) -> None:
-        """Count a socket, or close it where there are too many."""
-        if len(self._open) >= MAX_CONNECTIONS:
-            connection.transport.abort()
-        self._open.add(connection)
+        """Count a socket whose request has not been read, and close the oldest beyond the limit."""
+        while len(self._unknown) >= MAX_HANDSHAKES:
+            oldest = next(iter(self._unknown))
+            del self._unknown[oldest]
+            oldest.transport.abort()
+        self._unknown[connection] = None
 
     def closed(self, connection: _Connection) -> None:
         """Forget a socket."""
         self._open.discard(connection)
+        self._unknown.pop(connection, None)
 
     def refusal(self, request: Request, local: tuple[str, int]) -> str | None:
         """Say why a request that arrived at the address `local` is refused; None if it is not."""
@@ -145,12 +161,18 @@ class Guard:
     def _process_request(
         self,
         serve_page: Callable[[ServerConnection, Request], Response | None],
-        connection: ServerConnection,
+        connection: _Connection,
         request: Request,
     ) -> Response | None:
         reason = self.refusal(request, connection.local_address or ("", 0))
         if reason is not None:
             return connection.respond(http.HTTPStatus.FORBIDDEN, f"graspforce: {reason}\n")
+        if len(self._open) >= MAX_CONNECTIONS:
+            reason = f"{MAX_CONNECTIONS} connections are open; close other pages of this viewer"
+            return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, f"graspforce: {reason}\n")
+        if connection in self._unknown:
+            del self._unknown[connection]
+            self._open.add(connection)
         if request.headers.get_all("Upgrade") == ["websocket"]:
             return None
         response = serve_page(connection, request)
@@ -165,7 +187,7 @@ class Guard:
 
 
 class _Connection(websockets_server.ServerConnection):
-    """A connection whose messages have passed the guard, at a bounded rate."""
+    """A connection that passes on the messages that the guard accepts, at a bounded rate."""
 
     def __init__(self, guard: Guard, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -194,7 +216,7 @@ class _Connection(websockets_server.ServerConnection):
 
 @contextlib.contextmanager
 def guarded(guard: Guard) -> Iterator[GuardedHost]:
-    """Put a guard before the viser server that is started inside, at the yielded address."""
+    """Guard the viser server that is started inside this context at the yielded address."""
     host = GuardedHost(guard.host)
     host.guard = guard
     with _STARTING:

@@ -211,13 +211,14 @@ class Viewer:
             self._changed.clear()
             with self._turn:
                 try:
-                    self._obey()
+                    self._apply_changes()
                     self.update()
                     self._message.content = ""
                 except (GraspForceError, ValueError, ArithmeticError) as error:
                     self._message.content = str(error)
 
-    def _obey(self) -> None:
+    def _apply_changes(self) -> None:
+        """Apply the moves and slider values that clients sent."""
         with self._noting:
             moved, self._moved = self._moved, set()
             released, self._released = self._released, set()

@@ -7,6 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import ForceDistributor, Grasp, TriangleTree, unwarned_grasp
+from graspforce._internal.checks import (
+    chosen,
+    finite_array,
+    finite_vector,
+    instance,
+    real_number,
+    triangles,
+    whole_number,
+)
+from graspforce._internal.vectors import read_only
 from graspforce.errors import InfeasibleWrenchError, InvalidInputError
 from graspforce.surfaces.mesh_checks import outer_surface
 
@@ -14,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import ForceSolution, Quality
+    from graspforce.typing import Criterion
 
 __all__ = ["ViewState"]
 
@@ -55,17 +66,19 @@ class ViewState:
         mesh: tuple[ArrayLike, ArrayLike] | None = None,
         wrenches: ArrayLike | None = None,
     ) -> None:
+        instance("grasp", grasp, Grasp)
         if grasp.wrench_dim != 6:
             raise InvalidInputError("grasp: planar; graspforce.plotting draws it")
         self.mesh: tuple[NDArray[np.float64], NDArray[np.int64]] | None = None
         if mesh is not None:
-            vertices, faces = outer_surface(mesh[0], mesh[1])
+            vertices, faces = outer_surface(*triangles("mesh", mesh))
             corners = vertices[faces]
             # A triangle without area has no normal, and no point that others do not have.
             across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             self.mesh = vertices, faces[np.linalg.norm(across, axis=1) > 0]
         self._tree: TriangleTree | None = None
-        self.wrenches = np.zeros((0, 6)) if wrenches is None else np.asarray(wrenches, dtype=np.float64)
+        given = np.zeros((0, 6)) if wrenches is None else finite_array("wrenches", wrenches)
+        self.wrenches = read_only(given)
         if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
             raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
         self._given: dict[str, Any] = grasp._arguments()  # noqa: SLF001
@@ -82,9 +95,11 @@ class ViewState:
 
         Raises
         ------
-        InvalidGraspError
+        InvalidInputError, InvalidGraspError
             A factor is not positive and finite; nothing has changed then.
         """
+        friction = real_number("friction", friction, least=0)
+        limits = real_number("limits", limits, positive=True)
         self.grasp = self._built(self._given, friction, limits)
         self._friction, self._limits = friction, limits
 
@@ -96,11 +111,10 @@ class ViewState:
         InvalidInputError, InvalidGraspError
             There is no such contact, or the point is not three finite numbers; nothing has changed then.
         """
-        if not 0 <= contact < self.grasp.num_contacts:
-            raise InvalidInputError(f"contact: {contact}, expected 0 to {self.grasp.num_contacts - 1}")
-        position = np.asarray(to, dtype=np.float64)
-        if position.shape != (3,) or not np.isfinite(position).all():
-            raise InvalidInputError(f"to: {position.tolist()}, expected three finite numbers")
+        contact = whole_number("contact", contact, least=0, most=self.grasp.num_contacts - 1)
+        position = finite_vector("to", to)
+        if position.shape != (3,):
+            raise InvalidInputError(f"to: shape {position.shape}, expected (3,)")
         positions, normals = self._given["positions"].copy(), self._given["normals"].copy()
         if self.mesh is not None:
             position, normals[contact] = self._on_mesh(self.mesh, position)
@@ -111,14 +125,16 @@ class ViewState:
         self._given = given
         return position
 
-    def quality(self, criterion: str) -> Quality:
-        """Quality of the grasp as it is now."""
-        return self.grasp.quality("sum" if criterion == "sum" else "max")
+    def quality(self, criterion: Criterion) -> Quality:
+        """Quality of the grasp as it is now, by the criterion "max" or "sum"."""
+        chosen("criterion", criterion, ("max", "sum"))
+        return self.grasp.quality(criterion)
 
     def forces(self, row: int) -> ForceSolution | None:
         """Least forces against one of the wrenches; None where there are none."""
         if len(self.wrenches) == 0:
             return None
+        row = whole_number("row", row, least=0, most=len(self.wrenches) - 1)
         try:
             return ForceDistributor(self.grasp).solve(self.wrenches[row])
         except InfeasibleWrenchError:

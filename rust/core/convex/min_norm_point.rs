@@ -7,7 +7,10 @@ use crate::convex::rounding::{Rounding, along};
 use crate::grasp::{Wrench, length};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    DEPENDENT_EDGE, DEPENDENT_EDGE_32_DIGITS, LEAST_PROGRESS, ROUNDED_DISTANCE, ROUNDED_POINT,
+    ROUNDED_QUOTIENT, UNUSED_WEIGHT, UNUSED_WEIGHT_32_DIGITS,
+};
 use crate::wrench_set::Support;
 
 /// A corral has at most `D + 1` points, and `D <= 6`.
@@ -70,7 +73,10 @@ pub(crate) fn nearest_point<const D: usize>(
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
             reached = (weighted, corral.directions);
         }
-        if norm <= negligible || (best.lower <= 0.0 && best.supports >= max_calls) {
+        // A plane nearer than what rounding does to the combination itself proves nothing.
+        if norm <= negligible.max(ROUNDED_POINT * corral.combined_length())
+            || (best.lower <= 0.0 && best.supports >= max_calls)
+        {
             break;
         }
         let z = point / -norm;
@@ -103,12 +109,31 @@ pub(crate) fn nearest_point<const D: usize>(
         }
         corral.admit(support.wrench, z, best.supports - 1);
     }
-    certify(&mut best, &reached, rounding, rtol);
+    if !certify_alike(&mut best, &reached.0, &uncertain, rtol) {
+        certify(&mut best, &reached, rounding, rtol);
+    }
     best
 }
 
 /// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
 const STALLED: usize = 40;
+
+/// Moves both bounds by what rounding may have done to any point. False, and nothing is moved, where that leaves the
+/// bracket wider than asked for: [`certify`] asks each contact.
+fn certify_alike<const D: usize>(
+    best: &mut NearestPoint<D>,
+    reached: &Wrench<D>,
+    uncertain: &Wrench<D>,
+    rtol: f64,
+) -> bool {
+    let lower = best.lower - along(&best.witness, uncertain) - ROUNDED_QUOTIENT * best.lower.abs();
+    let upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED_QUOTIENT);
+    let narrow = lower > 0.0 && upper - lower <= rtol * upper;
+    if narrow {
+        (best.lower, best.upper, best.converged) = (lower, upper, true);
+    }
+    narrow
+}
 
 /// Moves both bounds by what rounding may have done to them.
 fn certify<const D: usize>(
@@ -182,7 +207,7 @@ impl<const D: usize> Corral<D> {
 
     /// Moves to the nearest point of the hull, dropping what is not needed.
     fn settle(&mut self) {
-        let least = if self.careful { 1e-20 } else { 1e-14 };
+        let least = if self.careful { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
         for _ in 0..=D + 1 {
             self.shortest_first();
             let (target, nearest) =
@@ -202,6 +227,15 @@ impl<const D: usize> Corral<D> {
             }
             self.drop(first);
         }
+    }
+
+    /// The lengths of the points, by their weights.
+    fn combined_length(&self) -> f64 {
+        self.points[..self.len]
+            .iter()
+            .zip(&self.weights)
+            .map(|(point, weight)| weight.abs() * length(point))
+            .sum()
     }
 
     fn longest(&self) -> f64 {
@@ -253,7 +287,7 @@ impl<const D: usize> Corral<D> {
             }
             let left = length(&q[k]);
             // An edge in the span of the others decides nothing; its weight is zero.
-            if left > 1e-13 * length(&edge) {
+            if left > DEPENDENT_EDGE * length(&edge) {
                 r[k][k] = left;
                 q[k] /= left;
             } else {
@@ -305,7 +339,7 @@ impl<const D: usize> Corral<D> {
                 }
             }
             let left = dot(&edge, &edge).sqrt();
-            if left.value() > 1e-26 * whole.value() {
+            if left.value() > DEPENDENT_EDGE_32_DIGITS * whole.value() {
                 r[k][k] = left;
                 q[k] = edge.map(|x| x / left);
             }

@@ -1,20 +1,21 @@
 //! What rounding has done to a wrench set: a bound for every component of its points.
 //!
-//! A point of the set is a sum over contacts of `C G_i s`. Each product and sum on the way, from the normal as it was
-//! given to the point, loses at most a unit of rounding of its own size, so what is lost of a component is at most a
-//! small multiple of the unit times the sum of the *sizes* of the terms: `|C| |G_i| |s|`, with the sizes of the frame's
-//! components in `|G_i|`. Component by component, since a hard metric makes some of them many orders larger than others.
+//! A point of the set is a sum over contacts of `C G_i s`. Its computation starts from the normal as given. Each product
+//! and each sum loses at most a unit of rounding of its own size. A component therefore loses at most a small multiple of
+//! the unit times the sum of the *sizes* of its terms: `|C| |G_i| |s|`, with the sizes of the frame's components in
+//! `|G_i|`. The bound is one per component: a hard metric makes some of them many orders larger than others.
 //!
 //! With `e` such a bound, a plane `y` certifies `min_k y . v_k - |y| . e` where it would certify `min_k y . v_k`, and a
-//! support value along the unit `z` is right to within `|z| . e`. Each contact has its own bound: a contact that is many
-//! orders stronger than the others blurs only the points that it takes part in.
+//! support value along the unit `z` is right to within `|z| . e`. Each contact has its own bound. A contact that is
+//! many orders stronger than the others makes only those points uncertain that it takes part in.
 
 use nalgebra::Vector3;
 
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
+use crate::grasp::wrench::with_torque;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
-use crate::tolerances::ROUNDED_POINT;
+use crate::tolerances::{LEAST_TANGENT, ROUNDED_POINT};
 
 /// `|z| . e`: what is uncertain along `z`.
 #[inline]
@@ -48,8 +49,11 @@ pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>, metric: &Metric<D>) 
     let lost = ROUNDED_POINT + grasp.num_contacts() as f64 * f64::EPSILON;
     let contacts = grasp.contacts().iter().enumerate().map(|(i, contact)| {
         let lever = (contact.position - grasp.options().origin).abs();
-        let wrench = map_magnitude::<D>(grasp, i, &lever, 1.0) * force_magnitude(grasp, i, contact);
-        metric.magnitude(&wrench) * lost
+        let [n, o, t] = frame_magnitude::<D>(grasp, i);
+        let sizes = force_magnitude(grasp, i, contact);
+        let force = n * sizes[0] + o * sizes[1] + t * sizes[2];
+        let torque = cross_magnitude(&lever, &force) + n * sizes[3];
+        metric.magnitude(&with_torque(&force, &torque)) * lost
     });
     contacts.collect()
 }
@@ -61,30 +65,36 @@ pub(crate) fn map_magnitude<const D: usize>(
     lever: &Vector3<f64>,
     size: f64,
 ) -> ContactMap<D> {
-    let frame = &grasp.frames()[i];
-    let n: Vector3<f64> = frame.column(0).abs();
-    // The first tangent is a seed less its part along the normal; what that rounds is relative to what is left.
-    let seed = match &grasp.contacts()[i].tangent {
-        Some(tangent) if tangent.amax() > 0.0 => (tangent / tangent.amax()).normalize(),
-        _ => Vector3::zeros(),
-    };
-    let along = frame.column(0).dot(&seed).abs();
-    let left = (1.0 - along * along).max(1e-18).sqrt();
-    let o = frame.column(1).abs() + (n + seed.abs() * along) / left;
-    let o = if D == 3 { frame.column(1).abs() } else { o };
+    let [n, o, t] = frame_magnitude::<D>(grasp, i);
     let mut map = ContactMap::<D>::zeros();
-    for (column, axis) in [n, o, cross_magnitude(&n, &o)].iter().enumerate() {
-        let torque = cross_magnitude(lever, axis);
-        if D == 3 {
-            map.set_column(column, &Wrench::from_iterator([axis.x, axis.y, torque.z]));
-        } else {
-            map.set_column(column, &Wrench::from_iterator(axis.iter().chain(torque.iter()).copied()));
-        }
+    for (column, axis) in [n, o, t].iter().enumerate() {
+        map.set_column(column, &with_torque(axis, &cross_magnitude(lever, axis)));
     }
     if D == 6 {
-        map.set_column(3, &Wrench::from_iterator([0.0; 3].into_iter().chain((n / size).iter().copied())));
+        map.set_column(3, &with_torque(&Vector3::zeros(), &(n / size)));
     }
     map
+}
+
+/// The sizes of what the components of a contact's normal and tangents were computed from.
+fn frame_magnitude<const D: usize>(grasp: &Grasp<D>, i: usize) -> [Vector3<f64>; 3] {
+    let frame = &grasp.frames()[i];
+    let n: Vector3<f64> = frame.column(0).abs();
+    if D == 3 {
+        let o = frame.column(1).abs();
+        return [n, o, cross_magnitude(&n, &o)];
+    }
+    // The first tangent is a seed less its part along the normal; what that rounds is relative to what is left.
+    let o = match &grasp.contacts()[i].tangent {
+        Some(tangent) if tangent.amax() > 0.0 => {
+            let seed = (tangent / tangent.amax()).normalize();
+            let along = frame.column(0).dot(&seed).abs();
+            let left = (1.0 - along * along).max(LEAST_TANGENT).sqrt();
+            frame.column(1).abs() + (n + seed.abs() * along) / left
+        }
+        _ => frame.column(1).abs() + n,
+    };
+    [n, o, cross_magnitude(&n, &o)]
 }
 
 /// The largest components of what a contact can exert.

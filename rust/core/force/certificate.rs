@@ -29,7 +29,7 @@ pub(crate) struct Certificate<const D: usize> {
 
 /// The right-hand side `b = -w_ext` and all that forces have to keep.
 #[derive(Debug)]
-pub(crate) struct Demand<'a, const D: usize> {
+pub(crate) struct Requirements<'a, const D: usize> {
     pub(crate) b: &'a Wrench<D>,
     pub(crate) maps: &'a [ContactMap<D>],
     /// Reciprocals of the largest force and torque of one contact.
@@ -55,35 +55,38 @@ impl ContactForces {
         self.shares.iter().fold((0.0, 0.0), |(largest, sum), n| (f64::max(largest, *n), sum + n))
     }
 
-    /// Certifies the forces by a multiplier that proves `bound`, or says how far they are from an answer.
+    /// Certifies the forces by a multiplier that proves `bound` for `b`, or says how far they are from an answer.
     pub(crate) fn certify<const D: usize>(
         &self,
-        demand: &Demand<'_, D>,
+        required: &Requirements<'_, D>,
         (dual, bound): (Wrench<D>, f64),
         solver: &'static str,
         pivots: usize,
     ) -> Result<Certificate<D>> {
         let (largest, sum) = self.totals();
-        let sigma = demand.objective.value(largest, sum);
+        let sigma = required.objective.value(largest, sum);
         if sigma > 0.0 && !REPRESENTABLE.contains(&sigma) {
-            let reason =
-                format!("forces of {sigma:e} times their limits are beyond what can be computed with");
+            let reason = format!(
+                "forces of {sigma:e} times their limits lie outside 1e-140 to 1e140; check the units"
+            );
             return Err(Error::input("external_wrench", reason));
         }
-        let gap = (1.0 - bound / sigma).abs();
-        let short = demand.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
-        let contacts = demand.maps.iter().zip(self.forces.iter().copied());
-        let held = demand.least.iter().copied().fold(0.0, f64::max);
-        let missing = imbalance(demand.b, demand.units, held, contacts);
+        // The bound is that of the wrench which the forces balance: no other says anything of these forces.
+        let rest = required.maps.iter().zip(&self.forces).fold(-required.b, |rest, (map, f)| rest + map * f);
+        let gap = (1.0 - (bound + dual.dot(&rest)) / sigma).abs();
+        let short = required.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
+        let contacts = required.maps.iter().zip(self.forces.iter().copied());
+        let held = required.least.iter().copied().fold(0.0, f64::max);
+        let missing = imbalance(required.b, required.units, held, contacts);
         let allowed = FEASIBILITY_TOLERANCE;
         let unmet = if missing > allowed {
             Unmet::Balance { found: missing, allowed }
         } else if short > allowed * largest {
             Unmet::LeastNormal { found: short / largest, allowed }
-        } else if gap <= demand.tolerance {
+        } else if gap <= required.tolerance {
             return Ok(Certificate { sigma, dual, gap, pivots, fell_back: false });
         } else {
-            Unmet::Gap { found: gap, allowed: demand.tolerance }
+            Unmet::Gap { found: gap, allowed: required.tolerance }
         };
         Err(Error::NotConverged { solver, iterations: pivots, unmet })
     }

@@ -194,8 +194,8 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
     ///
-    /// Over listed extreme forces and without lower bounds nothing is allocated once the wrench's region is known. On
-    /// an error `forces` is untouched.
+    /// Without lower bounds nothing is allocated once the wrench's region is known (over listed extreme forces), or from
+    /// the start (over true cones, where nothing falls back). On an error `forces` is untouched.
     pub fn solve_into(
         &self,
         workspace: &mut ForceWorkspace<D>,

@@ -7,13 +7,14 @@
 //! over cones of any kind. [`nearest`] answers where no forces balance a wrench.
 //!
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
-//! - [`certificate`]: checks lower bounds, balance and duality gap of the forces.
+//! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
 //! - [`limits`]: limits that change while a controller runs.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
+pub(crate) mod balance;
 pub(crate) mod batch;
 pub(crate) mod certificate;
 pub(crate) mod distributor;

@@ -75,12 +75,13 @@ pub struct Distribution<const D: usize> {
     pub sigma_max: f64,
     /// Sum of the shares (Eq. 6).
     pub sigma_sum: f64,
-    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench; without lower bounds it is
-    /// `sigma = -w_ext . z_b`.
+    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench. Without lower bounds it is
+    /// `sigma = (residual - w_ext) . z_b`.
     pub dual: Wrench<D>,
-    /// Relative distance between `sigma` and the lower bound that `dual` proves.
+    /// Relative distance between `sigma` and the lower bound that `dual` proves for the wrench that the forces balance,
+    /// `w_ext - residual`.
     pub gap: f64,
-    /// Simplex pivots that this solve took.
+    /// Simplex pivots that this solve took; zero where Newton's method over true cones started from the last answer.
     pub pivots: usize,
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
     /// an interior-point solver.

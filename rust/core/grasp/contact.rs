@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 use crate::error::{Error, Result};
+use crate::memory::room;
 
 /// More edges than this for one cone are refused: the true cone is then both exact and cheaper.
 pub const MAX_EDGES: usize = 65_536;
@@ -172,6 +173,19 @@ impl Contact {
         Ok((o - n * n.dot(&o)).normalize())
     }
 
+    /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
+    pub fn force_count(&self, planar: bool) -> usize {
+        let (smooth, hard) = (self.friction == 0.0, self.torsion == 0.0);
+        match &self.forces {
+            ForceModel::Extreme(forces) => forces.len(),
+            _ if planar || smooth => 2 - usize::from(smooth && hard),
+            ForceModel::Cone => 0,
+            ForceModel::Edges(edges) if *edges > MAX_EDGES => 0,
+            ForceModel::Edges(edges) if hard => *edges,
+            ForceModel::Edges(edges) => (2 * latitudes(*edges) - 1).saturating_mul(*edges).saturating_add(2),
+        }
+    }
+
     /// The extreme forces of Eq. 3 in order, or `None` for a true cone.
     pub(crate) fn extreme_forces(&self, index: usize, planar: bool) -> Result<Option<Vec<ContactForce>>> {
         let limit = self.max_normal_force;
@@ -273,11 +287,12 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
     }
     // Zero belongs to every contact's forces already; among the extreme ones it would make the set touch the
     // origin.
-    let forces: Vec<_> = forces.iter().filter(|f| f.amax() > 0.0).copied().collect();
-    if forces.is_empty() {
+    let mut extreme = room("extreme_forces", forces.len())?;
+    extreme.extend(forces.iter().filter(|f| f.amax() > 0.0));
+    if extreme.is_empty() {
         return Err(Error::contact("extreme_forces", index, "all forces are zero"));
     }
-    Ok(forces)
+    Ok(extreme)
 }
 
 /// The unit vector along `v`, safe against overflow and underflow of the squares.

@@ -22,11 +22,13 @@ pub use wrench::{ContactMap, Wrench, wrench_of_force};
 pub(crate) use wrench::{REPRESENTABLE, contact_map, length, unit};
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
-use crate::grasp::contact::{Contact, ContactForce, ForceModel, check_count};
+use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count};
+use crate::memory::{check_room, room};
 
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,7 +90,8 @@ pub struct Grasp<const D: usize> {
     frames: Vec<Matrix3<f64>>,
     maps: Vec<ContactMap<D>>,
     edges: Vec<Option<Range<usize>>>,
-    extreme_forces: Vec<ContactForce>,
+    /// Shared with the wrench sets of the grasp.
+    extreme_forces: Arc<Vec<ContactForce>>,
     primitive_wrenches: Vec<Wrench<D>>,
     options: GraspOptions,
     force_dim: usize,
@@ -109,13 +112,17 @@ impl<const D: usize> Grasp<D> {
         }
         let planar = D == 3;
         let count = contacts.len();
+        let counts = contacts.iter().map(|contact| contact.force_count(planar).min(MAX_EXTREME_FORCES));
+        let forces = counts.fold(0, |sum: usize, count| sum.saturating_add(count).min(MAX_EXTREME_FORCES));
+        // Those that the caller gave are copied; those of one contact are made apart.
+        check_room("edges", 2 * forces, size_of::<ContactForce>())?;
         let mut grasp = Self {
-            contacts: Vec::with_capacity(count),
-            frames: Vec::with_capacity(count),
-            maps: Vec::with_capacity(count),
-            edges: Vec::with_capacity(count),
-            extreme_forces: Vec::new(),
-            primitive_wrenches: Vec::new(),
+            contacts: room("positions", count)?,
+            frames: room("positions", count)?,
+            maps: room("positions", count)?,
+            edges: room("positions", count)?,
+            extreme_forces: Arc::new(room("edges", forces)?),
+            primitive_wrenches: room("edges", forces)?,
             options,
             force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
         };
@@ -138,15 +145,22 @@ impl<const D: usize> Grasp<D> {
         contact.torsion /= self.options.friction_margin;
         let start = self.extreme_forces.len();
         if let Some(forces) = contact.extreme_forces(index, planar)? {
+            check_count(self.extreme_forces.len() + forces.len(), index)?;
             self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
-            self.extreme_forces.extend(forces);
-            check_count(self.extreme_forces.len(), index)?;
+            Arc::make_mut(&mut self.extreme_forces).extend(forces);
             self.edges.push(Some(start..self.extreme_forces.len()));
         } else {
             self.edges.push(None);
         }
-        // Squares of wrenches must be representable, or no norm of them is.
+        // Squares of wrenches must be representable, or no norm of them is: also of a unit normal force.
         let arm = map.amax();
+        for (argument, coefficient) in [("friction", contact.friction), ("torsion", contact.torsion)] {
+            if arm * coefficient >= REPRESENTABLE.end {
+                let reason =
+                    format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
+                return Err(Error::contact(argument, index, reason));
+            }
+        }
         let reach = match contact.forces {
             ForceModel::Extreme(_) => 0.0,
             _ => arm * contact.max_normal_force * contact.friction.max(contact.torsion).max(1.0),
@@ -243,6 +257,11 @@ impl<const D: usize> Grasp<D> {
 
     /// The extreme forces of those contacts, beside [`Self::finite_wrenches`].
     pub(crate) fn finite_forces(&self) -> &[ContactForce] {
+        &self.extreme_forces
+    }
+
+    /// The same, to be kept.
+    pub(crate) fn shared_forces(&self) -> &Arc<Vec<ContactForce>> {
         &self.extreme_forces
     }
 

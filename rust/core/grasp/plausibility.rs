@@ -1,4 +1,4 @@
-//! What contacts look like when their normals point the wrong way or one of them is in other units.
+//! What contacts look like when their normals point the wrong way or some of them are in other units.
 //!
 //! A grasp does not know its object, so nothing here is certain: contacts on the wall of a cavity have normals that
 //! point away from their centre, too.
@@ -8,14 +8,16 @@ use nalgebra::Vector3;
 use crate::grasp::contact::Contact;
 use crate::tolerances::AWAY_FROM_CENTRE;
 
-/// A contact that is farther from the others than this many times their own extent is in other units.
+/// Contacts that are farther from the others than this many times the extent of both are in other units.
 const OTHER_UNIT: f64 = 100.0;
 
-/// What is implausible about contacts with unit normals, if anything is. Linear in their number, unless one of them
-/// is far from the others.
+/// Contacts that a message names at most.
+const NAMED: usize = 4;
+
+/// What is implausible about contacts with unit normals, if anything is. Linear in their number.
 #[must_use]
 pub fn implausibility(contacts: &[Contact]) -> Option<String> {
-    all_outward(contacts).or_else(|| one_far_away(contacts))
+    all_outward(contacts).or_else(|| two_units(contacts))
 }
 
 fn all_outward(contacts: &[Contact]) -> Option<String> {
@@ -32,38 +34,54 @@ fn all_outward(contacts: &[Contact]) -> Option<String> {
     })
 }
 
-fn one_far_away(contacts: &[Contact]) -> Option<String> {
-    if contacts.len() < 3 {
+/// Two groups of contacts that are far apart beside their own extents.
+fn two_units(contacts: &[Contact]) -> Option<String> {
+    let first = contacts.first()?.position;
+    let apart = |contact: &Contact| (contact.position - first).norm();
+    let farthest = contacts.iter().map(apart).fold(0.0, f64::max);
+    if contacts.len() < 3 || farthest == 0.0 {
         return None;
     }
-    let apart = |i: usize, j: usize| (contacts[i].position - contacts[j].position).norm();
-    // The one that is far away from all others is far away from the first, or is the first itself.
-    let (mut far, mut distance) = (1, apart(0, 1));
-    for i in 2..contacts.len() {
-        let from_first = apart(0, i);
-        if from_first > distance {
-            (far, distance) = (i, from_first);
-        }
+    // If there are two such groups, half the largest distance from one contact tells them apart.
+    let (near, far): (Vec<_>, Vec<_>) =
+        (0..contacts.len()).partition(|&i| apart(&contacts[i]) <= farthest / 2.0);
+    let boxes = [&near, &far].map(|group| Extent::of(group.iter().map(|&i| &contacts[i].position)));
+    let extent = f64::max(boxes[0].diagonal(), boxes[1].diagonal());
+    let gap = boxes[0].gap(&boxes[1]);
+    if gap <= OTHER_UNIT * extent {
+        return None;
     }
-    let first_is_far = (1..contacts.len()).all(|i| apart(0, i) > distance / 2.0);
-    let suspects = [Some(far), first_is_far.then_some(0)];
-    suspects.into_iter().flatten().find_map(|far| {
-        let others = || (0..contacts.len()).filter(move |&i| i != far);
-        let gap = others().map(|i| apart(far, i)).fold(f64::INFINITY, f64::min);
-        let one = usize::from(far == 0);
-        let reach = others().map(|i| apart(one, i)).fold(0.0, f64::max);
-        // The extent is at least the reach from any one of them, and the quadratic count is for the rare suspect.
-        if reach == 0.0 || gap <= OTHER_UNIT * reach {
-            return None;
-        }
-        let extent = others().flat_map(|i| others().map(move |j| (i, j))).map(|(i, j)| apart(i, j));
-        let extent = extent.fold(0.0, f64::max);
-        (gap > OTHER_UNIT * extent).then(|| {
-            format!(
-                "positions, contact {far}: {:?} is {gap:.3e} m from the other contacts, which lie within \
-                 {extent:.3e} m of each other; are all of them in the same unit?",
-                contacts[far].position.as_slice()
-            )
-        })
-    })
+    let strangers = if far.len() <= near.len() { &far } else { &near };
+    let names: Vec<_> = strangers.iter().take(NAMED).map(ToString::to_string).collect();
+    let (s, more) =
+        (if names.len() > 1 { "s" } else { "" }, if strangers.len() > NAMED { ", ..." } else { "" });
+    Some(format!(
+        "positions, contact{s} {}{more}: {:?} is {gap:.3e} m from the other contacts, which lie within {extent:.3e} m \
+         of each other; are all of them in the same unit?",
+        names.join(", "),
+        contacts[strangers[0]].position.as_slice()
+    ))
+}
+
+/// The smallest box that holds some points.
+struct Extent {
+    least: Vector3<f64>,
+    most: Vector3<f64>,
+}
+
+impl Extent {
+    fn of<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
+        let empty = Self { least: Vector3::repeat(f64::INFINITY), most: Vector3::repeat(f64::NEG_INFINITY) };
+        points.fold(empty, |all, point| Self { least: all.least.inf(point), most: all.most.sup(point) })
+    }
+
+    fn diagonal(&self) -> f64 {
+        (self.most - self.least).norm()
+    }
+
+    /// The distance between two boxes.
+    fn gap(&self, other: &Self) -> f64 {
+        let apart = (self.least - other.most).sup(&(other.least - self.most));
+        apart.sup(&Vector3::zeros()).norm()
+    }
 }

@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result};
+use crate::grasp::REPRESENTABLE;
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
 use crate::tolerances::OUTSIDE_TORQUE_LIMITS;
@@ -71,21 +72,33 @@ pub fn torque_limited_forces(
         }
     }
     if vertices.is_empty() {
-        return Err(Error::input("upper", "the torque limits allow no force but zero"));
+        return Err(Error::input("torque_limits", "they allow no force but zero"));
     }
     Ok(vertices.iter().map(|f| ContactForce::new(f.x, f.y, f.z, 0.0)).collect())
 }
 
 fn check(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64]) -> Result<()> {
     if lower.len() != jacobian.len() || upper.len() != jacobian.len() {
-        let reason = format!("{} and {} torques for {} joints", lower.len(), upper.len(), jacobian.len());
-        return Err(Error::input("lower", reason));
+        let reason =
+            format!("{} lower and {} upper limits for {} joints", lower.len(), upper.len(), jacobian.len());
+        return Err(Error::input("torque_limits", reason));
     }
     for (joint, (column, (low, high))) in jacobian.iter().zip(lower.iter().zip(upper)).enumerate() {
-        let finite = column.iter().all(|x| x.is_finite());
-        if !(finite && *low <= 0.0 && *high >= 0.0 && low.is_finite() && high.is_finite()) {
+        if column.iter().any(|x| !x.is_finite()) {
+            let reason = format!("joint {joint}: {:?} is not finite", column.as_slice());
+            return Err(Error::input("jacobian", reason));
+        }
+        let size = column.amax();
+        if size > 0.0 && !REPRESENTABLE.contains(&size) {
+            let reason = format!(
+                "joint {joint}: {:?} lies outside 1e-140 to 1e140; check the units",
+                column.as_slice()
+            );
+            return Err(Error::input("jacobian", reason));
+        }
+        if !(*low <= 0.0 && *high >= 0.0 && low.is_finite() && high.is_finite()) {
             let reason = format!("joint {joint}: limits {low} to {high} must be finite and allow zero");
-            return Err(Error::input("lower", reason));
+            return Err(Error::input("torque_limits", reason));
         }
     }
     Ok(())

@@ -33,7 +33,8 @@ pub fn wrench_of_force<const D: usize>(lever: &Vector3<f64>, force: &Vector3<f64
     with_torque(force, &lever.cross(force))
 }
 
-fn with_torque<const D: usize>(force: &Vector3<f64>, torque: &Vector3<f64>) -> Wrench<D> {
+/// The wrench of a force and a torque; its planar part for `D = 3`.
+pub(crate) fn with_torque<const D: usize>(force: &Vector3<f64>, torque: &Vector3<f64>) -> Wrench<D> {
     if D == 3 {
         return Wrench::from_iterator([force.x, force.y, torque.z]);
     }

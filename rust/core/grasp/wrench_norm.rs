@@ -29,6 +29,8 @@ use crate::tolerances::INDEFINITE;
 pub struct Metric<const D: usize> {
     factor: SMatrix<f64, D, D>,
     inverse: SMatrix<f64, D, D>,
+    /// Whether both are diagonal.
+    diagonal: bool,
 }
 
 impl<const D: usize> Metric<D> {
@@ -38,7 +40,7 @@ impl<const D: usize> Metric<D> {
         let diagonal = |torque: f64| {
             SMatrix::from_diagonal(&Wrench::from_fn(|row, _| if row < forces { 1.0 } else { torque }))
         };
-        Self { factor: diagonal(length_scale.recip()), inverse: diagonal(length_scale) }
+        Self { factor: diagonal(length_scale.recip()), inverse: diagonal(length_scale), diagonal: true }
     }
 
     /// The metric of a symmetric positive definite matrix.
@@ -61,7 +63,7 @@ impl<const D: usize> Metric<D> {
             let reason = format!("its entries of {scale:e} lie outside 1e-140 to 1e140; check the units");
             return Err(Error::input("metric", reason));
         }
-        Ok(Self { factor, inverse })
+        Ok(Self { factor, inverse, diagonal: false })
     }
 
     /// `|w|_M`.
@@ -70,7 +72,11 @@ impl<const D: usize> Metric<D> {
     }
 
     /// `C w`: where Euclidean geometry sees the physical wrench `w`, or each of several side by side.
+    #[inline]
     pub(crate) fn to_euclidean<const N: usize>(self, wrenches: &SMatrix<f64, D, N>) -> SMatrix<f64, D, N> {
+        if self.diagonal {
+            return SMatrix::from_fn(|row, column| self.factor[(row, row)] * wrenches[(row, column)]);
+        }
         self.factor * wrenches
     }
 

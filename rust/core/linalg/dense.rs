@@ -117,3 +117,36 @@ fn largest<const D: usize>(rows: &[[f64; D]; D], step: usize) -> (usize, usize) 
     }
     at
 }
+
+/// Gauss-Jordan elimination with row pivoting; `None` where no pivot exceeds `smallest`.
+pub(crate) fn invert<const R: usize>(
+    matrix: &SMatrix<f64, R, R>,
+    smallest: f64,
+) -> Option<SMatrix<f64, R, R>> {
+    let mut a = *matrix;
+    let mut inverse = SMatrix::<f64, R, R>::identity();
+    for k in 0..R {
+        let pivot = (k..R).fold(k, |best, i| if a[(i, k)].abs() > a[(best, k)].abs() { i } else { best });
+        let scale = a[(pivot, k)];
+        if !(scale.abs() > smallest && scale.is_finite()) {
+            return None;
+        }
+        a.swap_rows(k, pivot);
+        inverse.swap_rows(k, pivot);
+        for j in 0..R {
+            a[(k, j)] /= scale;
+            inverse[(k, j)] /= scale;
+        }
+        for i in (0..R).filter(|&i| i != k) {
+            let factor = a[(i, k)];
+            if factor == 0.0 {
+                continue;
+            }
+            for j in 0..R {
+                a[(i, j)] -= factor * a[(k, j)];
+                inverse[(i, j)] -= factor * inverse[(k, j)];
+            }
+        }
+    }
+    Some(inverse)
+}

@@ -174,7 +174,13 @@ impl Node {
 /// A flat triangle has no inside; one of its edges then holds the nearest point. Of one that is flat up to rounding the
 /// weights inside are noise, so they must do better than the edges.
 fn closest_weights([a, b, c]: &[Vector3<f64>; 3], p: &Vector3<f64>) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (ab, ac) = (b - a, c - a);
+    // The squared area is a fourth power of lengths: in units of the longest edge it neither overflows nor vanishes.
+    let unit = ab.amax().max(ac.amax());
+    if !(1e-60..1e60).contains(&unit) && unit > 0.0 {
+        return closest_weights(&[a, b, c].map(|corner| (corner - a) / unit), &((p - a) / unit));
+    }
+    let ap = p - a;
     let normal = ab.cross(&ac);
     let area = normal.norm_squared();
     let mut inside = (f64::INFINITY, [1.0, 0.0, 0.0]);

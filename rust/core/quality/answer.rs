@@ -16,13 +16,16 @@ use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::rounding::Rounding;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::quality::closure::{Closure, Verdict, classify, is_clear, separates};
+use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
-use crate::tolerances::{EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    DISTANCE_RTOL, EXACT_SYMMETRY, FIRST_SIMPLEX, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY,
+    ROUNDED_QUOTIENT, SMALLER_SIMPLEX, SMALLEST_RADIUS,
+};
 use crate::wrench_set::Criterion;
 
 /// Calls of the oracle within which Wolfe's algorithm must separate the origin before the polytope is tried.
@@ -88,7 +91,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             if exact {
                 known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
             }
-            // What neither closed the bracket nor met the bound on the work was stopped by rounding.
+            // What neither closed the bracket nor reached `max_facets` was stopped by rounding.
             if let Some(radius) = known
                 && (radius.converged
                     || radius.facets >= limits.max_facets
@@ -100,6 +103,13 @@ impl<const D: usize> QualityQuery<'_, D> {
             progress = polytope.grow(limits, &mut oracle);
             if !exact && matches!(progress, Progress::Full(_)) {
                 known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+            }
+            if matches!(progress, Progress::Full(_)) {
+                let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);
+                known = match (known, inscribed) {
+                    (Some(known), Some(inscribed)) => Some(known.intersection(&inscribed, limits.rtol)),
+                    (known, inscribed) => known.or(inscribed),
+                };
             }
             *symmetric = known.is_some();
         }
@@ -114,7 +124,7 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
     fn first_size(&self) -> f64 {
-        1e-3 * self.scale
+        FIRST_SIMPLEX * self.scale
     }
 
     /// The quality of a grasp whose wrenches all lie beyond a plane, and beyond the tolerance of closure.
@@ -126,7 +136,8 @@ impl<const D: usize> QualityQuery<'_, D> {
         if nearest.lower <= 0.0 {
             return None;
         }
-        let open = separates(self.grasp, &self.metric.functional(&nearest.witness));
+        let functional = self.metric.functional(&nearest.witness);
+        let open = is_separated(self.grasp, &self.metric, &functional, nearest.lower, self.scale);
         open.then(|| self.at_distance(&nearest, 0.0, Closure::None))
     }
 
@@ -144,7 +155,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
-                let radius = self.small_radius(first, 1e-18 * self.scale, workspace);
+                let radius = self.small_radius(first, SMALLEST_RADIUS * self.scale, workspace);
                 let unknown = |thinnest: Thinnest<D>| Radius {
                     lower: 0.0,
                     upper: thinnest.upper.max(0.0),
@@ -178,7 +189,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         loop {
             let thinnest = match expansion {
                 Expansion::Radius(radius) => return Ok(radius),
-                // What rounding broke early may go well from another simplex; a work limit would be met again.
+                // What rounding broke early may go well from another simplex; `max_facets` would be reached again.
                 Expansion::Stopped(thinnest)
                     if thinnest.supports > CALLS_WORTH_REPEATING || interrupt::stopped() =>
                 {
@@ -186,7 +197,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 }
                 Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
             };
-            size = 1e-3 * size.min(thinnest.upper);
+            size = SMALLER_SIMPLEX * size.min(thinnest.upper);
             // Not greater, rather than less: a size that is no number ends the search, too.
             if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
                 return Err(thinnest);
@@ -250,7 +261,7 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// Outside, rounding sets the only price of precision.
     fn outer_rtol(&self) -> f64 {
-        self.limits.rtol.min(1e-9)
+        self.limits.rtol.min(DISTANCE_RTOL)
     }
 
     /// `rho = 0`: neither is a ball certain inside, nor a plane outside. The bracket says what both leave open.
@@ -267,7 +278,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             rho: 0.0,
             lower: -left,
             upper: nearest.upper,
-            converged: left.max(nearest.upper) <= 1e-9 * self.scale,
+            converged: left.max(nearest.upper) <= ON_BOUNDARY * self.scale,
             closure,
             direction,
             wrench: direction * -0.0,

@@ -11,6 +11,7 @@
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
 //! | [`gradient`] | derivatives of epsilon by positions and normals |
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
+//! | [`inscribed_cones`] | the symmetries of true cones, for linearised ones of many edges |
 //! | [`batch`] | many grasps on all cores |
 //! | [`singular_values`] | measures of the grasp matrix alone |
 //! | [`length_scale_hint`] | whether the length scale fits the contacts |
@@ -19,6 +20,7 @@ pub(crate) mod answer;
 pub(crate) mod batch;
 pub(crate) mod closure;
 pub(crate) mod gradient;
+pub(crate) mod inscribed_cones;
 pub(crate) mod length_scale_hint;
 pub(crate) mod query;
 pub(crate) mod result;

@@ -24,8 +24,9 @@ pub struct QualityOptions<const D: usize> {
     pub external_wrench: Option<Wrench<D>>,
     /// The norm of wrenches; `None` for the grasp's length scale.
     pub metric: Option<Metric<D>>,
-    /// Facets of the polytope at most; `None` for [`DEFAULT_MAX_FACETS`](crate::DEFAULT_MAX_FACETS). Only grasps that are nearly as weak along a
-    /// whole continuum of directions need more. A million facets cost about half a second and 200 MB.
+    /// Facets of the polytope at most; `None` for [`DEFAULT_MAX_FACETS`](crate::DEFAULT_MAX_FACETS).
+    /// Only grasps that are nearly as weak along a continuum of directions need more. `python benches/facets.py` prints
+    /// what they cost.
     pub max_facets: Option<usize>,
 }
 
@@ -71,8 +72,8 @@ pub struct Quality<const D: usize> {
     pub lower: f64,
     /// `rho <= upper`.
     pub upper: f64,
-    /// Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was reached
-    /// or rounding stalled the search.
+    /// Whether the bracket is as narrow as asked for, or as rounding allows; if not, the search made `max_facets`
+    /// facets, or rounding stopped it.
     pub converged: bool,
     /// The class of the grasp itself, whatever the `external_wrench`.
     pub closure: Closure,

@@ -5,7 +5,8 @@ use crate::grasp::contact::ContactForce;
 /// `sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2)` for `h = G_i^T z`.
 #[inline]
 pub(crate) fn cone_slope(h: &ContactForce, mu: f64, gamma: f64) -> f64 {
-    (mu * mu * (h[1] * h[1] + h[2] * h[2]) + gamma * gamma * h[3] * h[3]).sqrt()
+    let (o, t, torsion) = (mu * h[1], mu * h[2], gamma * h[3]);
+    (o * o + t * t + torsion * torsion).sqrt()
 }
 
 /// The force of unit normal component in the cone that reaches furthest along `h`.
@@ -15,6 +16,6 @@ pub(crate) fn cone_support(h: &ContactForce, mu: f64, gamma: f64) -> ContactForc
     if slope == 0.0 {
         return ContactForce::new(1.0, 0.0, 0.0, 0.0);
     }
-    let (tangential, torsional) = (mu * mu / slope, gamma * gamma / slope);
-    ContactForce::new(1.0, tangential * h[1], tangential * h[2], torsional * h[3])
+    let (tangential, torsional) = (mu / slope, gamma / slope);
+    ContactForce::new(1.0, tangential * (mu * h[1]), tangential * (mu * h[2]), torsional * (gamma * h[3]))
 }

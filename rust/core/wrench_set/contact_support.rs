@@ -7,26 +7,43 @@
 //! - the finite contact reaches `h_i = max_h w_ih . z`;
 //! - the true cone reaches `h_i = f^U (h_n + sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2))`.
 
+use std::sync::Arc;
+
 use nalgebra::{SMatrix, SVector};
 
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge, edge_blocks, furthest_edge, longest_edge};
+use crate::wrench_set::edge_blocks::{
+    EdgeBlock, collect_edge_blocks, edge, edges_reaching, furthest_edge, longest_edge,
+};
+use crate::wrench_set::soft_lattice::SoftLattice;
 
 /// The wrenches of one contact in a linear map, ready for products with a direction.
 #[derive(Debug, Clone)]
 pub(crate) enum ContactSupport<const R: usize> {
-    /// Extreme forces, and their wrenches in blocks.
-    Finite { blocks: Vec<EdgeBlock<R>>, forces: Vec<ContactForce> },
+    /// The wrenches of extreme forces in blocks; these forces are `count` of those of the grasp, from `first` on. Where
+    /// they lie on a lattice, few of them need a look.
+    Finite {
+        blocks: Vec<EdgeBlock<R>>,
+        lattice: Option<SoftLattice<R>>,
+        forces: Arc<Vec<ContactForce>>,
+        first: usize,
+        count: usize,
+    },
     /// `A G_i f^U` with the limit `f^U` and the friction coefficients `mu` and `gamma`.
     Cone { map: SMatrix<f64, R, 4>, limit: f64, mu: f64, gamma: f64 },
 }
 
 impl<const R: usize> ContactSupport<R> {
-    /// A contact that exerts these wrenches by these extreme forces.
-    pub(crate) fn finite(wrenches: &[SVector<f64, R>], forces: &[ContactForce]) -> Self {
-        Self::Finite { blocks: edge_blocks(wrenches).collect(), forces: forces.to_vec() }
+    /// A contact that exerts these wrenches by extreme forces of a grasp, from number `first` on.
+    pub(crate) fn finite<const D: usize>(
+        wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
+        grasp: &Grasp<D>,
+        first: usize,
+    ) -> Self {
+        let (forces, count) = (Arc::clone(grasp.shared_forces()), wrenches.len());
+        Self::Finite { blocks: collect_edge_blocks(wrenches), lattice: None, forces, first, count }
     }
 
     /// A true cone under the map `A G_i`, with normal forces up to `limit`.
@@ -41,8 +58,12 @@ impl<const R: usize> ContactSupport<R> {
         map: impl Fn(&Wrench<D>) -> SVector<f64, R>,
     ) -> Self {
         if let Some(range) = grasp.edges(i) {
-            let wrenches: Vec<_> = grasp.finite_wrenches()[range.clone()].iter().map(map).collect();
-            return Self::finite(&wrenches, &grasp.finite_forces()[range]);
+            let first = range.start;
+            let mut contact = Self::finite(grasp.finite_wrenches()[range].iter().map(&map), grasp, first);
+            if let Self::Finite { blocks, lattice, .. } = &mut contact {
+                *lattice = SoftLattice::of_contact(grasp, i, map, blocks);
+            }
+            return contact;
         }
         let contact = &grasp.contacts()[i];
         let mut mapped = SMatrix::<f64, R, 4>::zeros();
@@ -56,12 +77,53 @@ impl<const R: usize> ContactSupport<R> {
     #[inline]
     pub(crate) fn furthest(&self, z: &SVector<f64, R>) -> (f64, usize) {
         match self {
-            Self::Finite { blocks, .. } => furthest_edge(blocks, z),
+            Self::Finite { blocks, lattice: None, .. } => furthest_edge(blocks, z),
+            Self::Finite { blocks, lattice: Some(lattice), .. } => {
+                lattice.furthest(blocks, z).unwrap_or_else(|| furthest_edge(blocks, z))
+            }
             Self::Cone { map, mu, gamma, .. } => {
                 let h = map.tr_mul(z);
                 (h[0] + cone_slope(&h, *mu, *gamma), 0)
             }
         }
+    }
+
+    /// `h_i(z)`, and the wrench that attains it.
+    #[inline]
+    pub(crate) fn support(&self, z: &SVector<f64, R>) -> (f64, SVector<f64, R>) {
+        match self {
+            Self::Finite { blocks, .. } => {
+                let (value, number) = self.furthest(z);
+                (value, edge(blocks, number))
+            }
+            Self::Cone { map, mu, gamma, .. } => {
+                let h = map.tr_mul(z);
+                (h[0] + cone_slope(&h, *mu, *gamma), map * cone_support(&h, *mu, *gamma))
+            }
+        }
+    }
+
+    /// Whether the contact lists its extreme forces.
+    pub(crate) fn is_finite(&self) -> bool {
+        matches!(self, Self::Finite { .. })
+    }
+
+    /// The extreme forces with their wrenches; none of a true cone.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = (SVector<f64, R>, ContactForce)> {
+        let blocks = match self {
+            Self::Finite { blocks, .. } => blocks.as_slice(),
+            Self::Cone { .. } => &[],
+        };
+        self.forces().iter().enumerate().map(|(number, force)| (edge(blocks, number), *force))
+    }
+
+    /// The numbers of the extreme forces that reach at least `least` along `z`; none of a true cone.
+    pub(crate) fn edges_reaching(&self, z: &SVector<f64, R>, least: f64) -> impl Iterator<Item = usize> {
+        let (blocks, count) = match self {
+            Self::Finite { blocks, count, .. } => (blocks.as_slice(), *count),
+            Self::Cone { .. } => (&[][..], 0),
+        };
+        edges_reaching(blocks, count, z, least)
     }
 
     /// `h_i(z)`.
@@ -79,10 +141,18 @@ impl<const R: usize> ContactSupport<R> {
         }
     }
 
+    /// The extreme forces, in the contact frame; none of a true cone.
+    pub(crate) fn forces(&self) -> &[ContactForce] {
+        match self {
+            Self::Finite { forces, first, count, .. } => &forces[*first..first + count],
+            Self::Cone { .. } => &[],
+        }
+    }
+
     /// The force, in the contact frame, that exerts [`Self::wrench`].
     pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize) -> ContactForce {
         match self {
-            Self::Finite { forces, .. } => forces[at],
+            Self::Finite { forces, first, .. } => forces[first + at],
             Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
         }
     }

@@ -19,6 +19,24 @@ pub(crate) fn edge_blocks<const R: usize>(
     })
 }
 
+/// [`edge_blocks`] of wrenches that come one by one.
+pub(crate) fn collect_edge_blocks<const R: usize>(
+    wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
+) -> Vec<EdgeBlock<R>> {
+    let mut blocks: Vec<EdgeBlock<R>> = Vec::with_capacity(wrenches.len().div_ceil(LANES));
+    for (number, wrench) in wrenches.enumerate() {
+        let lane = number % LANES;
+        if lane == 0 {
+            blocks.push(std::array::from_fn(|row| [wrench[row]; LANES]));
+        } else if let Some(block) = blocks.last_mut() {
+            for (row, component) in block.iter_mut().zip(wrench.iter()) {
+                row[lane] = *component;
+            }
+        }
+    }
+    blocks
+}
+
 /// How far the furthest wrench reaches along `z`, and its number. Among equals the lowest wins, so that the answer does
 /// not depend on the lanes.
 #[inline]
@@ -68,6 +86,17 @@ pub(crate) fn edges_reaching<const R: usize>(
         (0..lanes).filter(move |&lane| values[lane] >= least).map(move |lane| index * LANES + lane)
     };
     blocks.iter().enumerate().flat_map(reaching).filter(move |&edge| edge < count)
+}
+
+/// How far the wrench of this number reaches along `z`, by the products of [`furthest_edge`].
+#[inline]
+pub(crate) fn edge_value<const R: usize>(blocks: &[EdgeBlock<R>], number: usize, z: &SVector<f64, R>) -> f64 {
+    let (block, lane) = (&blocks[number / LANES], number % LANES);
+    let mut value = 0.0;
+    for (row, component) in block.iter().zip(z.iter()) {
+        value += row[lane] * component;
+    }
+    value
 }
 
 /// The wrench of this number.

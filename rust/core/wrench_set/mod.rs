@@ -12,6 +12,7 @@
 //! | [`contact_support`] | the support oracle of one contact, finite or a true cone, in a linear map |
 //! | [`cone`] | the support of a friction cone in its contact frame |
 //! | [`edge_blocks`] | the furthest of many wrenches, in vector registers |
+//! | [`soft_lattice`] | the furthest of a soft finger's wrenches, from its latitude and longitude |
 //! | [`criterion`] | which of both sets is meant |
 //! | [`minkowski_sum`] | Algorithm 1: all points of the Minkowski sum, one by one |
 
@@ -20,13 +21,15 @@ pub(crate) mod contact_support;
 pub(crate) mod criterion;
 pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
+pub(crate) mod soft_lattice;
 
-pub(crate) use cone::{cone_slope, cone_support};
+pub(crate) use cone::cone_support;
 pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
-use crate::grasp::{ContactMap, Grasp, Wrench};
+use crate::grasp::{ContactMap, Grasp, Wrench, unit};
+use crate::tolerances::FLAT_SUPPORT;
 use crate::wrench_set::contact_support::ContactSupport;
 
 /// The furthest point of a set along a direction.
@@ -44,7 +47,7 @@ impl<const D: usize> Support<D> {
     pub(crate) fn downhill(&self, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
         let slope = self.wrench - z * self.value;
         let steepness = slope.norm_squared();
-        if steepness <= 1e-20 * self.wrench.norm_squared() {
+        if steepness <= FLAT_SUPPORT * self.wrench.norm_squared() {
             return None;
         }
         let next = (z - slope * ((self.value - target) / steepness)).try_normalize(0.0)?;
@@ -104,11 +107,14 @@ impl<const D: usize> WrenchSet<D> {
     pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
         let contact = |(i, map): (usize, &ContactMap<D>)| {
             if let Some(range) = grasp.edges(i) {
+                let first = range.start;
                 let forces = &grasp.finite_forces()[range];
                 // A force of zero is a wrench of zero; it has no direction to keep.
-                let unit =
-                    |force: &ContactForce| (map * force).try_normalize(0.0).unwrap_or_else(Wrench::zeros);
-                return ContactSupport::finite(&forces.iter().map(unit).collect::<Vec<_>>(), forces);
+                let unit = |force: &ContactForce| {
+                    let wrench = map * force;
+                    if wrench.amax() > 0.0 { unit(&wrench) } else { wrench }
+                };
+                return ContactSupport::finite(forces.iter().map(unit), grasp, first);
             }
             let contact = &grasp.contacts()[i];
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];

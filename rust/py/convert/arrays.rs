@@ -89,12 +89,17 @@ pub fn shaped(shape: &[usize]) -> String {
 /// A copy of all numbers of an argument; where memory is short, that is raised in place of the message.
 pub fn copied(argument: &'static str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<f64>, String> {
     let values = contents(array);
-    let mut copy = room(argument, values.len()).map_err(|error| {
-        keep(to_python(array.py(), &error));
-        error.to_string()
-    })?;
+    let mut copy = large(argument, array.py(), values.len())?;
     copy.extend_from_slice(values);
     Ok(copy)
+}
+
+/// Room for `count` entries of an argument; where memory is short, that is raised in place of the message.
+pub fn large<T>(argument: &'static str, py: Python<'_>, count: usize) -> Result<Vec<T>, String> {
+    room(argument, count).map_err(|error| {
+        keep(to_python(py, &error));
+        error.to_string()
+    })
 }
 
 /// The rows of a C-contiguous (n, D) array.

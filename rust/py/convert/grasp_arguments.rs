@@ -1,6 +1,6 @@
 //! The arguments of `Grasp(...)` and of batches of grasps: shapes, broadcasting, and contacts out of them.
 
-use graspforce::{Contact, ContactForce, ForceModel, GraspOptions};
+use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, check_room, room};
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use numpy::PyUntypedArrayMethods;
@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::convert::arrays::{contents, copied, float_array, matrix, shaped};
+use crate::convert::arrays::{contents, copied, float_array, large, matrix, shaped, vector};
+use crate::convert::broadcast::Broadcast;
 use crate::convert::raw_arguments::{NAMES, Raw};
 use crate::runtime::interrupt::reason;
 
@@ -33,13 +34,6 @@ pub struct Arguments {
     torsion: Broadcast,
     edges: Edges,
     extreme_forces: Option<Vec<Vec<ContactForce>>>,
-}
-
-/// Numbers given once, per contact, or per grasp and contact.
-struct Broadcast {
-    values: Vec<f64>,
-    per_grasp: usize,
-    per_contact: usize,
 }
 
 enum Edges {
@@ -90,7 +84,7 @@ impl Arguments {
             friction: scalar("friction", raw.given("friction"), 0.5)?,
             max_normal_force: scalar("max_normal_force", raw.given("max_normal_force"), 1.0)?,
             torsion: scalar("torsion", raw.optional("torsion"), 0.0)?,
-            edges: parse_edges(raw.given("edges"), contacts)?,
+            edges: parse_edges(raw.positions.py(), raw.given("edges"), contacts)?,
             extreme_forces: raw
                 .optional("extreme_forces")
                 .map(|value| parse_forces(value, contacts, dim))
@@ -99,8 +93,13 @@ impl Arguments {
     }
 
     /// The contacts of one grasp of the batch.
-    pub fn contacts_of(&self, grasp: usize) -> Vec<Contact> {
-        (0..self.contacts).map(|contact| self.contact(grasp, contact)).collect()
+    pub fn contacts_of(&self, grasp: usize) -> Result<Vec<Contact>, Error> {
+        let given = self.extreme_forces.iter().flatten().map(Vec::len).sum::<usize>();
+        // They are copied for the contacts here, for those of the grasp, and to leave out zeros.
+        check_room("extreme_forces", 3 * given, size_of::<ContactForce>())?;
+        let mut contacts = room("positions", self.contacts)?;
+        contacts.extend((0..self.contacts).map(|contact| self.contact(grasp, contact)));
+        Ok(contacts)
     }
 
     /// The options of one grasp of the batch.
@@ -116,18 +115,22 @@ impl Arguments {
     }
 
     /// (m,) friction coefficients of the first grasp.
-    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.friction.at(0, contact)))
+    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_each(py, &self.friction)
     }
 
     /// (m,) torsional friction coefficients of the first grasp.
-    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.torsion.at(0, contact)))
+    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_each(py, &self.torsion)
     }
 
     /// (m,) force limits of the first grasp.
-    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_iter(py, (0..self.contacts).map(|contact| self.max_normal_force.at(0, contact)))
+    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.of_each(py, &self.max_normal_force)
+    }
+
+    fn of_each<'py>(&self, py: Python<'py>, given: &Broadcast) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        vector(py, "result", self.contacts, (0..self.contacts).map(|contact| given.at(0, contact)))
     }
 
     /// The arguments that make the same grasp again, by name.
@@ -136,11 +139,12 @@ impl Arguments {
     pub fn to_python<'py>(&self, py: Python<'py>, shared: bool) -> PyResult<Bound<'py, PyDict>> {
         let vectors = |values: &[f64], columns| matrix(py, self.contacts, columns, values.iter().copied());
         let numbers = |given: &Broadcast| -> PyResult<Bound<'py, PyAny>> {
-            let each: Vec<f64> = (0..self.contacts).map(|contact| given.at(0, contact)).collect();
-            match each[..] {
-                [first, ..] if shared && each.iter().all(|x| *x == first) => first.into_bound_py_any(py),
-                _ => Ok(PyArray1::from_vec(py, each).into_any()),
+            let mut each = (0..self.contacts).map(|contact| given.at(0, contact));
+            let first = given.at(0, 0);
+            if shared && each.all(|x| x == first) {
+                return first.into_bound_py_any(py);
             }
+            Ok(self.of_each(py, given)?.into_any())
         };
         let edges = match &self.edges {
             Edges::Cone => None,
@@ -215,63 +219,6 @@ impl Arguments {
     }
 }
 
-impl Broadcast {
-    fn constant(value: f64) -> Self {
-        Self { values: vec![value], per_grasp: 0, per_contact: 0 }
-    }
-
-    fn parse(
-        name: &'static str,
-        value: &Bound<'_, PyAny>,
-        shape: &[usize; 2],
-        batched: bool,
-    ) -> Result<Self, String> {
-        let array = float_array(name, value)?;
-        let [_, contacts] = *shape;
-        let (per_grasp, per_contact) = match array.shape() {
-            [] => (0, 0),
-            [m] if *m == contacts => (0, 1),
-            given if batched && given == shape => (contacts, 1),
-            given => {
-                let batch = if batched { format!(" or {}", shaped(shape)) } else { String::new() };
-                return Err(format!(
-                    "{name}: shape {}, expected a number or ({contacts},){batch}",
-                    shaped(given)
-                ));
-            }
-        };
-        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact })
-    }
-
-    fn parse_vectors(
-        name: &'static str,
-        value: &Bound<'_, PyAny>,
-        batch: usize,
-        contacts: usize,
-        batched: bool,
-    ) -> Result<Self, String> {
-        let array = float_array(name, value)?;
-        let per_grasp = match array.shape() {
-            [m, 3] if *m == contacts => 0,
-            [b, m, 3] if batched && *b == batch && *m == contacts => 3 * contacts,
-            given => {
-                let each = if batched { format!(" or ({batch}, {contacts}, 3)") } else { String::new() };
-                return Err(format!("{name}: shape {}, expected ({contacts}, 3){each}", shaped(given)));
-            }
-        };
-        Ok(Self { values: copied(name, &array)?, per_grasp, per_contact: 3 })
-    }
-
-    fn at(&self, grasp: usize, contact: usize) -> f64 {
-        self.values[grasp * self.per_grasp + contact * self.per_contact]
-    }
-
-    fn row(&self, grasp: usize, contact: usize, length: usize) -> &[f64] {
-        let start = grasp * self.per_grasp + contact * self.per_contact;
-        &self.values[start..start + length]
-    }
-}
-
 /// Options that all grasps share; origins and length scales apart where each of a batch has its own.
 type Options = (GraspOptions, Option<Vec<f64>>, Option<Vec<f64>>);
 
@@ -307,9 +254,14 @@ fn parse_options(raw: &Raw<'_>, dim: usize, batch: Option<usize>) -> Result<Opti
     Ok((options, origins, length_scales))
 }
 
-fn parse_edges(given: Option<&Bound<'_, PyAny>>, contacts: usize) -> Result<Edges, String> {
+fn parse_edges(py: Python<'_>, given: Option<&Bound<'_, PyAny>>, contacts: usize) -> Result<Edges, String> {
+    let all = |count| {
+        let mut edges = large("edges", py, contacts)?;
+        edges.resize(contacts, count);
+        Ok(Edges::Each(edges))
+    };
     let value = match given {
-        None => return Ok(Edges::Each(vec![8; contacts])),
+        None => return all(8),
         Some(value) if value.is_none() => return Ok(Edges::Cone),
         Some(value) => value,
     };
@@ -323,7 +275,7 @@ fn parse_edges(given: Option<&Bound<'_, PyAny>>, contacts: usize) -> Result<Edge
         }
     };
     if value.call_method0("__index__").is_ok() {
-        return Ok(Edges::Each(vec![count(0, value)?; contacts]));
+        return all(count(0, value)?);
     }
     let items = value.try_iter().map_err(|_| format!("edges: {value} is neither None nor whole numbers"))?;
     let items: Vec<_> = items
@@ -372,7 +324,10 @@ fn parse_forces(
             [n, t] => ContactForce::new(n, 0.0, t, 0.0),
             _ => ContactForce::new(row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)),
         };
-        Ok(contents(&array).chunks_exact(columns).map(force).collect())
+        let rows = contents(&array).chunks_exact(columns);
+        let mut forces = large("extreme_forces", value.py(), rows.len())?;
+        forces.extend(rows.map(force));
+        Ok(forces)
     });
     forces.collect()
 }

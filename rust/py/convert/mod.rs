@@ -1,11 +1,12 @@
 //! Between Python's objects and the core's.
 //!
 //! - [`raw_arguments`]: the arguments that describe a grasp, by name; [`grasp_arguments`]: their shapes and values;
-//!   [`quality_options`]: the arguments of a quality query.
-//! - [`arrays`]: views of NumPy arrays; [`read_only`]: arrays that results own; [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors
-//!   as Python's exceptions.
+//!   [`broadcast`]: values that contacts share; [`quality_options`]: the arguments of a quality query.
+//! - [`arrays`]: views of NumPy arrays; [`read_only`]: arrays that results own; [`restored`]: checks of pickles.
+//! - [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors as Python's exceptions.
 
 pub(crate) mod arrays;
+pub(crate) mod broadcast;
 pub(crate) mod dimension;
 pub(crate) mod errors;
 pub(crate) mod grasp_arguments;

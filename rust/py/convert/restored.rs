@@ -3,12 +3,13 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use graspforce::{Distribution, Grasp};
+use graspforce::{Distribution, Grasp, room};
 use numpy::ndarray::Dimension;
-use numpy::{Element, PyArray, PyArray1, PyArrayMethods};
+use numpy::{Element, PyArray, PyArrayMethods};
 use pyo3::prelude::*;
 
-use crate::convert::arrays::read_only;
+use crate::convert::arrays::{read_only, vector};
+use crate::convert::errors::to_python;
 
 /// Relative error of numbers that are stored although others determine them.
 const ROUNDING: f64 = 1e-9;
@@ -93,9 +94,16 @@ where
 {
     let view = array.try_readonly()?;
     let view = view.as_array();
-    let numbers: Vec<T> = view.iter().copied().collect();
-    let copy = PyArray1::from_slice(array.py(), &numbers).reshape(view.raw_dim())?;
+    let numbers: Vec<T> = filled_from(array.py(), view.len(), view.iter().copied())?;
+    let copy =
+        vector(array.py(), "state", numbers.len(), numbers.iter().copied())?.reshape(view.raw_dim())?;
     Ok((numbers, read_only(copy)))
+}
+
+fn filled_from<T>(py: Python<'_>, count: usize, values: impl Iterator<Item = T>) -> PyResult<Vec<T>> {
+    let mut filled = room("state", count).map_err(|error| to_python(py, &error))?;
+    filled.extend(values);
+    Ok(filled)
 }
 
 fn close(a: f64, b: f64) -> bool {

@@ -6,12 +6,13 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::convert::arrays::{as_array, matrix, read_only};
+use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
 use crate::force::joint_torques::joint_torques;
 use crate::grasp::PyGrasp;
+use crate::runtime::memory::{Work, check_work};
 
 /// Least contact forces for one external wrench, with their certificate.
 ///
@@ -31,7 +32,8 @@ use crate::grasp::PyGrasp;
 /// sigma_max, sigma_sum : float
 ///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
 /// dual : numpy.ndarray
-///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. Without lower bounds it is
+///     ``(residual - external_wrench) @ dual``.
 /// gap : float
 ///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
 ///     forces balance.
@@ -39,11 +41,13 @@ use crate::grasp::PyGrasp;
 ///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
 ///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
 ///     ``slack`` has a price.
+/// balanced : bool
+///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without ``slack``.
 /// distance : float
 ///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took, 0 where a known region held the wrench; Newton steps of least squares and of
-///     `ForceDistributor.nearest`.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
+///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
@@ -58,9 +62,11 @@ use crate::grasp::PyGrasp;
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
     found: AnyDistribution,
+    /// The largest lower bound of the shares.
+    held: f64,
 }
 
-type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
+pub type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
 
 /// Runs the same expression on a distribution and its grasp, where they are of one dimension.
 macro_rules! with_both {
@@ -96,6 +102,7 @@ impl PyForceSolution {
             Dimensional::Planar(_) => 2,
             Dimensional::Spatial(_) => 3,
         };
+        self.check_arrays(py)?;
         let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
         let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
         matrix(py, world.len(), dim, values).map(read_only)
@@ -104,6 +111,7 @@ impl PyForceSolution {
     /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.check_arrays(py)?;
         with_both!(py, self, |found, grasp| {
             let wrenches = found.contact_wrenches(grasp);
             matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
@@ -120,6 +128,12 @@ impl PyForceSolution {
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
+    }
+
+    /// Whether the forces balance the wrench: the residual is within `FEASIBILITY_TOLERANCE`.
+    #[getter]
+    fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(with_both!(py, self, |found, grasp| found.balanced(grasp, self.held)))
     }
 
     /// Norm of the residual in the metric of `ForceDistributor.nearest`; zero from `solve`.
@@ -181,13 +195,15 @@ impl PyForceSolution {
 
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
-    fn shares<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => &found.shares)))
+    fn shares<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let shares = by_dimension!(&self.found, found => &found.shares);
+        vector(py, "shares", shares.len(), shares.iter().copied())
     }
 
     /// (m,) unused share of each contact's friction.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.check_arrays(py)?;
         let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
         Ok(read_only(PyArray1::from_vec(py, margins)))
     }
@@ -259,6 +275,7 @@ impl PyForceSolution {
     }
 
     #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
     fn _restore(
         py: Python<'_>,
         grasp: Py<PyGrasp>,
@@ -267,6 +284,7 @@ impl PyForceSolution {
         wrenches: [Vec<f64>; 2],
         numbers: (f64, f64, f64, f64, f64, usize, f64),
         answers: (bool, bool),
+        held: f64,
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
         let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
@@ -278,7 +296,8 @@ impl PyForceSolution {
             3 => Dimensional::Planar(state.distribution()),
             _ => Dimensional::Spatial(state.distribution()),
         };
-        let restored = Self { grasp, found };
+        restored::within("held", held, 0.0..=f64::MAX).map_err(|message| invalid_input(py, message))?;
+        let restored = Self { grasp, found, held };
         with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
             .map_err(|message| invalid_input(py, message))?;
         Ok(restored)
@@ -286,9 +305,10 @@ impl PyForceSolution {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
+        this.check_arrays(py)?;
         let State { forces, shares, wrenches, numbers, answers } =
             by_dimension!(&this.found, found => State::of(found));
-        let state = (&this.grasp, forces, shares, wrenches, numbers, answers).into_pyobject(py)?;
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.held).into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
@@ -303,12 +323,13 @@ impl PyForceSolution {
 }
 
 impl PyForceSolution {
-    pub fn planar(grasp: Py<PyGrasp>, found: Distribution<3>) -> Self {
-        Self { grasp, found: Dimensional::Planar(found) }
+    /// Forces of a grasp, each of whose contacts had to press with at least the share `held` of its limit.
+    pub fn new(grasp: Py<PyGrasp>, found: AnyDistribution, held: f64) -> Self {
+        Self { grasp, found, held }
     }
 
-    pub fn spatial(grasp: Py<PyGrasp>, found: Distribution<6>) -> Self {
-        Self { grasp, found: Dimensional::Spatial(found) }
+    fn check_arrays(&self, py: Python<'_>) -> PyResult<()> {
+        by_dimension!(&self.grasp.get().inner, grasp => check_work(py, grasp, Work::Arrays))
     }
 
     fn contact_forces(&self) -> &[ContactForce] {

@@ -9,6 +9,7 @@ use crate::convert::errors::{invalid_input, to_python};
 use crate::force::batch::PyForceBatch;
 use crate::force::shared::{SharedDistributor, unless_busy};
 use crate::runtime::interrupt::{detached, on_all_cores, watched};
+use crate::runtime::memory::{Work, check_work};
 
 /// The forces for one wrench.
 pub fn solve<const D: usize>(
@@ -19,6 +20,7 @@ pub fn solve<const D: usize>(
     let wrench =
         float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
     let wrench = Wrench::<D>::from_column_slice(&wrench);
+    check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let work = || shared.solve(|distributor, workspace| distributor.solve(workspace, &wrench));
     // Listed points take long enough for others to want the interpreter.
     let implicit = shared.distributor.options().method == Method::Implicit;
@@ -42,6 +44,7 @@ pub fn solve_into<const D: usize>(
         return Err(invalid_input(py, message));
     }
     let wrench = Wrench::<D>::from_column_slice(wrench);
+    check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let grasp = shared.distributor.grasp();
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
     let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
@@ -80,6 +83,7 @@ pub fn solve_many<const D: usize>(
         let message = format!("external_wrenches: shape {}, expected (T, {D})", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
+    check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let wrenches = vectors::<D>("external_wrenches", &array)?;
     let work = || {
         shared.solve(|distributor, workspace| {

@@ -1,11 +1,13 @@
 //! `graspforce.MinkowskiSum`.
 
+use std::iter::repeat_n;
+
 use graspforce::{Grasp, MinkowskiSum};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::convert::arrays::{as_array, read_only};
+use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored::{Checked, copied, expect, finite, within};
 
@@ -74,14 +76,15 @@ impl PyMinkowskiSum {
             let offset = usize::try_from(contact).ok().and_then(|contact| self.offsets.get(contact));
             offset.and_then(|offset| offset.checked_add(edge))
         };
-        let rows: Option<Vec<i32>> = pairs.map(row).collect();
-        let rows = rows.ok_or_else(|| invalid_input(py, "contacts: an entry was overwritten"))?;
-        let rows = PyArray1::from_vec(py, rows);
+        if pairs.clone().any(|entry| row(entry).is_none()) {
+            return Err(invalid_input(py, "contacts: an entry was overwritten"));
+        }
+        let rows = vector(py, "rows", contacts.len(), pairs.filter_map(row))?;
         let pointers = starts.as_slice()?.iter().chain(ends.as_slice()?.last()).copied();
-        let ones = PyArray1::from_iter(py, std::iter::repeat_n(1.0_f64, contacts.as_slice()?.len()));
+        let ones = vector(py, "ones", contacts.len(), repeat_n(1.0_f64, contacts.len()))?;
         let options = PyDict::new(py);
         options.set_item("shape", (self.rows, self.points))?;
-        let parts = (ones, rows, PyArray1::from_iter(py, pointers));
+        let parts = (ones, rows, vector(py, "pointers", starts.len() + 1, pointers)?);
         py.import("scipy.sparse")?.call_method("csc_array", (parts,), Some(&options))
     }
 
@@ -151,17 +154,17 @@ impl PyMinkowskiSum {
     /// Hands the enumeration over to NumPy.
     pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, sum: &MinkowskiSum<D>) -> PyResult<Self> {
         let offsets = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.start as i32));
-        let indices =
-            |values: &[u32]| read_only(PyArray1::from_iter(py, values.iter().map(|&x| x as i32))).unbind();
+        let indices = |values: &[u32]| {
+            vector(py, "points", values.len(), values.iter().map(|&x| x as i32)).map(Bound::unbind)
+        };
         let points = sum.len();
-        let wrenches = PyArray1::from_iter(py, sum.wrenches().iter().flat_map(|w| w.iter().copied()));
-        let wrenches = wrenches.reshape([points, D])?;
+        let wrenches = matrix(py, points, D, sum.wrenches().iter().flat_map(|w| w.iter().copied()))?;
         Ok(Self {
             wrenches: read_only(wrenches).unbind(),
-            starts: indices(sum.starts()),
-            ends: indices(sum.ends()),
-            contacts: indices(sum.contacts()),
-            edges: indices(sum.edges()),
+            starts: indices(sum.starts())?,
+            ends: indices(sum.ends())?,
+            contacts: indices(sum.contacts())?,
+            edges: indices(sum.edges())?,
             offsets: offsets.collect(),
             rows: grasp.primitive_wrenches().map_or(0, <[_]>::len),
             points,

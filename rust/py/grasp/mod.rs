@@ -1,25 +1,31 @@
-//! `graspforce.Grasp`.
+//! `graspforce.Grasp`: [`arrays`] are what it consists of; [`minkowski_sum`], `graspforce.MinkowskiSum`;
+//! [`torque_limits`], extreme forces from joint torques.
 
+mod arrays;
 pub(crate) mod minkowski_sum;
+mod resistance;
 pub(crate) mod torque_limits;
 
 use graspforce::{Closure, DEFAULT_MAX_POINTS, MinkowskiSum, implausibility};
-use nalgebra::SVector;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::cell::Cell;
 
-use crate::convert::arrays::{float_array, float_vector, matrix, read_only, shaped, vectors};
+use crate::convert::arrays::read_only;
 use crate::convert::dimension::{AnyGrasp, by_dimension, map_dimension};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python, warn};
 use crate::convert::grasp_arguments::Arguments;
-use crate::convert::quality_options::{Asked, parse_criterion, quality_options};
+use crate::convert::quality_options::{Asked, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::grasp::minkowski_sum::PyMinkowskiSum;
 use crate::quality::PyQuality;
 use crate::quality::gradient::PyGradient;
 use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_points, check_work};
+
+/// Bytes for a point of an enumeration and for one of its entries, once for the core and once for NumPy.
+const ENUMERATED: (usize, usize) = (112, 16);
 
 #[doc = include_str!("grasp.rst")]
 #[pyclass(name = "Grasp", module = "graspforce", frozen)]
@@ -70,7 +76,9 @@ impl PyGrasp {
     ) -> PyResult<Self> {
         let raw = Raw::new("Grasp", arguments, options)?;
         let arguments = Arguments::parse(&raw, false).map_err(|message| invalid_grasp(py, message))?;
-        let inner = AnyGrasp::new(arguments.dim, &arguments.contacts_of(0), arguments.options);
+        let inner = arguments
+            .contacts_of(0)
+            .and_then(|contacts| AnyGrasp::new(arguments.dim, &contacts, arguments.options));
         let inner = inner.map_err(|error| to_python(py, &error))?;
         if !UNWARNED.get()
             && let Some(message) = by_dimension!(&inner, grasp => implausibility(grasp.contacts()))
@@ -101,46 +109,25 @@ impl PyGrasp {
     /// (m, dim) contact positions in m.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let dim = self.arguments.dim;
-        by_dimension!(&self.inner, grasp => {
-            let rows = grasp.contacts().iter().flat_map(|contact| contact.position.iter().copied().take(dim));
-            matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
-        })
+        arrays::positions(py, &self.inner)
     }
 
     /// (m, dim) unit normals into the object.
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let dim = self.arguments.dim;
-        by_dimension!(&self.inner, grasp => {
-            let rows = grasp.contacts().iter().flat_map(|contact| contact.normal.iter().copied().take(dim));
-            matrix(py, grasp.num_contacts(), dim, rows).map(read_only)
-        })
+        arrays::normals(py, &self.inner)
     }
 
     /// (m, dim, dim) contact frames, row by row the axes ``n``, (``o``,) ``t`` in world coordinates.
     #[getter]
     fn frames<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let dim = self.arguments.dim;
-        let axes: &[usize] = if dim == 2 { &[0, 2] } else { &[0, 1, 2] };
-        by_dimension!(&self.inner, grasp => {
-            let rows = grasp.frames().iter().flat_map(|frame| {
-                axes.iter().flat_map(move |&axis| (0..dim).map(move |row| frame[(row, axis)]))
-            });
-            Ok(read_only(PyArray1::from_iter(py, rows).reshape([grasp.num_contacts(), dim, dim])?))
-        })
+        arrays::frames(py, &self.inner)
     }
 
     /// (d, m k) grasp matrix G, which maps the stacked contact forces, in their frames, to the wrench they exert.
     #[getter]
     fn grasp_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        by_dimension!(&self.inner, grasp => {
-            let (d, columns) = (self.wrench_dim(), grasp.force_components());
-            let rows = (0..d).flat_map(|row| {
-                grasp.maps().iter().flat_map(move |map| columns.iter().map(move |&column| map[(row, column)]))
-            });
-            matrix(py, d, grasp.num_contacts() * columns.len(), rows).map(read_only)
-        })
+        arrays::grasp_matrix(py, &self.inner)
     }
 
     /// (sum l_i, d) primitive wrenches ``w_ih = G_i s_ih`` (Eq. 8), contact by contact, in N and N m.
@@ -148,11 +135,7 @@ impl PyGrasp {
     /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
     #[getter]
     fn primitive_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        by_dimension!(&self.inner, grasp => {
-            let wrenches = grasp.primitive_wrenches().map_err(|error| to_python(py, &error))?;
-            let rows = wrenches.iter().flat_map(|w| w.iter().copied());
-            matrix(py, wrenches.len(), self.wrench_dim(), rows).map(read_only)
-        })
+        arrays::primitive_wrenches(py, &self.inner)
     }
 
     /// (sum l_i, k) extreme contact forces ``s_ih`` (Eq. 3) in contact frames, contact by contact, in N.
@@ -160,30 +143,25 @@ impl PyGrasp {
     /// Raises InvalidGraspError where a contact has its true cone, which has no finite set.
     #[getter]
     fn extreme_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        by_dimension!(&self.inner, grasp => {
-            let forces = grasp.extreme_forces().map_err(|error| to_python(py, &error))?;
-            let columns = grasp.force_components();
-            let rows = forces.iter().flat_map(|force| columns.iter().map(|&row| force[row]));
-            matrix(py, forces.len(), columns.len(), rows).map(read_only)
-        })
+        arrays::extreme_forces(py, &self.inner)
     }
 
     /// (m,) Coulomb friction coefficients as given, before ``friction_margin``.
     #[getter]
-    fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(self.arguments.friction_of_each(py))
+    fn friction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.arguments.friction_of_each(py)
     }
 
     /// (m,) upper bounds of the normal forces in N.
     #[getter]
-    fn max_normal_force<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(self.arguments.limit_of_each(py))
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.arguments.limit_of_each(py)
     }
 
     /// (m,) torsional friction coefficients in m, as given: before ``friction_margin``; zero for hard contacts.
     #[getter]
-    fn torsion<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(self.arguments.torsion_of_each(py))
+    fn torsion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.arguments.torsion_of_each(py)
     }
 
     /// What divides the friction coefficients, at least 1.
@@ -195,19 +173,13 @@ impl PyGrasp {
     /// (m, 3) first tangents ``o`` of the contact frames; ``None`` in the plane.
     #[getter]
     fn tangents<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let AnyGrasp::Spatial(grasp) = &self.inner else { return Ok(None) };
-        let rows =
-            grasp.frames().iter().flat_map(|frame| frame.column(1).iter().copied().collect::<Vec<_>>());
-        matrix(py, grasp.num_contacts(), 3, rows).map(read_only).map(Some)
+        arrays::tangents(py, &self.inner)
     }
 
     /// (m,) number of extreme forces of each contact; 0 for a true cone.
     #[getter]
-    fn num_edges<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        by_dimension!(&self.inner, grasp => {
-            let counts = (0..grasp.num_contacts()).map(|i| grasp.edges(i).map_or(0, |range| range.len() as i64));
-            read_only(PyArray1::from_iter(py, counts))
-        })
+    fn num_edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        arrays::num_edges(py, &self.inner)
     }
 
     /// Length L in m of the norm of wrenches.
@@ -225,48 +197,14 @@ impl PyGrasp {
     /// Whether contact forces can balance every external wrench (``rho < 0``).
     #[getter]
     fn is_force_closure(&self, py: Python<'_>) -> PyResult<bool> {
-        let closure = by_dimension!(&self.inner, grasp => detached(py, || grasp.closure())?);
+        let closure = by_dimension!(&self.inner, grasp => {
+            check_work(py, grasp, Work::Quality)?;
+            detached(py, || grasp.closure())?
+        });
         closure.map(|closure| closure == Closure::Force).map_err(|error| to_python(py, &error))
     }
 
-    /// How large a wrench the grasp resists in its worst direction, under limited contact forces.
-    ///
-    /// Parameters
-    /// ----------
-    /// criterion : {"max", "sum"}, optional
-    ///     What is limited to 1: each normalised normal force (``rho_max``, the field's L-infinity or
-    ///     Minkowski-sum metric; Eq. 17) or their sum (``rho_sum``, the L1 or union Ferrari-Canny metric; Eq. 16).
-    /// rtol : float, optional
-    ///     Relative width of the bracket; 1e-9 by default, or 1e-6 where a contact has its true cone.
-    /// external_wrench : array_like, optional
-    ///     (d,) external wrench that acts all the time, such as the weight: epsilon is then the largest
-    ///     disturbance that can be resisted on top of it. ``closure`` still describes the grasp itself.
-    /// metric : array_like, optional
-    ///     (d, d) symmetric positive definite M of the norm ``|w|^2 = w^T M w``; by default that of the grasp's
-    ///     ``length_scale``.
-    /// max_facets : int, optional
-    ///     Bound on the work, 200,000 by default: some 0.1 s and 40 MB. Only grasps that are nearly as weak along a
-    ///     continuum of directions reach it, and keep an open bracket; ten times the facets cost ten times the
-    ///     time and memory and narrow it by a factor of about 3 to 10.
-    ///
-    /// Returns
-    /// -------
-    /// Quality
-    ///     rho with its bracket, the class of the grasp, and the worst direction.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     The criterion is unknown, rtol not within (0, 1), max_facets not within 100 to 100,000,000, or external_wrench or
-    ///     metric unusable.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
-    /// >>> q = grasp.quality("max")
-    /// >>> q.closure, round(q.epsilon, 9)
-    /// ('force', 0.577350269)
+    #[doc = include_str!("quality.rst")]
     #[pyo3(signature = (criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None))]
     fn quality(
         slf: &Bound<'_, Self>,
@@ -285,46 +223,7 @@ impl PyGrasp {
         PyQuality::of(py, slf.clone().unbind(), asked)
     }
 
-    /// The largest multiple of each direction that the limited forces can resist as an external wrench.
-    ///
-    /// Parameters
-    /// ----------
-    /// directions : array_like
-    ///     (B, d) or (d,) wrenches of any length but zero, in N and N m.
-    /// criterion : {"max", "sum"}, optional
-    ///     What is limited to 1: each normalised normal force or their sum.
-    /// external_wrench : array_like, optional
-    ///     (d,) external wrench that acts all the time, such as the weight, in N and N m about ``origin``: the
-    ///     multiples are then of what is resisted on top of it.
-    ///
-    /// Returns
-    /// -------
-    /// numpy.ndarray
-    ///     (B,) or scalar array: the largest s for which forces within their limits balance
-    ///     ``external_wrench + s direction``; zero where no forces balance more of the direction.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     A direction is zero or not finite, a shape is wrong, the criterion is unknown, or ``external_wrench``
-    ///     is not finite, or alone needs more than the limits of the contacts.
-    /// InfeasibleWrenchError
-    ///     No forces within the friction cones balance ``external_wrench`` alone, however strong they are.
-    /// InvalidGraspError
-    ///     The contacts' wrenches are too large or too small to compute with; the message says how to scale them.
-    /// NotConvergedError
-    ///     A solve ended without an answer within its tolerance.
-    /// KeyboardInterrupt
-    ///     Ctrl-C was pressed; nothing is returned.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
-    /// >>> grasp.resistance([[0, -1, 0], [-1, 0, 0]]).round(9).tolist()
-    /// [1.0, 1.0]
-    /// >>> grasp.resistance([[0, -1, 0], [0, 1, 0]], external_wrench=[0, -0.25, 0]).round(9).tolist()
-    /// [0.75, 1.25]
+    #[doc = include_str!("resistance.rst")]
     #[pyo3(signature = (directions, criterion="max", external_wrench=None))]
     fn resistance<'py>(
         &self,
@@ -333,31 +232,10 @@ impl PyGrasp {
         criterion: &str,
         external_wrench: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let wrong = |message: String| invalid_input(py, message);
-        let criterion = parse_criterion("criterion", criterion).map_err(wrong)?;
-        let (d, array) = (self.wrench_dim(), float_array("directions", directions).map_err(wrong)?);
-        let single = match *array.shape() {
-            [columns] if columns == d => true,
-            [_, columns] if columns == d => false,
-            ref given => {
-                return Err(wrong(format!(
-                    "directions: shape {}, expected (B, {d}) or ({d},)",
-                    shaped(given)
-                )));
-            }
-        };
-        let constant = external_wrench.map(|wrench| float_vector("external_wrench", wrench, d)).transpose();
-        let constant = constant.map_err(wrong)?;
-        let multiples = by_dimension!(&self.inner, grasp => {
-            let rows = vectors("directions", &array)?;
-            let constant = constant.as_deref().map(SVector::from_column_slice);
-            detached(py, || grasp.resistance(&rows, criterion, constant.as_ref()))?
-        });
-        let multiples = PyArray1::from_vec(py, multiples.map_err(|error| to_python(py, &error))?);
-        if single { multiples.get_item(0) } else { Ok(multiples.into_any()) }
+        resistance::resistance(py, &self.inner, directions, criterion, external_wrench)
     }
 
-    /// The other numbers a grasp is judged by: singular values, isotropy, volumes.
+    /// Compute the other numbers a grasp is judged by: singular values, isotropy, volumes.
     ///
     /// Returns
     /// -------
@@ -391,47 +269,24 @@ impl PyGrasp {
     }
 
     /// Singular values of the grasp matrix in the norm of the length scale, largest first.
-    fn _singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, by_dimension!(&self.inner, grasp => grasp.singular_values()))
+    fn _singular_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        by_dimension!(&self.inner, grasp => {
+            check_work(py, grasp, Work::Quality)?;
+            Ok(PyArray1::from_vec(py, grasp.singular_values()))
+        })
     }
 
-    /// All points of the Minkowski sum of the contacts' wrenches, by Algorithm 1 in its order.
-    ///
-    /// There are ``prod(l_i + 1) - 1`` of them: for teaching, small problems, and as the definition of what the
-    /// other methods compute without listing it.
-    ///
-    /// Parameters
-    /// ----------
-    /// max_points : int, optional
-    ///     Refuse to list more.
-    ///
-    /// Returns
-    /// -------
-    /// MinkowskiSum
-    ///     The points and which extreme forces make each of them.
-    ///
-    /// Raises
-    /// ------
-    /// TooLargeError
-    ///     There are more than ``max_points``; the message says how many, and how many bytes.
-    /// InvalidGraspError
-    ///     A contact has its true cone, which has no finite set.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> ms = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).minkowski_sum()
-    /// >>> len(ms), ms.wrenches.shape
-    /// (8, (8, 3))
+    #[doc = include_str!("minkowski_sum.rst")]
     #[pyo3(signature = (max_points=DEFAULT_MAX_POINTS), text_signature = "($self, max_points=2000000)")]
     fn minkowski_sum(&self, py: Python<'_>, max_points: u128) -> PyResult<PyMinkowskiSum> {
         by_dimension!(&self.inner, grasp => {
+            check_points(py, grasp, max_points, ENUMERATED)?;
             let sum = detached(py, || MinkowskiSum::with_limit(grasp, max_points))?;
             PyMinkowskiSum::new(py, grasp, &sum.map_err(|error| to_python(py, &error))?)
         })
     }
 
-    /// Contacts and what is derived from them as plain Python numbers and lists, ready for JSON.
+    /// Return the contacts and what is derived from them as plain Python numbers and lists, ready for JSON.
     ///
     /// Examples
     /// --------
@@ -442,7 +297,7 @@ impl PyGrasp {
         slf.py().import("graspforce._internal.to_dict")?.call_method1("grasp_dict", (slf,))
     }
 
-    /// Makes the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
+    /// Make the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
     ///
     /// Parameters
     /// ----------
@@ -472,7 +327,7 @@ impl PyGrasp {
         given.py().import("graspforce._internal.to_dict")?.call_method1("grasp_of", (given,))
     }
 
-    /// The same grasp with other arguments.
+    /// Make the same grasp with other arguments.
     ///
     /// Parameters
     /// ----------

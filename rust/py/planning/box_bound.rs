@@ -14,6 +14,7 @@ use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
 use crate::convert::raw_arguments::Raw;
 use crate::runtime::interrupt::on_all_cores;
+use crate::runtime::memory::check_rows;
 use crate::runtime::thread_pool::lock;
 
 type AnyBound = Dimensional<BoxBound<3>, BoxBound<6>>;
@@ -98,6 +99,7 @@ impl PyBoxBound {
         }
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let stencil = axes.map(|axes| Stencil { axes, safety });
+        check_rows(py, &arguments, 1)?;
         let mut inner = lock(&self.inner).ok_or_else(|| busy(py))?;
         let inner = &mut *inner;
         let bounds = on_all_cores(py, || match (inner, arguments.dim) {
@@ -125,6 +127,6 @@ fn over<const D: usize>(
     enough: f64,
 ) -> Result<Vec<f64>, Option<(usize, Error)>> {
     let each = arguments.batch / slacks.len();
-    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
     bound.over(slacks, stencil, enough, |index| index * each..(index + 1) * each, grasp).map_err(Some)
 }

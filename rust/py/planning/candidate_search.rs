@@ -12,6 +12,7 @@ use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::quality_options;
 use crate::convert::raw_arguments::Raw;
 use crate::runtime::interrupt::on_all_cores;
+use crate::runtime::memory::check_rows;
 use crate::runtime::thread_pool::lock;
 
 type Search = Dimensional<CandidateSearch<3>, CandidateSearch<6>>;
@@ -98,6 +99,7 @@ impl PyCandidateSearch {
         let raw = Raw::new("best", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
+        check_rows(py, &arguments, 1)?;
         let mut search = lock(&self.inner).ok_or_else(|| busy(py))?;
         let search = &mut *search;
         let winner = on_all_cores(py, || match (search, arguments.dim) {
@@ -123,7 +125,7 @@ fn best_of<const D: usize>(
     center: usize,
     known: Option<f64>,
 ) -> Result<Winner, (usize, Option<Error>)> {
-    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+    let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
     search.best(arguments.batch, center, known, grasp).map_err(|(row, error)| (row, Some(error)))
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
-use graspforce::{BatchItem, Closure, Grasp, QualityOptions, Status, check_room, quality_batch, room};
+use graspforce::{BatchItem, Closure, Error, Grasp, QualityOptions, Status, check_room, quality_batch, room};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -17,6 +17,7 @@ use crate::convert::quality_options::quality_options;
 use crate::convert::raw_arguments::Raw;
 use crate::convert::restored::{self, Checked, expect, within};
 use crate::runtime::interrupt::on_all_cores;
+use crate::runtime::memory::check_rows;
 
 /// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
 /// does not count, on a busy machine either. One grasp takes from microseconds to a second.
@@ -174,10 +175,13 @@ impl PyQualityBatch {
     }
 
     #[staticmethod]
-    fn _restore(rows: Vec<(f64, f64, f64, i8, i8, Option<String>)>, py: Python<'_>) -> PyResult<Self> {
-        let row =
-            |(rho, lower, upper, closure, status, error)| Row { rho, lower, upper, closure, status, error };
-        let items: Vec<Row> = rows.into_iter().map(row).collect();
+    fn _restore(rows: &Bound<'_, PyList>, py: Python<'_>) -> PyResult<Self> {
+        check_room("rows", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
+        let mut items = room("rows", rows.len()).map_err(|error| to_python(py, &error))?;
+        for row in rows {
+            let (rho, lower, upper, closure, status, error) = row.extract()?;
+            items.push(Row { rho, lower, upper, closure, status, error });
+        }
         items.iter().try_for_each(Row::check).map_err(|message| invalid_input(py, message))?;
         Ok(Self { items })
     }
@@ -221,10 +225,10 @@ impl PyQualityBatch {
     }
 }
 
-/// Qualities of many grasps with the same number of contacts, on all cores.
+/// Compute the qualities of many grasps with the same number of contacts, on all cores.
 ///
-/// The interpreter lock is released while they are computed, and any number of threads may call it at once. A row that is not a grasp does not stop the others:
-/// it gets ``Status.INVALID`` (2) and its reason.
+/// Safe to call from several threads. The interpreter lock is released. A row that is not a grasp does not stop the
+/// others: it gets ``Status.INVALID`` (2) and its reason.
 ///
 /// Parameters
 /// ----------
@@ -299,6 +303,11 @@ pub fn quality_many<'py>(
     if arguments.dim == 2 { run!(3) } else { run!(6) }
 }
 
+/// That a row was not measured because memory is short.
+fn out_of_memory(item: &BatchItem) -> Option<&Error> {
+    item.error.as_ref().filter(|error| matches!(error, Error::OutOfMemory { .. }))
+}
+
 fn run<const D: usize>(
     py: Python<'_>,
     arguments: &Arguments,
@@ -308,13 +317,17 @@ fn run<const D: usize>(
     options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
     let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
     let cores = available_parallelism().map_or(1, NonZero::get);
+    check_rows(py, arguments, cores)?;
     let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + chunk);
         let start = Instant::now();
-        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row), arguments.options_of(row));
+        let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
         check_room("positions", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
         let measured = on_all_cores(py, || quality_batch(rows, grasp, options))?;
+        if let Some(short) = measured.iter().find_map(out_of_memory) {
+            return Err(to_python(py, short));
+        }
         items.extend(measured.into_iter().map(Row::from));
         let elapsed = start.elapsed();
         if elapsed < CHUNK_TIME.start {

@@ -6,10 +6,11 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::convert::arrays::{matrix, read_only};
+use crate::convert::arrays::{matrix, read_only, vector};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::restored::{Checked, expect, finite, within};
 use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_work};
 use crate::runtime::workspace::Workspace;
 
 /// How epsilon changes as contacts move.
@@ -52,8 +53,8 @@ impl PyGradient {
 
     /// (m,) change of epsilon by rad that each contact frame spins about its normal.
     #[getter]
-    fn spins<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, &self.gradient.spins))
+    fn spins<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        vector(py, "spins", self.gradient.spins.len(), self.gradient.spins.iter().copied())
     }
 
     /// Whether epsilon is differentiable here.
@@ -105,6 +106,7 @@ impl PyGradient {
     where
         QualityWorkspace<D>: Workspace,
     {
+        check_work(py, grasp, Work::Gradient)?;
         let gradient =
             detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.gradient(options, workspace)))?;
         let gradient = gradient.map_err(|error| to_python(py, &error))?;

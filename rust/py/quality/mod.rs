@@ -38,7 +38,7 @@ use crate::runtime::workspace::quality_of;
 /// lower, upper : float
 ///     The same of rho: ``lower == -epsilon_upper`` and ``upper == -epsilon_lower``.
 /// converged : bool
-///     Whether the bracket is as narrow as asked for, or as rounding allows; if not, the bound on the work was
+///     Whether the bracket is as narrow as asked for, or as rounding allows; if not, ``max_facets`` was
 ///     reached or rounding stalled the search.
 /// closure : {"force", "partial", "none"}
 ///     The class of Propositions 1 and 2, whatever the criterion, metric, limits and external wrench. It is decided on

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::convert::errors::to_python;
 use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_work};
 
 thread_local! {
     static PLANAR: Cell<Option<QualityWorkspace<3>>> = const { Cell::new(None) };
@@ -48,6 +49,7 @@ pub fn quality_of<const D: usize>(
 where
     QualityWorkspace<D>: Workspace,
 {
+    check_work(py, grasp, Work::Quality)?;
     detached(py, || QualityWorkspace::<D>::with(|workspace| grasp.quality_with(options, workspace)))?
         .map_err(|error| to_python(py, &error))
 }

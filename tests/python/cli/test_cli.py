@@ -173,7 +173,7 @@ def test_quality_about_a_weight_is_another(call):
 def test_forces_against_one_wrench_balance_it(call):
     found = json.loads(call("forces", CUP, *WEIGHT, "--json").out)
     np.testing.assert_allclose(np.sum(found["world_forces"], axis=0), [0, 0, 5], atol=1e-9)
-    assert f"max {found['sigma_max']:.6g}" in call("forces", CUP, *WEIGHT).out
+    assert f"sigma_max {found['sigma_max']:.6g}" in call("forces", CUP, *WEIGHT).out
 
 
 def test_forces_over_time_are_those_of_each_moment(call, tmp_path):
@@ -185,7 +185,7 @@ def test_forces_over_time_are_those_of_each_moment(call, tmp_path):
     arrays = np.load(tmp_path / "f.npz")
     assert arrays["forces"].shape == (41, 3, 3)
     assert arrays["times"][-1] == 2.0
-    assert "largest max" in call("forces", CUP, "--wrenches", LIFT).out
+    assert "largest sigma_max" in call("forces", CUP, "--wrenches", LIFT).out
 
 
 def test_a_wrench_that_cannot_be_balanced_has_its_exit_code(call, tmp_path):
@@ -204,7 +204,38 @@ def test_forces_want_one_source_of_wrenches(call, arguments):
 
 
 def test_a_wrench_of_the_wrong_length_says_what_is_expected(call):
-    assert "fx,fy,fz,tx,ty,tz" in call("forces", CUP, "--wrench", "1,2", code=FAILED).err
+    assert "fx,fy,fz,tx,ty,tz" in call("forces", CUP, "--wrench", "1,2", code=MISUSED).err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "flag", "message"),
+    [
+        (("plan", "egg.off", "--contacts", "0"), "--contacts", "must be at least 2, given 0"),
+        (("plan", "egg.off", "--contacts", "99"), "--contacts", "must be at most 12, given 99"),
+        (("plan", "egg.off", "--friction", "-1"), "--friction", "must be at least 0, given -1"),
+        (("plan", "egg.off", "--starts", "0"), "--starts", "must be at least 1"),
+        (("plan", "egg.off", "--edges", "2"), "--edges", "must be at least 3"),
+        (("quality", "egg.off", "--at", "1,x,2"), "--at", "y: 'x' is not a finite number"),
+        (("quality", "egg.off", "--at", "1_0,0,0"), "--at", "'1_0' is not a finite number"),
+        (("quality", "egg.off", "--at", "9,0,0"), "--at", "away from the mesh"),
+        (("quality", "egg.off", "--at", "1,0,0", "--length-scale", "0"), "--length-scale", "greater than 0"),
+        (("forces", CUP, "--wrench", "0,0,nan,0,0,0"), "--wrench", "fz: 'nan' is not a finite number"),
+        (("forces", CUP, "--wrench", "1_0,0,0,0,0,0"), "--wrench", "fx: '1_0' is not a finite number"),
+        (("quality", CUP, "--external-wrench", "1,2"), "--external-wrench", "is not 6 numbers"),
+        (("quality", CUP, "--plot", "a.xyz"), "--plot", "known are"),
+    ],
+)
+def test_a_wrong_value_of_an_option_is_blamed_on_the_option(
+    call, tmp_path, monkeypatch, arguments, flag, message
+):
+    pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[mesh]'")
+    monkeypatch.chdir(tmp_path)
+    corners = "1 0 0\n-1 0 0\n0 1 0\n0 -1 0\n0 0 1\n0 0 -1\n"
+    faces = "3 0 2 4\n3 2 1 4\n3 1 3 4\n3 3 0 4\n3 2 0 5\n3 1 2 5\n3 3 1 5\n3 0 3 5\n"
+    (tmp_path / "egg.off").write_text(f"OFF\n6 8 0\n{corners}{faces}")
+    said = " ".join(call(*arguments, code=MISUSED).err.replace("│", " ").split())
+    assert f"Invalid value for {flag}" in said.replace("'", "")
+    assert message in said
 
 
 def test_plan_prints_every_iterate(call):
@@ -234,7 +265,7 @@ def test_every_command_draws(call, tmp_path, arguments):
 
 
 def test_an_unknown_picture_format_is_named(call, tmp_path):
-    assert "--plot: " in call("quality", CUP, "--plot", str(tmp_path / "a.xyz"), code=FAILED).err
+    assert "known are" in call("quality", CUP, "--plot", str(tmp_path / "a.xyz"), code=MISUSED).err
 
 
 def test_a_bad_file_has_its_exit_code_and_names_line_and_field(call, tmp_path):

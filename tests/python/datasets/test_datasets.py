@@ -210,7 +210,7 @@ def test_a_bracket_is_told_where_the_work_limit_leaves_it_wide():
         assert row[f"{rho}_lower"] <= row[rho] <= row[f"{rho}_upper"]
         assert row[f"{rho}_lower"] < row[f"{rho}_upper"] < 0
         told.append(f"{row[f'{rho}_lower']:.9g} <= {rho} <= {row[f'{rho}_upper']:.9g}")
-    assert row["message"] == f"work limit reached: {', '.join(told)}"
+    assert row["message"] == f"bracket wider than asked for: {', '.join(told)}"
 
 
 def test_grades_are_never_nan_without_a_status():

@@ -148,7 +148,7 @@ def test_a_grasp_and_a_plan_that_are_mixed_up_are_told_apart(write):
 
 
 def test_a_long_value_is_cut_short(write):
-    with pytest.raises(gf.InvalidFileError, match=r"fields expected.* given '1, 1, .* \.\.\.$"):
+    with pytest.raises(gf.InvalidFileError, match=r"expected fields.* given '1, 1, .* \.\.\.$"):
         load_grasp(write("'" + "1, " * 1000 + "'"))
 
 
@@ -211,7 +211,8 @@ def test_csv_with_and_without_names_and_npy_hold_the_same_wrenches(write, tmp_pa
     [
         ("1,2,3\n1,2\n", r"csv:2: 2 columns, expected 3"),
         ("fx,fy,tau\n1,x,3\n", r"csv:2: fy: 'x'"),
-        ("1,2,nan\n", r"csv:1: tau: nan is not finite"),
+        ("a,b,c\n1,2,3\n", r"csv:1: columns a,b,c, expected fx,fy,tau or t,fx,fy,tau"),
+        ("1,2,nan\n", r"csv:1: tau: 'nan' is not a finite number"),
         ("# nothing\n", r"no wrenches"),
         (b"\xff\xfe", r"UTF-8"),
     ],

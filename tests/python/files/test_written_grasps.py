@@ -57,10 +57,10 @@ def test_the_dictionary_of_a_grasp_is_a_grasp_file(tmp_path, grasp):
     [
         ({"normals": [[3.0, 0.0]]}, r"normals: .*2"),
         ({"friction": [0.4, -0.4]}, r"friction\[1\]: -0.4"),
-        ({"friction": "0.4"}, "friction.*: Input should be a valid "),
+        ({"friction": "0.4"}, "friction: expected a list or a number, given '0.4'"),
         ({"num_contacts": 3}, "num_contacts: 3, but the contacts make it 2"),
         ({"wrench": [0, 0, 1]}, "wrench: unknown field"),
-        ({"edges": 5000}, "edges.*: Input should be less than or equal to 4096"),
+        ({"edges": 70000}, "edges: must be at most 65536.*given 70000"),
         ({"positions": [[0.0, float("inf")], [1.0, 0.5]]}, "not JSON: Infinity is not a number of JSON"),
     ],
 )
@@ -77,14 +77,76 @@ def test_a_grasp_may_be_written_without_a_name(tmp_path):
 
 
 def test_what_could_not_be_read_again_is_not_written(tmp_path):
-    many = gf.Grasp(TRIANGLE, INWARD, edges=5000)
-    with pytest.raises(gf.InvalidFileError, match=r"a\.json: edges: .*4096, given 5000"):
-        save_grasp(tmp_path / "a.json", many, name="many")
+    with pytest.raises(gf.InvalidFileError, match=r"a\.json: name: expected text, given 5"):
+        save_grasp(tmp_path / "a.json", GRASPS["planar"], name=5)
+    with pytest.raises(gf.InvalidFileError, match=r"a\.NPZ: grasps are written as JSON"):
+        save_grasp(tmp_path / "a.NPZ", GRASPS["planar"])
+    with pytest.raises(gf.InvalidFileError, match=r"none\.off: no such mesh"):
+        save_grasp(tmp_path / "a.json", GRASPS["one for all"], mesh=tmp_path / "none.off")
+    with pytest.raises(gf.InvalidInputError, match="grasp: 5 is not a"):
+        save_grasp(tmp_path / "a.json", 5)
     ring = np.linspace(0, 2 * np.pi, 4000)
     long = [np.stack([np.ones(4000), np.cos(ring) / 3, np.sin(ring) / 3], axis=1)] * 3
     with pytest.raises(gf.InvalidFileError, match=r"a\.json: the grasp takes \d+ bytes, more than 1000000"):
         save_grasp(tmp_path / "a.json", gf.Grasp(TRIANGLE, INWARD, extreme_forces=long), name="long")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("contacts", "edges"), [(1001, 8), (3, 4097), (3, 65_536), (1, 3)])
+def test_a_file_holds_as_many_edges_and_contacts_as_a_grasp(tmp_path, contacts, edges):
+    angles = np.linspace(0, 6, contacts)
+    outward = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1).round(3)
+    grasp = gf.Grasp(outward, -outward, edges=edges)
+    save_grasp(tmp_path / "a.json", grasp)
+    assert load_grasp(tmp_path / "a.json").grasp == grasp
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / "a").write_text("a file")
+    for path in (tmp_path, tmp_path / "a" / "b.json"):
+        with pytest.raises(gf.InvalidFileError, match=str(path.name if path == tmp_path else "a")):
+            save_grasp(path, GRASPS["planar"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"foo": 1}, "mesh.foo: unknown field"),
+        ({"unit": "km"}, "mesh.unit: must be 'm', 'dm', .*, given 'km'"),
+        ({"max_curvature": -1.0}, "mesh.max_curvature: must be greater than 0, given -1.0"),
+        ({"unit": object()}, "mesh_options: Object of type object"),
+    ],
+)
+def test_options_of_a_mesh_are_checked_before_anything_is_written(tmp_path, egg, options, message):
+    out = tmp_path / "out" / "best.json"
+    with pytest.raises(gf.InvalidInputError, match=message):
+        save_grasp(out, GRASPS["one for all"], mesh=egg, mesh_options=options)
+    assert not out.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("shared", "own", "expected"),
+    [
+        ("8", ["null", "null"], [0, 0]),
+        ("null", ["6", "5"], [6, 5]),
+        ("8", ["6", None], [6, 8]),
+        ("8", ["null", None], r"contacts\[0\].edges: null here"),
+        ("null", [None, "6"], r"contacts\[1\].edges: 6 here"),
+        ("8", ["null", "6"], r"contacts\[0\].edges: null here"),
+    ],
+)
+def test_null_edges_of_a_contact_are_a_true_cone(tmp_path, shared, own, expected):
+    lines = [f"edges: {shared}", "contacts:"]
+    for x, edges in zip((1, -1), own, strict=True):
+        given = "" if edges is None else f", edges: {edges}"
+        lines.append(f"  - {{position: [{x}, 0, 0], normal: [{-x}, 0, 0]{given}}}")
+    path = tmp_path / "grasp.yaml"
+    path.write_text("\n".join(lines))
+    if isinstance(expected, list):
+        assert load_grasp(path).grasp.num_edges.tolist() == expected
+    else:
+        with pytest.raises(gf.InvalidFileError, match=expected):
+            load_grasp(path)
 
 
 @pytest.fixture

@@ -188,3 +188,18 @@ def test_a_grasp_tells_its_torsion_margin_and_tangents():
     assert grasp.tangents == pytest.approx(tangents)
     assert disc().tangents is None
     assert disc().torsion.tolist() == [0, 0]
+
+
+@pytest.mark.parametrize("options", [{}, {"min_normal": 0.1}, {"objective": "sum"}, {"weight": 0.1}])
+def test_answers_are_balanced_and_a_record_whose_residual_is_not_rounding_is_not(options):
+    grasp = gf.Grasp([(-1, 0, 0), (1, 0, 0), (0, 1, 0)], [(1, 0, 0), (-1, 0, 0), (0, -1, 0)], friction=0.8)
+    distributor = gf.ForceDistributor(grasp, **options)
+    for wrench in ([0, 0, -1, 0, 0, 0], [0, 0, 0, 0, 0, 0], [1e-9, 0, 0, 0, 0, 1e-9], [1e3, 0, 5, 2, 0, 0]):
+        solution = distributor.solve(wrench)
+        assert solution.balanced
+        assert solution.to_dict()["balanced"]
+        make, state = solution.__reduce__()
+        assert make(*state).balanced
+        dual, residual = state[3]
+        size = max(np.abs(wrench).max(), 1e-3)
+        assert not make(*state[:3], [dual, [1e-6 * size + x for x in residual]], *state[4:]).balanced

@@ -12,6 +12,8 @@ from benches.trust.judge import cone_verdict, units, verdict
 
 import graspforce as gf
 
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")  # contacts are drawn at random
+
 WEIGHT = [0, 0, -9.81, 0, 0, 0]
 
 

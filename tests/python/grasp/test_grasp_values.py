@@ -10,6 +10,8 @@ import pytest
 import graspforce as gf
 from graspforce.typing import GRASP_ARGUMENTS
 
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")  # contacts are drawn at random
+
 BALL = np.array([(1.0, 0, 0), (-0.5, 0.8, 0.1), (-0.5, -0.8, 0), (0, 0.1, 1)])
 
 

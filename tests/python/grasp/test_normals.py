@@ -64,6 +64,35 @@ def test_a_contact_in_another_unit_is_named(far):
         gf.Grasp(pair * [1.02, 1, 1] + [0, 0, 0], -pair)
 
 
+@pytest.mark.parametrize(
+    ("positions", "named"),
+    [
+        ([(0, 0, 0), (0, 0, 1), (500, 0, 0), (500, 0, 1)], "contacts 2, 3"),
+        ([(0, 0, 0), (0, 0, 0), (0, 0, 0), (1, 0, 0)], "contact 3"),
+        ([(1, 0, 0), (0, 0, 0), (0, 0, 0)], "contact 0"),
+        ([(500, 0, 0), (0, 0, 1), (0, 1, 0), (500, 1, 0), (0, 0, 0)], "contacts 0, 3"),
+        ([(0, 0, k) for k in range(9)] + [(1e6, 0, k) for k in range(9)], r"contacts 9, 10, 11, 12, \.\.\."),
+    ],
+)
+def test_groups_of_contacts_far_apart_are_named(positions, named):
+    towards = np.mean(positions, axis=0) - positions
+    towards[:, 1] += 1e-3
+    with pytest.warns(gf.GraspWarning, match=f"positions, {named}: .*same unit"):
+        gf.Grasp(positions, towards)
+
+
+def test_contacts_at_one_place_and_two_far_fingers_are_not_warned_of():
+    gf.Grasp([(0, 0, 0)] * 3, [(1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    gf.Grasp([(-500, 0, 0), (500, 0, 0)], [(1, 0, 0), (-1, 0, 0)])
+
+
+def test_many_contacts_of_which_one_is_far_are_looked_at_in_linear_time():
+    positions = np.random.default_rng(0).normal(size=(100_000, 3))
+    positions[77] *= 1e6
+    with pytest.warns(gf.GraspWarning, match="contact 77:"):
+        gf.Grasp(positions, positions.mean(axis=0) - positions, edges=3)
+
+
 def test_batches_searches_and_copies_do_not_warn():
     positions, normals = on_the_egg()
     with pytest.warns(gf.GraspWarning):

@@ -8,6 +8,8 @@ import pytest
 
 import graspforce as gf
 
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")  # contacts are drawn at random
+
 
 def exact_distance(points):
     """Return the distance of the origin from the hull of points, in rational arithmetic.

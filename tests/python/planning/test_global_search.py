@@ -104,7 +104,10 @@ def test_work_limits_end_with_the_gap_reached():
         ({"max_boxes": -1}, "max_boxes: -1"),
         ({"time_limit": np.nan}, "time_limit: nan"),
         ({"progress": "yes"}, "progress: 'yes'"),
-        ({"feasible": lambda p, _: np.zeros(len(p), dtype=bool), "max_boxes": 50}, "nothing|none of"),
+        (
+            {"feasible": lambda p, _: np.zeros(len(p), dtype=bool), "max_boxes": 50},
+            "feasible: refused all 63 grasps",
+        ),
     ],
 )
 def test_bad_arguments_are_refused(change, message):

@@ -62,10 +62,26 @@ def test_a_search_from_an_infeasible_start_reaches_what_is_feasible():
 
 def test_infeasible_everywhere_is_an_error():
     nothing = {"feasible": lambda positions, _: np.zeros(len(positions), dtype=bool)}
-    with pytest.raises(gf.InvalidInputError, match="none of 600 starts"):
+    with pytest.raises(
+        gf.InvalidInputError, match="starts: all 600 drawn within the bounds were refused by feasible"
+    ):
         many(**nothing)
-    with pytest.raises(gf.InvalidInputError, match=r"none of the \d+ candidates tried was feasible"):
+    with pytest.raises(gf.InvalidInputError, match=r"^feasible: refused all \d+ candidates"):
         gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, **OPTIONS, **nothing)
+
+
+@pytest.mark.parametrize("feasible", [None, lambda positions, _: np.ones(len(positions), dtype=bool)])
+def test_what_refuses_every_candidate_is_named(feasible):
+    refused = "feasible and min_distance" if feasible else "min_distance"
+    options = {"feasible": feasible, "min_distance": 100.0}
+    for search, message in (
+        (lambda: gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, **OPTIONS, **options), "^{}: refused all"),
+        (lambda: many(**options), "^starts: all .* refused by {}$"),
+        (lambda: gf.plan_global(EGG, BOUNDS, length_scale=0.05, max_boxes=20, **options), "^{}: refused all"),
+        (lambda: gf.refine(EGG, [0, 2, 4], BOUNDS, **options), "^params: .* refused by {};"),
+    ):
+        with pytest.raises(gf.InvalidInputError, match=message.format(refused)):
+            search()
 
 
 @pytest.mark.parametrize("answer", [lambda *_: True, lambda p, _: np.ones(len(p)), lambda *_: None])
@@ -216,7 +232,11 @@ def test_blocks_are_chosen_where_the_pattern_is_too_large():
     [
         ({"starts": 0}, "starts: 0"),
         ({"starts": [[0, 0]]}, "starts: shape"),
-        ({"starts": [[0, 0, 9]]}, "outside its bounds"),
+        ({"starts": [[0, 0, 0], [0, 0, 9]]}, "starts, row 1, entry 2: 9.0 is outside its bounds"),
+        ({"starts": 2.5}, "starts: 2.5 is neither a whole number nor an array"),
+        ({"starts": None}, "starts: None is not an array of real numbers"),
+        ({"rtol": "x"}, "rtol: 'x' is not a real number"),
+        ({"tolerance": 0.5, "step": 0.25}, "tolerance, entry 0: 0.5 exceeds the step 0.25"),
         ({"best": 0}, "best: 0"),
         ({"bounds": [(1, 0)] * 3}, "bounds, row 0: lower 1.0 is above upper 0.0"),
         ({"bounds": [0, 1]}, "bounds: shape"),
@@ -232,10 +252,40 @@ def test_blocks_are_chosen_where_the_pattern_is_too_large():
         ({"target": np.nan}, "target: nan"),
         ({"progress": 3}, "progress: 3"),
         ({"placement": 3}, "placement: 3 is not a graspforce.PlacementNoise"),
-        ({"frictoin": 0.5}, "frictoin: no such option; there are friction, max_normal_force"),
+        (
+            {"frictoin": 0.5},
+            "frictoin: no such option; there are starts, best, .*external_wrench.*, friction, ",
+        ),
         ({"positions": 3}, "positions: no such option"),
     ],
 )
 def test_bad_arguments_are_refused(change, message):
     with pytest.raises(gf.InvalidInputError, match=message):
         many(**change)
+
+
+@pytest.mark.parametrize("search", [gf.plan, gf.plan_multistart, gf.plan_global, gf.refine])
+def test_an_unknown_option_is_answered_by_those_of_the_search_and_of_the_grasp(search):
+    start = {gf.plan: {"initial": [0, 2, 4], **OPTIONS}, gf.refine: {"params": [0, 2, 4]}}.get(search, {})
+    if search is gf.plan_multistart:
+        start = OPTIONS
+    with pytest.raises(gf.InvalidInputError, match=r"^center: no such option; .*external_wrench.*friction"):
+        search(EGG, bounds=BOUNDS, center=[0, 0, 0], **start)
+
+
+@pytest.mark.parametrize("size", [1, 2, 4])
+def test_a_start_of_another_length_than_the_bounds_is_named(size):
+    with pytest.raises(gf.InvalidInputError, match=f"initial: {size} parameters, but bounds has 3 rows"):
+        gf.plan(EGG, np.zeros(size), bounds=BOUNDS, **OPTIONS)
+    with pytest.raises(gf.InvalidInputError, match=f"params: {size} parameters, but bounds has 3 rows"):
+        gf.refine(EGG, np.zeros(size), BOUNDS)
+
+
+def test_progress_of_one_search_counts_the_halvings_of_its_steps():
+    seen = []
+    found = gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, progress=lambda *numbers: seen.append(numbers), **OPTIONS)
+    done, total, epsilon = zip(*seen, strict=True)
+    assert len(seen) == len(found.history) - 1
+    assert list(done) == sorted(done)
+    assert done[-1] == total[0] == max(total)
+    assert epsilon[-1] == -found.history[-1].rho

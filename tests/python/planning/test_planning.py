@@ -148,7 +148,8 @@ def test_spatial_surfaces_may_return_tangents():
     ("change", "message"),
     [
         ({"bounds": [(0, 1), (4, 1)]}, r"bounds, row 1: lower 4.0 is above upper 1.0"),
-        ({"bounds": [(0, 1)]}, r"bounds: shape \(1, 2\), expected \(2, 2\)"),
+        ({"bounds": [(0, 1)]}, "initial: 2 parameters, but bounds has 1 rows"),
+        ({"bounds": [0, 1]}, r"bounds: shape \(2,\), expected \(p, 2\)"),
         ({"bounds": [(0, np.inf), (1, 4)]}, r"bounds, entry \(0, 1\): inf is not finite"),
         ({"step": [0.5, 0.0]}, r"step, entry 1: 0.0 must be positive"),
         ({"step": [0.5, -1.0]}, r"step, entry 1: -1.0 must be positive"),

@@ -1,5 +1,7 @@
 """Gradient refinement: the chain rule is right, nothing gets worse, stationary points are recognised."""
 
+import time
+
 import numpy as np
 import pytest
 import trimesh
@@ -16,7 +18,7 @@ TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
 
 def ascent(surface, bounds, criterion="max", **options):
     lower, upper = np.array(bounds, dtype=float).T
-    problem = SearchProblem.of(surface, options, None, 0.0, criterion=criterion)
+    problem = SearchProblem.of(gf.refine, surface, options, None, 0.0, criterion=criterion)
     return _Ascent(problem, lower, lower, upper, 1e-3, 0)
 
 
@@ -100,7 +102,7 @@ def test_a_parameter_at_its_bound_stays_within_it():
 
 def test_bad_starts_are_refused():
     disc = contacts_on(ellipse(0.1, 0.1), ellipse(0.1, 0.1))
-    with pytest.raises(gf.InvalidInputError, match="not feasible"):
+    with pytest.raises(gf.InvalidInputError, match=r"params: .* refused by min_distance"):
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], min_distance=0.01)
     with pytest.raises(gf.InvalidInputError, match="tolerance"):
         gf.refine(disc, [0.0, 0.0], [(0, 1), (0, 1)], tolerance=0)
@@ -193,3 +195,55 @@ def test_least_squares_that_do_not_end_keep_the_best_so_far(monkeypatch):
     with pytest.raises(gf.NotConvergedError, match="Maximum number") as raised:
         gf.refine(disc, [0.0, 2.8], [(0, 1), (1, 4)], friction=0.4, length_scale=0.1)
     assert raised.value.partial.gain > 0
+
+
+ROUGH = {"friction": 0.3, "length_scale": 0.05}
+
+
+def ending_after(seconds=np.inf, calls=np.inf):
+    """Return a surface that sleeps so long in each call, and presses Ctrl-C in one of them."""
+    egg = contacts_on(*[ellipse(0.05, 0.03)] * 3)
+    count = [0]
+
+    def surface(params):
+        count[0] += 1
+        if count[0] == calls:
+            raise KeyboardInterrupt
+        if seconds < np.inf:
+            time.sleep(seconds)
+        return egg(params)
+
+    return surface
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.1, 0.5])
+def test_the_time_limit_ends_a_refinement_between_two_evaluations(limit):
+    began = time.monotonic()
+    surface, start = ending_after(seconds=0.03), [0.1, 2.5, 4.0]
+    ended = gf.refine(surface, start, [(-2, 8)] * 3, time_limit=limit, **ROUGH)
+    # The quality of the start and one gradient, with its differences, may still follow.
+    assert time.monotonic() - began < limit + 0.5
+    assert ended.stopped == "time"
+    assert ended.gain >= 0
+
+
+@pytest.mark.parametrize("calls", [4, 7, 20, 41])
+def test_an_interrupted_refinement_returns_the_best_so_far(calls):
+    bounds, start = [(-2, 8)] * 3, [0.1, 2.5, 4.0]
+    whole = gf.refine(ending_after(), start, bounds, **ROUGH)
+    ended = gf.refine(ending_after(calls=calls), start, bounds, **ROUGH)
+    assert ended.stopped == "interrupted"
+    assert 0 <= ended.gain <= whole.gain
+    assert whole.stopped in ("tolerance", "iterations")
+
+
+def test_a_refinement_stops_at_its_target_and_at_its_iterations():
+    bounds, start = [(-2, 8)] * 3, [0.1, 2.5, 4.0]
+    first = gf.refine(ending_after(), start, bounds, max_iterations=0, **ROUGH)
+    assert (first.stopped, first.gain) == ("iterations", 0)
+    whole = gf.refine(ending_after(), start, bounds, **ROUGH)
+    half = first.quality.epsilon + whole.gain / 2
+    ended = gf.refine(ending_after(), start, bounds, target=half, **ROUGH)
+    assert ended.stopped == "target"
+    assert half <= ended.quality.epsilon
+    assert ended.iterations < whole.iterations

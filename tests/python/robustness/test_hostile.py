@@ -5,6 +5,8 @@ import pytest
 
 import graspforce as gf
 
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")  # contacts are drawn at random
+
 EXTREMES = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-160, 1e-8, 1e100, -1e100, 1e150, 1e300]
 
 

@@ -14,6 +14,8 @@ from support.hostile_values import HOSTILE, NUMBERS, arrays, counts, scalars, wo
 import graspforce as gf
 from graspforce._core import BoxBound, CandidateSearch, TriangleTree
 
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")  # contacts are drawn at random
+
 # What a caller may expect to catch; OverflowError is Python's own for whole numbers out of range.
 REFUSALS = (gf.GraspForceError, TypeError, ValueError, OverflowError)
 

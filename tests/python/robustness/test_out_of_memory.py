@@ -58,6 +58,56 @@ CALLS = {
 }  # fmt: skip
 
 
+# Kinds whose memory is taken in many pieces: its sum is tried beforehand.
+LARGE = """
+import numpy as np
+
+def around(contacts):
+    outward = np.random.default_rng(0).normal(size=(contacts, 3))
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    return outward, -outward
+
+"""
+
+SWEPT = {
+    "errors": ("np.zeros((2, 100_000, 1, 2))", "gf.quality_many(*given).errors"),
+    "batch to_dict": ("gf.quality_many(*np.zeros((2, 100_000, 1, 2)))", "given.to_dict()"),
+    "enumerated": (
+        "gf.Grasp(*around(5), edges=9)",
+        "gf.ForceDistributor(given, method='enumerated').solve([0, 0, -1, 0, 0, 0])",
+    ),
+    "minkowski_sum": ("gf.Grasp(*around(5), edges=9)", "given.minkowski_sum()"),
+    "soft fingers": ("around(16)", "gf.Grasp(*given, edges=300, torsion=0.1)"),
+    "grasp": ("around(60_000)", "gf.Grasp(*given, edges=5)"),
+    "given forces": (
+        "(*around(3), [np.tile([1.0, 0, 0], (60_000, 1))] * 3)",
+        "gf.Grasp(*given[:2], extreme_forces=given[2])",
+    ),
+    "to_dict": ("gf.Grasp(*around(60_000), edges=5)", "given.to_dict()"),
+    "quality": ("gf.Grasp(*around(60_000), edges=5)", "given.quality('sum', rtol=0.5)"),
+    "solve": ("gf.Grasp(*around(20_000), edges=5)", "gf.ForceDistributor(given).solve([0, 0, -1, 0, 0, 0])"),
+    "pickle": (
+        "distributor.solve_many(np.zeros((300_000, 3)))", "__import__('copy').deepcopy(given)",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SWEPT)
+def test_whatever_the_limit_an_allocation_that_fails_is_an_error(name):
+    given, call = SWEPT[name]
+    for room in (3, 12, 30, 60, 120, 500):
+        code = LIMITED.replace("{given}", given).replace("{call}", call).replace("{room}", str(room))
+        child = subprocess.run(
+            [sys.executable, "-c", LARGE + code], capture_output=True, text=True, timeout=60, check=False,
+            env={"RAYON_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        )  # fmt: skip
+        assert child.returncode == 0, (room, child.stderr[-2000:])
+        if child.stdout == "answered\n":
+            return
+        assert child.stdout.startswith(("TooLargeError", "MemoryError", "_ArrayMemoryError")), child.stdout
+    pytest.fail("half a gigabyte does not suffice")
+
+
 @pytest.mark.parametrize("name", CALLS)
 def test_what_does_not_fit_into_memory_is_an_error_and_the_process_goes_on(name):
     given, call, enough = CALLS[name]

@@ -1,19 +1,9 @@
 """What an attacker tries against the viewer: another page, another name, a client that lies or floods."""
 
 import dataclasses
-import http.client
 import math
-import os
-import re
 import resource
-import signal
-import socket
-import subprocess
-import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,117 +13,25 @@ import graspforce as gf
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'graspforce[viewer]'")
 
 import msgspec
+from support.viewer_client import (
+    CAMERA,
+    PROTOCOL,
+    client,
+    drag,
+    get,
+    nothing_happens,
+    say,
+    slide,
+    status,
+    token_of,
+    wait_for,
+)
 from viser import _messages
-from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as websocket
 
 from graspforce.viewer import guard, messages, view
 from graspforce.viewer.scene import identifier
-
-EXAMPLES = Path(__file__).parents[3] / "examples"
-PROTOCOL = f"viser-v{viser.__version__}"
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": [1, 0, 0, 0], "position": [0, 0, 1], "fov": 1.0, "near": 0.1,
-    "far": 10.0, "image_height": 480, "image_width": 640, "look_at": [0, 0, 0], "up_direction": [0, 0, 1],
-}  # fmt: skip
-UNIT = [1, 0, 0, 0]
-
-
-@pytest.fixture(scope="module")
-def viewer():
-    angles = np.deg2rad([0, 120, 240])
-    outward = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
-    grasp = gf.Grasp(0.04 * outward, -outward, friction=0.6, max_normal_force=20.0, length_scale=0.04)
-    viewer = view(grasp, wrenches=[[0, 0, -5 - k, 0, 0, 0] for k in range(8)], port=18090)
-    yield viewer
-    viewer.stop()
-
-
-def token_of(viewer):
-    return viewer.address.partition("?token=")[2]
-
-
-@contextmanager
-def client(viewer, token=None, **headers):
-    """Connect a raw client that has sent a camera, as viser's page does; by default it holds the token."""
-    token = token_of(viewer) if token is None else token
-    cookie = headers.pop("cookie", f"graspforce-{viewer.port}={token}")
-    # The client library makes the Host header from the address.
-    address = f"ws://{headers.pop('host', f'127.0.0.1:{viewer.port}')}/{headers.pop('query', '')}"
-    sent = {"Cookie": cookie} if cookie else {}
-    origin = headers.pop("origin", None)
-    with websocket(
-        address, sock=socket.create_connection(("127.0.0.1", viewer.port)),
-        origin=origin, subprotocols=[PROTOCOL],
-        additional_headers=sent, max_size=None, compression=None, close_timeout=0.2,
-    ) as opened:  # fmt: skip
-        say(opened, CAMERA)
-        yield opened
-
-
-def say(opened, message):
-    opened.send(msgspec.msgpack.encode(message))
-
-
-def status(viewer, **headers):
-    """Status with which a handshake is refused; 101 if it is not."""
-    try:
-        with client(viewer, **headers):
-            return 101
-    except InvalidStatus as refused:
-        return refused.response.status_code
-
-
-def get(viewer, path="/", **headers):
-    connection = http.client.HTTPConnection("127.0.0.1", viewer.port, timeout=10)
-    connection.request("GET", path, headers=headers)
-    answer = connection.getresponse()
-    answer.body = answer.read()
-    connection.close()
-    return answer
-
-
-def wait_for(condition, timeout=10.0):
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.01)
-
-
-def state_of(viewer):
-    """Everything that clients might have changed."""
-    controls = (viewer._friction, viewer._limits, viewer._row, viewer._criterion, viewer._playing)
-    return (
-        [(control.value, control.label, control.disabled) for control in controls],
-        [(*handle.position, *handle.wxyz, handle.visible) for handle in viewer._handles],
-        viewer.state.grasp.positions.tolist(),
-        viewer._message.content,
-    )
-
-
-def nothing_happens(viewer, *forged):
-    """Send messages, then a genuine one on the same connection: it is obeyed, the others were not."""
-    before = state_of(viewer)
-    factor = 1.5 if viewer._friction.value != 1.5 else 1.0
-    with client(viewer) as opened:
-        for message in forged:
-            opened.send(message) if isinstance(message, bytes | str) else say(opened, message)
-        say(opened, slide(viewer._friction, factor))
-        wait_for(lambda: viewer._friction.value == factor)
-        say(opened, slide(viewer._friction, before[0][0][0]))
-        wait_for(lambda: viewer._friction.value == before[0][0][0])
-    assert state_of(viewer) == before
-
-
-def slide(control, value, **more):
-    return {"type": "GuiUpdateMessage", "uuid": identifier(control), "updates": {"value": value, **more}}
-
-
-def drag(name, position, wxyz=UNIT, **more):
-    return {
-        "type": "TransformControlsUpdateMessage", "name": name, "wxyz": wxyz, "position": position,
-        "owner": "", **more,
-    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -377,66 +275,3 @@ def test_other_machines_are_let_in_only_with_a_warning():
         viewer.stop()
     assert [guard.is_loopback(host) for host in ("127.0.0.2", "::1", "localhost")] == [True] * 3
     assert [guard.is_loopback(host) for host in ("", "0.0.0.0", "::", "robot.lan")] == [False] * 4
-
-
-def processor_seconds(process):
-    stat = Path(f"/proc/{process}/stat")
-    if not stat.exists():
-        return 0.0
-    ticks = stat.read_text().rpartition(")")[2].split()[11:13]
-    return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
-
-
-def test_hundreds_of_clients_are_closed_within_a_second_of_ctrl_c(tmp_path):
-    command = [sys.executable, "-m", "graspforce", "view", str(EXAMPLES / "pinched_egg.yaml")]
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    with subprocess.Popen(
-        [*command, "--port", "18098"], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as running:
-        address, token = re.match(r"http://([^/]+)/\?token=(\S+)", running.stderr.readline()).groups()
-
-        def open_one(_):
-            return websocket(
-                f"ws://{address}/?token={token}", subprotocols=[PROTOCOL], max_size=None, compression=None
-            )
-
-        with ThreadPoolExecutor(16) as pool:
-            opened = list(pool.map(open_one, range(300)))
-        for one in opened:
-            say(one, CAMERA)
-        opened[0].recv(timeout=10)
-        before = processor_seconds(running.pid)
-        begin = time.monotonic()
-        running.send_signal(signal.SIGINT)
-        output, errors = running.communicate(timeout=20)
-        took = time.monotonic() - begin
-        assert running.returncode == 0
-        for one in opened:
-            one.socket.close()
-    # Where others use the machine, too, what counts is that nothing is waited for.
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    ended = used.ru_utime + used.ru_stime - children.ru_utime - children.ru_stime - before
-    assert took < 1.0 or (took < 5.0 and ended < 0.7), f"{took:.2f} s, of which it computed {ended:.2f} s"
-    assert "Traceback" not in output + errors
-
-
-@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="counts file descriptors")
-def test_sockets_beyond_a_limit_are_closed_at_once(viewer, monkeypatch):
-    monkeypatch.setattr(guard, "MAX_CONNECTIONS", 5)
-    before = len(list(Path("/proc/self/fd").iterdir()))
-    kept, refused = [], 0
-    for _ in range(20):
-        try:
-            manager = client(viewer)
-            manager.__enter__()
-            kept.append(manager)
-        except (OSError, EOFError, WebSocketException):
-            refused += 1
-    assert len(kept) <= 5
-    assert refused >= 15
-    assert len(list(Path("/proc/self/fd").iterdir())) - before <= 12
-    for manager in kept:
-        manager.__exit__(None, None, None)
-    wait_for(lambda: not viewer._guard._open)
-    monkeypatch.undo()
-    nothing_happens(viewer)

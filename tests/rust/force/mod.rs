@@ -11,3 +11,4 @@ mod limits;
 mod nearest;
 mod squares;
 mod third_level;
+mod true_cone_newton;

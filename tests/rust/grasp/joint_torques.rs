@@ -86,6 +86,10 @@ fn each_option_is_refused_by_its_own_name() {
         ("friction", solve(0.0, 1.0, 8)),
         ("max_normal_force", solve(0.5, f64::INFINITY, 8)),
         ("edges", solve(0.5, 1.0, 2)),
+        ("jacobian", torque_limited_forces(&[Vector3::repeat(f64::NAN)], &[-1.0], &[1.0], 0.5, 1.0, 8)),
+        ("jacobian", torque_limited_forces(&[Vector3::repeat(1e200)], &[-1.0], &[1.0], 0.5, 1.0, 8)),
+        ("torque_limits", torque_limited_forces(&[Vector3::x()], &[1.0], &[-1.0], 0.5, 1.0, 8)),
+        ("torque_limits", torque_limited_forces(&[Vector3::x()], &[-1.0], &[], 0.5, 1.0, 8)),
     ] {
         assert!(
             matches!(&refused, Err(Error::InvalidInput { argument: named, .. }) if *named == argument),

@@ -70,3 +70,22 @@ fn triangles_flat_up_to_rounding_are_their_longest_edge() {
         assert!((found - least).abs() <= 1e-14, "{found} instead of {least}: {corners:?} {query:?}");
     }
 }
+
+#[test]
+fn the_nearest_point_of_a_triangle_scales_with_it() {
+    let mut stream = Random(23);
+    for size in [1e-130, 1e-82, 1e-30, 1.0, 1e30, 1e78, 1e130] {
+        for _ in 0..100 {
+            let corners = [stream.vector(), stream.vector(), stream.vector()];
+            let query = stream.vector() * 2.0;
+            let weights = |size: f64| {
+                let tree =
+                    TriangleTree::new(&corners.map(|corner| corner * size), &[[0, 1, 2]]).expect("valid");
+                tree.closest(&(query * size)).weights
+            };
+            for (scaled, plain) in weights(size).iter().zip(weights(1.0)) {
+                assert!((scaled - plain).abs() < 1e-9, "{size:e}: {scaled} {plain}");
+            }
+        }
+    }
+}

@@ -7,6 +7,7 @@ use graspforce::{
 use nalgebra::{SMatrix, Vector3};
 use support::balance::assert_balanced;
 use support::control_loop::ControlLoop;
+use support::duality::assert_proven;
 
 fn spatial(contacts: &[([f64; 3], [f64; 3])]) -> Vec<Contact> {
     contacts.iter().map(|(r, n)| Contact::new(Vector3::from(*r), Vector3::from(*n))).collect()
@@ -92,8 +93,7 @@ fn contacts_with_listed_forces_beside_true_cones_count_by_multiples_of_their_for
                 Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8) * 7.0 + f64::from(k) + 0.3));
             let Ok(found) = distributor.solve(&external) else { continue };
             solved += 1;
-            let proven = -external.dot(&found.dual);
-            assert!((found.sigma - proven).abs() <= 1e-6 * proven, "{found:?}");
+            assert_proven(&grasp, &external, &found, 0.0);
             assert!(found.sigma_max > 0.0 && found.sigma_sum >= found.sigma_max, "{found:?}");
         }
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use graspforce::{Closure, Contact, Criterion, Grasp, Quality, QualityOptions, QualityWorkspace};
+use graspforce::{Closure, Contact, Criterion, Error, Grasp, Quality, QualityOptions, QualityWorkspace};
 use nalgebra::Vector3;
 
 fn sphere(points: &[[f64; 3]], change: impl Fn(Contact) -> Contact) -> Grasp<6> {
@@ -140,4 +140,32 @@ fn planar_cones_are_exact_already() {
     let (edges, cones) = (Grasp::<3>::new(&contacts).unwrap(), Grasp::<3>::new(&cones).unwrap());
     assert!(cones.is_finite());
     assert_eq!(edges.quality(Criterion::Max).unwrap().rho, cones.quality(Criterion::Max).unwrap().rho);
+}
+
+#[test]
+fn a_coefficient_whose_square_overflows_is_computed_with_or_refused_by_its_name() {
+    for exponent in [0, 60, 76, 100, 139, 141, 155, 300] {
+        let friction = 10_f64.powi(exponent);
+        for limit in [1.0, 1e-30, 1e-130] {
+            let contacts: Vec<_> = PAIR
+                .iter()
+                .map(|&p| {
+                    let p = Vector3::from(p);
+                    Contact::new(p, -p).friction(friction).torsion(0.1).max_normal_force(limit).cone()
+                })
+                .collect();
+            match Grasp::<6>::new(&contacts).and_then(|grasp| grasp.quality(Criterion::Max)) {
+                Ok(quality) => {
+                    assert!(quality.rho.is_finite() && quality.lower <= quality.upper, "{quality:?}")
+                }
+                Err(Error::InvalidGrasp { argument, .. }) => {
+                    assert!(
+                        ["friction", "positions"].contains(&argument),
+                        "{argument}: {friction:e}, {limit:e}"
+                    );
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
 }

@@ -19,7 +19,10 @@ use crate::convex::expanding_polytope::ridge_table::{RidgeTable, Side};
 use crate::convex::rounding::along;
 use crate::grasp::Wrench;
 use crate::linalg::dense::{pierces, plane_through};
-use crate::tolerances::{BEYOND_PLANE, PROVEN_PLANE, ROUNDED_DISTANCE, ROUNDED_POINT, ROUNDED_QUOTIENT};
+use crate::tolerances::{
+    BEYOND_PLANE, CANCELLED_PLANE, DRIFTED_PLANE, PROVEN_PLANE, ROUNDED_DISTANCE, ROUNDED_POINT,
+    ROUNDED_QUOTIENT,
+};
 
 /// Rays that are tried in turn where one passes too close to the rim of a facet.
 const RAYS: usize = 8;
@@ -84,7 +87,7 @@ impl<const D: usize> Boundary<D> {
             self.serial += 1;
             let facet = Facet {
                 plane: self.points[opposite] * (-(D as f64) / (size * size)),
-                distance: size / D as f64,
+                length: D as f64 / size,
                 error: 64.0 * f64::EPSILON,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
@@ -94,8 +97,8 @@ impl<const D: usize> Boundary<D> {
                 visible: false,
             };
             self.facets.push(facet);
-            let Facet { distance, serial, .. } = facet;
-            self.heap.push(Candidate { distance, facet: opposite as u32, serial });
+            let Facet { length, serial, .. } = facet;
+            self.heap.push(Candidate { distance: length.recip(), facet: opposite as u32, serial });
         }
     }
 
@@ -132,8 +135,8 @@ impl<const D: usize> Boundary<D> {
 
     /// Unit normals of the facets no further out than `distance`.
     pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
-        let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.distance <= distance);
-        near.map(|facet| facet.plane * facet.distance)
+        let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.length * distance >= 1.0);
+        near.map(|facet| facet.plane / facet.length)
     }
 
     /// The live facet nearest to the origin, its plane freshly checked.
@@ -144,10 +147,10 @@ impl<const D: usize> Boundary<D> {
                 continue;
             }
             let vertices = facet.vertices.map(|v| self.points[v as usize]);
-            if offset(&facet.plane, &vertices) > 1e-13 {
+            if offset(&facet.plane, &vertices) > DRIFTED_PLANE {
                 if let Some(plane) = plane_through(&vertices) {
-                    (facet.plane, facet.distance) = (plane, plane.norm().recip());
-                    facet.error = offset(&plane, &vertices) + self.noise / facet.distance;
+                    (facet.plane, facet.length) = (plane, plane.norm());
+                    facet.error = offset(&plane, &vertices) + self.noise * facet.length;
                 }
                 let distance = certified_distance(&facet.plane, &vertices);
                 if distance > candidate.distance
@@ -180,7 +183,7 @@ impl<const D: usize> Boundary<D> {
         let round = self.round;
         let facet = &mut self.facets[first as usize];
         (facet.round, facet.visible, facet.reach) = (round, true, facet.plane.dot(&p));
-        self.proven &= facet.error + self.noise / facet.distance < PROVEN_PLANE;
+        self.proven &= facet.error + self.noise * facet.length < PROVEN_PLANE;
         self.visible.push(first);
         let mut next = 0;
         while let Some(&inner) = self.visible.get(next) {
@@ -192,11 +195,12 @@ impl<const D: usize> Boundary<D> {
                     neighbour.round = round;
                     neighbour.reach = neighbour.plane.dot(&p);
                     let beyond = neighbour.reach - 1.0 - BEYOND_PLANE;
-                    neighbour.visible = beyond > self.noise / neighbour.distance
+                    let noise = self.noise * neighbour.length;
+                    neighbour.visible = beyond > noise
                         || (beyond > 0.0
                             && beyond > noise_along(&neighbour.plane, &self.uncertain, self.noise));
                     if neighbour.visible {
-                        self.proven &= neighbour.error + self.noise / neighbour.distance < PROVEN_PLANE;
+                        self.proven &= neighbour.error + noise < PROVEN_PLANE;
                         self.visible.push(outer);
                     }
                 }
@@ -221,7 +225,7 @@ impl<const D: usize> Boundary<D> {
         for (k, vertex) in vertices[..D - 1].iter_mut().enumerate() {
             *vertex = inside.vertices[k + usize::from(k >= slot)];
         }
-        let (plane, error) = self.tilted_plane(inside, outside, &vertices);
+        let (plane, length, error) = self.tilted_plane(inside, outside, &vertices);
         let back = shared_slot(outside, inner, &vertices);
         let mut neighbours = [outer; D];
         let (made, serial) = self.next_slot();
@@ -236,10 +240,9 @@ impl<const D: usize> Boundary<D> {
                 self.facets[partner.facet as usize].neighbours[partner.slot as usize] = made;
             }
         }
-        let distance = plane.norm().recip();
         self.facets[made as usize] = Facet {
             plane,
-            distance,
+            length,
             error,
             reach: 1.0,
             vertices,
@@ -249,8 +252,8 @@ impl<const D: usize> Boundary<D> {
             visible: false,
         };
         // What is further out than the radius can never be the nearest facet before the bracket closes.
-        if distance < interesting {
-            self.heap.push(Candidate { distance, facet: made, serial });
+        if length * interesting > 1.0 {
+            self.heap.push(Candidate { distance: length.recip(), facet: made, serial });
         }
     }
 
@@ -265,22 +268,28 @@ impl<const D: usize> Boundary<D> {
     }
 
     /// The plane through the ridge and the apex, by the pencil `y = y_b + t (y_a - y_b)` of the two planes
-    /// that meet in the ridge: a convex combination, so errors in old vertices never grow. With a bound on
-    /// `|y . v_k - 1|`.
-    fn tilted_plane(&self, inside: &Facet<D>, outside: &Facet<D>, vertices: &[u16; D]) -> (Wrench<D>, f64) {
+    /// that meet in the ridge: a convex combination, so errors in old vertices never grow. With its length, and a bound
+    /// on `|y . v_k - 1|`.
+    fn tilted_plane(
+        &self,
+        inside: &Facet<D>,
+        outside: &Facet<D>,
+        vertices: &[u16; D],
+    ) -> (Wrench<D>, f64, f64) {
         let t = ((1.0 - outside.reach) / (inside.reach - outside.reach)).clamp(0.0, 1.0);
         let plane = outside.plane + (inside.plane - outside.plane) * t;
         // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
-        let before = outside.plane.norm_squared().max(t * t * inside.plane.norm_squared());
-        if plane.norm_squared() < 1e-6 * before {
+        let length = plane.norm();
+        if length < CANCELLED_PLANE * outside.length.max(t * inside.length) {
             let vertices = vertices.map(|v| self.points[v as usize]);
             if let Some(plane) = plane_through(&vertices) {
-                return (plane, offset(&plane, &vertices) + self.noise * plane.norm());
+                let length = plane.norm();
+                return (plane, length, offset(&plane, &vertices) + self.noise * length);
             }
         }
         // Of the ridge the larger of both errors, of the apex what the clamp leaves, and the rounding of these lines.
-        let rounded = 2.0 * self.noise * (outside.distance.recip() + inside.distance.recip());
-        (plane, inside.error.max(outside.error).max(outside.reach - 1.0) + rounded)
+        let rounded = 2.0 * self.noise * (outside.length + inside.length);
+        (plane, length, inside.error.max(outside.error).max(outside.reach - 1.0) + rounded)
     }
 
     /// Whether it is certain that the facets surround the origin. Rounding may have removed the piece that holds the origin
@@ -304,11 +313,18 @@ impl<const D: usize> Boundary<D> {
         certified_distance(plane, vertices) * (1.0 - ROUNDED_QUOTIENT) - lost
     }
 
-    /// The radius of a ball that no facet enters; zero where rounding left nothing certain.
+    /// The radius of a ball that no facet enters; zero where rounding left nothing certain, and anything from `enough`
+    /// on where it is at least that.
     ///
     /// Planes that have drifted and certify less than `wanted` are computed afresh: the better of two is as valid.
-    pub(crate) fn certified_radius(&self, wanted: f64) -> f64 {
+    pub(crate) fn certified_radius(&self, wanted: f64, enough: f64) -> f64 {
+        let far =
+            enough * (1.0 + 4.0 * ROUNDED_QUOTIENT) + self.uncertain.norm() * (1.0 + 4.0 * ROUNDED_QUOTIENT);
         let certified = |facet: &Facet<D>| {
+            // The bound that the facet carries decides for most of them.
+            if 1.0 - facet.error > far * facet.length {
+                return f64::INFINITY;
+            }
             let vertices = facet.vertices.map(|v| self.points[v as usize]);
             // Zero rather than a number that is none, which would drop out of the minimum over all facets.
             let drifted = self.certified(&facet.plane, &vertices).max(0.0);

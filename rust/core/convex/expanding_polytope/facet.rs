@@ -4,13 +4,14 @@ use std::cmp::Ordering;
 
 use crate::grasp::Wrench;
 
-/// A simplex on the boundary.
+/// A simplex on the boundary, in two lines of the processor's cache: growing a polytope reads facets in any order.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 pub(crate) struct Facet<const D: usize> {
     /// `plane . v = 1` for all vertices.
     pub(crate) plane: Wrench<D>,
-    /// `1 / |plane|`.
-    pub(crate) distance: f64,
+    /// `|plane|`: the inverse of the distance from the origin.
+    pub(crate) length: f64,
     /// A bound on `|plane . v - 1|` for all vertices.
     pub(crate) error: f64,
     /// Of the point being added: `plane . p`.

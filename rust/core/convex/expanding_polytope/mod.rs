@@ -19,11 +19,11 @@ pub(crate) mod ridge_table;
 use crate::convex::expanding_polytope::boundary::Boundary;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::tolerances::BEYOND_PLANE;
+use crate::tolerances::{BEYOND_PLANE, RIVAL_DIRECTION, RIVAL_RADIUS};
 use crate::wrench_set::Support;
 
-/// Facets at most, unless the caller buys more: some 0.1 s and 40 MB. Only sets whose nearest boundary points are a
-/// continuum, or nearly so, come near it.
+/// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
+/// nearest boundary points are a continuum, or nearly so, come near it.
 pub const DEFAULT_MAX_FACETS: usize = 200_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
@@ -48,7 +48,7 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Stops only at the tolerance, or when the bound on the work is reached.
+    /// Stops only at the tolerance, or at [`DEFAULT_MAX_FACETS`].
     pub(crate) fn new(rtol: f64) -> Self {
         Self {
             rtol,
@@ -100,7 +100,7 @@ pub(crate) enum Expansion<const D: usize> {
     Radius(Radius<D>),
     /// The set does not contain the artificial simplex: its support along the direction is too small.
     Pierced(Thinnest<D>),
-    /// It ended before either was known: at `stop_below`, at the work limit, or where rounding broke the boundary.
+    /// It ended before either was known: at `stop_below`, at `max_facets`, or where rounding broke the boundary.
     Stopped(Thinnest<D>),
 }
 
@@ -109,7 +109,7 @@ pub(crate) enum Expansion<const D: usize> {
 pub(crate) enum Progress {
     /// Nothing is left to do; no ball inside the set is known to be larger than this.
     Done(f64),
-    /// The bound on the work is met; with a larger one [`Polytope::grow`] goes on from here.
+    /// `max_facets` is reached; with a larger one [`Polytope::grow`] goes on from here.
     Full(f64),
     /// Rounding broke the boundary.
     Broken,
@@ -168,7 +168,7 @@ impl<const D: usize> Polytope<D> {
         &self.thinnest
     }
 
-    /// Expands until the bracket is closed or the bound on the work is met.
+    /// Expands until the bracket is closed or `max_facets` is reached.
     pub(crate) fn grow(
         &mut self,
         limits: &Limits,
@@ -219,7 +219,7 @@ impl<const D: usize> Polytope<D> {
         // A ball larger than `size` holds the artificial vertices: none of them is a corner, and the polytope, with its
         // ball, lies in the set.
         let certified = if reached > size && self.boundary.surrounds_origin() {
-            self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached)).min(upper)
+            self.boundary.certified_radius((upper / (1.0 + rtol)).min(reached), upper).min(upper)
         } else {
             0.0
         };
@@ -295,9 +295,11 @@ impl<const D: usize> Polytope<D> {
         mut value: impl FnMut(&Wrench<D>) -> f64,
     ) -> bool {
         // Around a smooth minimum, too, directions close to it are nearly as bad: those are no rivals.
-        let thin = radius * (1.0 + 1e-9);
+        let thin = radius * (1.0 + RIVAL_RADIUS);
         let mut normals = self.boundary.normals_within(thin);
-        normals.any(|other| (other - z).norm() > 1e-3 && (value(&other) <= thin || interrupt::stopped()))
+        normals.any(|other| {
+            (other - z).norm() > RIVAL_DIRECTION && (value(&other) <= thin || interrupt::stopped())
+        })
     }
 }
 

@@ -1,36 +1,49 @@
-//! The third level where doubles cannot tell the optimal face: least squares with weighted rows.
+//! The third level where doubles cannot tell the optimal face: least squares with equations in 32 digits.
 //!
-//! With the optimal objective known, the least `sum_i |f_i|^2 / f_i^U^2` is a nonnegative least-squares problem: balance
-//! and objective are rows of a large weight (Lawson and Hanson, "Solving Least Squares Problems", chapters 22 and 23).
-//! Rows that differ by a billionth count for nothing beside such a weight, so forces do not follow rounding of
-//! positions. What the weighted rows leave is added to the right-hand side, and the problem solved again.
+//! Multipliers in 32 digits tell which extreme forces may take part, and what each costs beyond the optimum (its
+//! reduced cost). The forces of least `sum_i |f_i|^2 / f_i^U^2` balance the wrench exactly, and lose a small share of
+//! the objective. Without that share they would follow reduced costs that are rounding.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS};
+use crate::force::double_double::columns::{DoubleDoubleColumns, Vector, dot};
 use crate::force::least_norm::face_program::COEFFICIENT_WEIGHT;
+use crate::force::least_norm::solver::{Constraints, Solutions};
 use crate::force::simplex::pricing::Objective;
-use crate::interrupt;
-use crate::tolerances::LOST_OBJECTIVE;
-
-/// How much more balance and objective weigh than the forces.
-const WEIGHT: f64 = 1e5;
-
-/// Rounds in which what is left over is corrected.
-const ROUNDS: usize = 4;
+use crate::linalg::double_double::DoubleDouble;
+use crate::linalg::orthonormal_equations::{Equation, orthonormal_equations};
+use crate::tolerances::{CHOSEN_REST, DEPENDENT_EQUATION, LOST_OBJECTIVE, UNMOVED_BY_CHOICE};
 
 /// Extreme forces beyond which the level is left out.
 pub(crate) const MAX_UNKNOWNS: usize = 400;
 
-/// Changes of extreme forces that take part before the level is given up.
-const MAX_CHANGES: usize = 600;
-
-/// What is known of the optimum, scaled like the right-hand side.
+/// What is known of the optimum, in units of its largest share.
 pub(crate) struct Optimum<'a> {
-    pub(crate) target: &'a [f64; ROWS],
-    pub(crate) multiplier: &'a [f64; ROWS],
+    pub(crate) balanced: &'a Vector,
+    pub(crate) multiplier: &'a Vector,
     pub(crate) sigma_max: f64,
     pub(crate) sigma_sum: f64,
+    /// Lower bounds of the normalised normal forces; none where empty.
+    pub(crate) least: &'a [DoubleDouble],
+    /// The share of the objective that may be lost.
+    pub(crate) lost: f64,
+}
+
+/// What a contact's total costs beside the optimum.
+#[derive(Clone, Copy)]
+struct TotalCost {
+    /// Of each unit below the common level, and of each unit above the lower bound.
+    below_level: f64,
+    above_bound: f64,
+}
+
+/// Coefficients of extreme forces, then with a weight the common level, which is one without.
+struct ChoiceProgram<'a> {
+    columns: &'a DoubleDoubleColumns,
+    optimum: &'a Optimum<'a>,
+    /// Contact, edge and reduced cost of each coefficient.
+    unknowns: Vec<(usize, usize, f64)>,
+    totals: Vec<TotalCost>,
 }
 
 /// The coefficient of each extreme force that takes part: contact, edge, level.
@@ -40,140 +53,174 @@ pub(crate) fn least_squares_levels(
     limits: &[f64],
     optimum: &Optimum<'_>,
 ) -> Option<Vec<(usize, usize, f64)>> {
-    let contacts = columns.num_contacts();
-    let mut unknowns = Vec::new();
-    for contact in 0..contacts {
-        let (wrenches, _) = columns.listed(contact)?;
-        let reach = |w: &[f64; 6]| w.iter().zip(optimum.multiplier).map(|(w, z)| w * z).sum::<f64>();
-        let best = wrenches.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
-        let needed = if columns.objective() == Objective::Sum { 1.0 } else { 0.0 };
-        let least = best.max(needed) - LOST_OBJECTIVE;
-        let taking_part = wrenches.iter().enumerate().filter(|(_, w)| reach(w) >= least);
-        unknowns.extend(taking_part.map(|(edge, _)| (contact, edge)));
-    }
-    let n = unknowns.len();
-    if n == 0 || n > MAX_UNKNOWNS {
+    let program = ChoiceProgram::new(columns, optimum)?;
+    let count = program.unknowns.len();
+    if count == 0 || count > MAX_UNKNOWNS {
         return None;
     }
-    let size = optimum.sigma_max;
-    let (dim, k) = (columns.dim, components.len());
-    let bounded = columns.objective() != Objective::Sum;
-    let weighted = matches!(columns.objective(), Objective::Weighted(_));
-    // Unknowns: coefficients, then for the maximum what each contact stays below it, and with a weight the maximum.
-    let slacks = if bounded { contacts } else { 0 };
-    let total = n + slacks + usize::from(weighted);
-    let heavy = dim + slacks + 1;
-    let mut matrix = DMatrix::<f64>::zeros(heavy + k * contacts + n, total);
-    let mut right = DVector::<f64>::zeros(matrix.nrows());
-    for (j, &(contact, edge)) in unknowns.iter().enumerate() {
-        let (wrenches, forces) = columns.listed(contact)?;
-        for row in 0..dim {
-            matrix[(row, j)] = WEIGHT * wrenches[edge][row];
+    let (matrix, right) =
+        orthonormal_equations(program.equations()?, program.width(), DEPENDENT_EQUATION, CHOSEN_REST)?;
+    let right = DMatrix::from_column_slice(right.len(), 1, right.as_slice());
+    let objective = program.objective(components, limits)?;
+    let one = DVector::repeat(1, 1.0);
+    let chosen = Solutions::new(matrix, right).least_norm(&objective, &program.constraints(), &one)?;
+    let levels = program.unknowns.iter().zip(&chosen.solution);
+    let positive = levels.filter(|(_, level)| **level > 0.0);
+    Some(positive.map(|(&(contact, edge, _), level)| (contact, edge, *level)).collect())
+}
+
+impl<'a> ChoiceProgram<'a> {
+    /// `None` where a contact lists no extreme forces.
+    fn new(columns: &'a DoubleDoubleColumns, optimum: &'a Optimum<'a>) -> Option<Self> {
+        let (mut unknowns, mut totals) = (Vec::new(), Vec::new());
+        for contact in 0..columns.num_contacts() {
+            let (wrenches, _) = columns.listed(contact)?;
+            let reach: Vec<_> = wrenches.iter().map(|w| dot(w, optimum.multiplier)).collect();
+            let best = reach.iter().copied().reduce(DoubleDouble::max)?;
+            let bounded = optimum.least.get(contact).is_some_and(|bound| bound.value() > 0.0);
+            // A contact with a lower bound takes part also where it gains less than it costs.
+            let own = DoubleDouble::from(match columns.objective() {
+                Objective::Sum => 1.0,
+                _ => columns.weight(),
+            });
+            let needed = if bounded { best } else { best.max(own) };
+            let sum = columns.objective() == Objective::Sum;
+            totals.push(TotalCost {
+                below_level: if sum { 0.0 } else { (best - own).max(DoubleDouble::ZERO).value() },
+                above_bound: if bounded { (own - best).max(DoubleDouble::ZERO).value() } else { 0.0 },
+            });
+            let costs = reach.into_iter().map(|reach| (needed - reach).value()).enumerate();
+            let taking_part = costs.filter(|(_, cost)| *cost <= LOST_OBJECTIVE);
+            unknowns.extend(taking_part.map(|(edge, cost)| (contact, edge, cost)));
         }
-        if bounded {
-            matrix[(dim + contact, j)] = WEIGHT;
-        }
-        matrix[(dim + slacks, j)] = WEIGHT;
-        for (row, &component) in components.iter().enumerate() {
-            matrix[(heavy + k * contact + row, j)] = forces[edge][component] / limits[contact];
-        }
-        matrix[(heavy + k * contacts + j, j)] = COEFFICIENT_WEIGHT;
+        Some(Self { columns, optimum, unknowns, totals })
     }
-    for row in 0..dim {
-        right[row] = WEIGHT * optimum.target[row] / size;
+
+    /// Whether the maximum counts, and is not known.
+    fn weighted(&self) -> bool {
+        matches!(self.columns.objective(), Objective::Weighted(_))
     }
-    for contact in 0..slacks {
-        matrix[(dim + contact, n + contact)] = WEIGHT;
-        if weighted {
-            matrix[(dim + contact, total - 1)] = -WEIGHT;
+
+    fn width(&self) -> usize {
+        self.unknowns.len() + usize::from(self.weighted())
+    }
+
+    fn coefficients(&self, contact: usize) -> impl Iterator<Item = usize> + '_ {
+        self.unknowns.iter().enumerate().filter(move |(_, own)| own.0 == contact).map(|(j, _)| j)
+    }
+
+    fn bound(&self, contact: usize) -> DoubleDouble {
+        self.optimum.least.get(contact).copied().unwrap_or(DoubleDouble::ZERO)
+    }
+
+    fn highest_bound(&self) -> f64 {
+        self.optimum.least.iter().map(|bound| bound.value()).fold(0.0, f64::max)
+    }
+
+    /// Balance, and the totals that are too dear to leave their level or their bound.
+    fn equations(&self) -> Option<Vec<Equation>> {
+        let width = self.width();
+        let mut equations = vec![vec![DoubleDouble::ZERO; width + 1]; self.columns.dim];
+        for (j, &(contact, edge, _)) in self.unknowns.iter().enumerate() {
+            let wrench = self.columns.listed(contact)?.0[edge];
+            equations.iter_mut().zip(wrench).for_each(|(row, w)| row[j] = DoubleDouble::from(w));
+        }
+        equations.iter_mut().zip(self.optimum.balanced).for_each(|(row, b)| row[width] = *b);
+        for (contact, cost) in self.totals.iter().enumerate() {
+            let mut row = vec![DoubleDouble::ZERO; width + 1];
+            self.coefficients(contact).for_each(|j| row[j] = DoubleDouble::ONE);
+            if cost.below_level > LOST_OBJECTIVE {
+                if self.weighted() {
+                    row[width - 1] = -DoubleDouble::ONE;
+                } else {
+                    row[width] = DoubleDouble::ONE;
+                }
+            } else if cost.above_bound > LOST_OBJECTIVE {
+                row[width] = self.bound(contact);
+            } else {
+                continue;
+            }
+            equations.push(row);
+        }
+        Some(equations)
+    }
+
+    /// Forces over their limits, and a little of the unknowns themselves.
+    fn objective(&self, components: &[usize], limits: &[f64]) -> Option<DMatrix<f64>> {
+        let (k, width) = (components.len(), self.width());
+        let rows = k * limits.len();
+        let mut matrix = DMatrix::zeros(rows + width, width);
+        matrix.view_mut((rows, 0), (width, width)).fill_diagonal(COEFFICIENT_WEIGHT);
+        for (j, &(contact, edge, _)) in self.unknowns.iter().enumerate() {
+            let force = self.columns.listed(contact)?.1[edge];
+            for (row, &component) in components.iter().enumerate() {
+                matrix[(k * contact + row, j)] = force[component] / limits[contact];
+            }
+        }
+        Some(matrix)
+    }
+
+    /// Coefficients are not negative, totals keep their bounds, and the objective loses no more than its share.
+    fn constraints(&self) -> Constraints {
+        let mut constraints = Constraints::with_smallest_gradient(UNMOVED_BY_CHOICE);
+        let (count, level) = (self.unknowns.len(), self.width() - 1);
+        (0..count).for_each(|j| constraints.push([(j, 1.0)], 0.0));
+        let lost = self.optimum.lost;
+        let sum = self.columns.objective() == Objective::Sum;
+        for contact in 0..self.totals.len() {
+            let bound = self.bound(contact).value();
+            if bound > 0.0 {
+                constraints.push(self.coefficients(contact).map(|j| (j, 1.0)), bound);
+            }
+            if sum {
+                continue;
+            }
+            let below = self.coefficients(contact).map(|j| (j, -1.0));
+            if self.weighted() {
+                constraints.push(below.chain([(level, 1.0)]), 0.0);
+            } else {
+                constraints.push(below, -(1.0 + lost));
+            }
+        }
+        let highest = self.highest_bound();
+        if self.weighted() && highest > 0.0 {
+            constraints.push([(level, 1.0)], highest);
+        }
+        if self.columns.objective() == Objective::MaxThenSum {
+            let sum = self.optimum.sigma_sum / self.optimum.sigma_max;
+            constraints.push((0..count).map(|j| (j, -1.0)), -sum * (1.0 + lost));
+        }
+        self.push_loss(&mut constraints);
+        constraints
+    }
+
+    /// What is lost of the objective: reduced costs times what they belong to.
+    fn push_loss(&self, constraints: &mut Constraints) {
+        let mut row: Vec<f64> = self.unknowns.iter().map(|unknown| unknown.2).collect();
+        row.resize(self.width(), 0.0);
+        let highest = self.highest_bound();
+        // Where the largest lower bound keeps the level up, the level itself costs.
+        let own = (1.0 - self.totals.iter().map(|cost| cost.below_level).sum::<f64>()).max(0.0);
+        let mut at_level = if self.weighted() && highest > 0.0 { own } else { 0.0 };
+        let mut fixed = -at_level * highest;
+        for (contact, cost) in self.totals.iter().enumerate() {
+            let cheap = |cost: f64| if cost > LOST_OBJECTIVE { 0.0 } else { cost };
+            let (below, above) = (cheap(cost.below_level), cheap(cost.above_bound));
+            self.coefficients(contact).for_each(|j| row[j] += above - below);
+            at_level += below;
+            fixed -= above * self.bound(contact).value();
+        }
+        if self.weighted() {
+            row[self.unknowns.len()] += at_level;
         } else {
-            right[dim + contact] = WEIGHT;
+            fixed += at_level;
+        }
+        let Optimum { sigma_max, sigma_sum, lost, .. } = self.optimum;
+        let largest = row.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let allowed = lost * self.columns.objective().value(1.0, sigma_sum / sigma_max);
+        if largest > 0.0 {
+            let scaled = row.into_iter().enumerate().map(|(j, x)| (j, -x / largest));
+            constraints.push(scaled, (fixed - allowed) / largest);
         }
     }
-    let mut sum = optimum.sigma_sum;
-    if let Objective::Weighted(weight) = columns.objective() {
-        let row = dim + slacks;
-        matrix.row_mut(row).scale_mut(weight);
-        matrix[(row, total - 1)] = WEIGHT;
-        sum = optimum.sigma_max + weight * optimum.sigma_sum;
-    }
-    right[dim + slacks] = WEIGHT * sum / size;
-    let mut passive = Vec::new();
-    let mut solution = DVector::zeros(total);
-    let mut corrected = right.clone();
-    for _ in 0..ROUNDS {
-        solution = nonnegative_least_squares(&matrix, &corrected, &mut passive)?;
-        let rest = &right - &matrix * &solution;
-        if rest.rows(0, heavy).amax() <= 1e-15 * WEIGHT {
-            break;
-        }
-        let mut heavy_rows = corrected.rows_mut(0, heavy);
-        heavy_rows += rest.rows(0, heavy);
-    }
-    let levels = unknowns.into_iter().zip(solution.iter()).filter(|(_, level)| **level > 0.0);
-    Some(levels.map(|((contact, edge), level)| (contact, edge, level * size)).collect())
-}
-
-/// Lawson and Hanson's method from the unknowns in `passive`, which are left as they end.
-fn nonnegative_least_squares(
-    matrix: &DMatrix<f64>,
-    right: &DVector<f64>,
-    passive: &mut Vec<usize>,
-) -> Option<DVector<f64>> {
-    let mut x = DVector::<f64>::zeros(matrix.ncols());
-    let noise = 1e-15 * WEIGHT * WEIGHT;
-    let mut changes = 0;
-    let mut entering = None;
-    loop {
-        // The inner loop: shrink until the least-squares solution over the passive unknowns is positive.
-        while !passive.is_empty() {
-            changes += 1;
-            if changes > MAX_CHANGES || interrupt::stopped() {
-                return None;
-            }
-            let free = solve_passive(matrix, right, passive)?;
-            let negative = |k: &usize| free[*k] <= 0.0;
-            let Some(first) = (0..passive.len()).filter(negative).min_by(|&a, &b| {
-                let step = |k: usize| x[passive[k]] / (x[passive[k]] - free[k]);
-                step(a).total_cmp(&step(b))
-            }) else {
-                x.fill(0.0);
-                passive.iter().zip(free.iter()).for_each(|(&j, level)| x[j] = *level);
-                break;
-            };
-            let step = (x[passive[first]] / (x[passive[first]] - free[first])).clamp(0.0, 1.0);
-            for (k, &j) in passive.iter().enumerate() {
-                x[j] += step * (free[k] - x[j]);
-            }
-            let leaving = passive.swap_remove(first);
-            x[leaving] = 0.0;
-            if entering == Some(leaving) {
-                // Its gain was rounding.
-                return Some(x);
-            }
-        }
-        let gradient = matrix.tr_mul(&(right - matrix * &x));
-        let best = (0..x.len())
-            .filter(|j| !passive.contains(j))
-            .max_by(|&a, &b| gradient[a].total_cmp(&gradient[b]));
-        match best.filter(|&j| gradient[j] > noise.max(1e-9)) {
-            Some(j) => {
-                passive.push(j);
-                entering = Some(j);
-            }
-            None => return Some(x),
-        }
-    }
-}
-
-fn solve_passive(matrix: &DMatrix<f64>, right: &DVector<f64>, passive: &[usize]) -> Option<DVector<f64>> {
-    let columns = matrix.select_columns(passive);
-    let rows: Vec<usize> =
-        (0..columns.nrows()).filter(|&i| columns.row(i).iter().any(|x| *x != 0.0)).collect();
-    if rows.len() < passive.len() {
-        return None;
-    }
-    let qr = columns.select_rows(&rows).qr();
-    let mut projected = qr.q().tr_mul(&right.select_rows(&rows));
-    qr.r().solve_upper_triangular_mut(&mut projected).then_some(projected)
 }

@@ -18,9 +18,9 @@ pub(crate) const ROWS: usize = 7;
 /// A column, a right-hand side or a multiplier.
 pub(crate) type Vector = [DoubleDouble; ROWS];
 
-/// What the maximum's tie-break by the sum weighs beside it: less than the tolerance of the objective, and far more than
-/// rounding in 32 digits.
-const TIE_BREAK: f64 = 1e-12;
+/// What the maximum's tie-break by the sum weighs beside it: less than the tolerance of the objective, and as much as
+/// counts as a tie in doubles ([`TIED_COST`](crate::tolerances::TIED_COST)).
+const TIE_BREAK: f64 = 1e-11;
 
 /// The wrenches of one contact.
 #[derive(Debug, Clone)]
@@ -143,7 +143,7 @@ impl DoubleDoubleColumns {
     }
 
     /// What each contact adds to the cost of a column.
-    fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         match self.objective {
             Objective::Sum => 0.0,
             Objective::MaxThenSum => TIE_BREAK,

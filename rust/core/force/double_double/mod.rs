@@ -4,7 +4,7 @@
 //! than the feasibility tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
 //!
 //! - [`simplex`]: the simplex method with a price on imbalance; [`columns`]: its columns.
-//! - [`choice`]: the third level as a nonnegative least-squares problem.
+//! - [`choice`]: the third level.
 
 pub(crate) mod choice;
 pub(crate) mod columns;
@@ -75,35 +75,55 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             Outcome::Infeasible(witness) => return Err(self.infeasible(&witness, simplex.pivots)),
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        Self::add_up(&simplex, size, forces);
+        match self.finish(&simplex, &target, size, b, forces) {
+            Err(error @ Error::NotConverged { unmet: Unmet::Balance { .. }, .. }) => {
+                // Forces so large that rounding of their products exceeds the tolerance balance nothing.
+                if !simplex.lower_price() {
+                    return Err(error);
+                }
+                let lowered = self.finish(&simplex, &target, size, b, forces);
+                match (lowered, simplex.witness()) {
+                    (Err(_), Some(witness)) => Err(self.infeasible(&witness, simplex.pivots)),
+                    (lowered, _) => lowered,
+                }
+            }
+            finished => finished,
+        }
+    }
+
+    /// The forces of a basis, the least of those that are as good, with their certificate.
+    fn finish(
+        &self,
+        simplex: &DoubleDoubleSimplex<'_>,
+        target: &[f64; ROWS],
+        size: f64,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        Self::add_up(simplex, size, forces);
         let rest = simplex.slack();
         let mut balanced = [DoubleDouble::ZERO; ROWS];
         for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
             *b = DoubleDouble::from(*t) - DoubleDouble::from(rest);
         }
-        let z = simplex.multiplier.map(DoubleDouble::value);
+        let z = simplex.multiplier;
         let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
-        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
+        if let Some(better) = self.choose(simplex, &balanced, size, forces) {
             certificate = better;
         }
+        let not_converged =
+            |unmet| Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet });
         let left = self.left_over(b, forces);
         let exact = self.columns.is_finite() || !self.least.is_empty();
         if exact && left > FEASIBILITY_TOLERANCE * size {
-            // Forces so large that rounding of their products exceeds the tolerance balance nothing.
-            let unmet = Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE };
-            let unbalanced = Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet };
-            return Err(match &simplex.separates {
-                Some(witness) => self.infeasible(witness, simplex.pivots),
-                None => unbalanced,
-            });
+            return not_converged(Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE });
         }
-        self.check_torques(b, forces, simplex.pivots)?;
+        self.check_parts(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
-        let unmet = Unmet::Gap { found: certificate.gap, allowed };
-        Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet })
+        not_converged(Unmet::Gap { found: certificate.gap, allowed })
     }
 
     /// The error for a wrench that a multiplier separates from all that the contacts balance.
@@ -125,9 +145,9 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
-    /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
-    /// torques that forces of this size exert at the longest arm.
-    fn check_torques(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
+    /// A torsion or a friction of immense size makes the unit of torques or of forces immense. What is left over must
+    /// also be nothing beside the forces themselves, and beside the torques that they exert at the longest arm.
+    fn check_parts(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
         let split = if D == 3 { 2 } else { 3 };
         let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
         for (map, f) in self.maps.iter().zip(&forces.forces) {
@@ -136,11 +156,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             torsion += f[3].abs();
             arm = arm.max(map.fixed_columns::<3>(0).rows_range(split..).norm());
         }
-        let left = rest.rows_range(split..).amax();
-        let terms = force * arm + torsion + b.rows_range(split..).amax();
-        if left <= 2.0 * FEASIBILITY_TOLERANCE * terms {
-            return Ok(());
-        }
+        let torque = force * arm + torsion + b.rows_range(split..).amax();
+        let parts = [(rest.rows_range(..split).amax(), force), (rest.rows_range(split..).amax(), torque)];
+        let within = |&(left, terms): &(f64, f64)| left <= 2.0 * FEASIBILITY_TOLERANCE * terms;
+        let Some((left, terms)) = parts.into_iter().find(|part| !within(part)) else { return Ok(()) };
         let unmet = Unmet::Balance { found: left / terms, allowed: FEASIBILITY_TOLERANCE };
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
@@ -173,25 +192,26 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
     }
 
-    /// What the multiplier proves of the forces for the wrench that they balance, both scaled.
+    /// What the multiplier proves of the forces for the wrench that they balance, both scaled. Rounded to doubles, a
+    /// large multiplier would prove less.
     fn certify(
         &self,
-        z: &[f64; ROWS],
+        z: &Vector,
         balanced: &Vector,
         size: f64,
         forces: &ContactForces,
         pivots: usize,
     ) -> Certificate<D> {
         let objective = self.columns.objective();
-        let mut multiplier: Vector = z.map(DoubleDouble::from);
+        let mut multiplier = *z;
         multiplier[D..].fill(DoubleDouble::ZERO);
         let weight = objective.weight();
         let [pressing, _] = self.columns.values(&multiplier, weight);
         // With a weight or lower bounds the bound is not homogeneous, and only what reaches too far may shrink.
         let homogeneous = weight == 0.0 && self.least.is_empty();
         let floor = if homogeneous { f64::MIN_POSITIVE } else { 1.0 };
-        let shrink = 1.0 / pressing.value().max(floor);
-        let shrunk = multiplier.map(|z| z.times(shrink));
+        let shrink = DoubleDouble::ONE / pressing.max(DoubleDouble::from(floor));
+        let shrunk = multiplier.map(|z| z * shrink);
         let product =
             shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
         let mut bound = product.value() * size;
@@ -202,51 +222,66 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);
-        let dual = Wrench::<D>::from_fn(|k, _| z[k] * shrink * self.columns.units[k]);
+        let dual = self.valid_in_doubles(&shrunk);
         let gap = if sigma > 0.0 { (1.0 - bound / sigma).abs() } else { 0.0 };
         Certificate { sigma, dual, gap, pivots, fell_back: false }
+    }
+
+    /// The multiplier in doubles, shrunk by what it reaches beyond one since it was rounded.
+    fn valid_in_doubles(&self, z: &Vector) -> Wrench<D> {
+        let units = &self.columns.units;
+        let rounded = Wrench::<D>::from_fn(|k, _| z[k].value() * units[k]);
+        let mut again = [DoubleDouble::ZERO; ROWS];
+        again.iter_mut().zip(rounded.iter().zip(units)).for_each(|(z, (dual, unit))| {
+            *z = DoubleDouble::from(*dual) / DoubleDouble::from(*unit);
+        });
+        let [reach, _] = self.columns.values(&again, self.columns.objective().weight());
+        if self.least.is_empty() { rounded / reach.value().max(1.0) } else { rounded }
     }
 
     /// The third level: replaces the forces by the least among those that are as good, and certifies these.
     fn choose(
         &self,
-        z: &[f64; ROWS],
+        simplex: &DoubleDoubleSimplex<'_>,
         balanced: &Vector,
         size: f64,
-        left_over: f64,
         forces: &mut ContactForces,
-        pivots: usize,
     ) -> Option<Certificate<D>> {
-        if !self.least.is_empty() {
-            return None;
-        }
-        let (largest, sum) = forces.totals();
-        let wanted = balanced.map(DoubleDouble::value);
-        let optimum =
-            Optimum { target: &wanted, multiplier: z, sigma_max: largest / size, sigma_sum: sum / size };
+        let (z, pivots) = (&simplex.multiplier, simplex.pivots);
+        let (_, sum) = forces.totals();
+        // In 32 digits: what is rounded here contradicts equations that differ by a billionth.
+        let sigma_max = simplex.largest_share();
+        let (largest, highest) = (sigma_max.value() * size, DoubleDouble::from(self.largest / size));
+        let bound = |least: &f64| highest.times(*least) / sigma_max;
+        let optimum = Optimum {
+            balanced: &balanced.map(|b| b / sigma_max),
+            multiplier: z,
+            sigma_max: sigma_max.value(),
+            sigma_sum: sum / size,
+            least: &self.least.iter().map(bound).collect::<Vec<_>>(),
+            lost: CHOSEN_GAP.min(0.5 * self.tolerance),
+        };
         let levels = least_squares_levels(&self.columns, self.components, &self.limits, &optimum)?;
         let mut chosen = ContactForces::new(forces.forces.len());
         let mut rest = *balanced;
         for (contact, edge, level) in levels {
             let (wrenches, forces) = self.columns.listed(contact)?;
             for (rest, w) in rest.iter_mut().zip(&wrenches[edge]) {
-                *rest -= DoubleDouble::from(*w).times(level);
+                *rest -= DoubleDouble::from(*w).times(level * optimum.sigma_max);
             }
             let force: ContactForce = forces[edge];
-            chosen.forces[contact] += force * (level * size);
-            chosen.shares[contact] += level * size;
+            chosen.forces[contact] += force * (level * largest);
+            chosen.shares[contact] += level * largest;
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
-        if left > CHOSEN_REST || left + left_over > FEASIBILITY_TOLERANCE {
+        if left > CHOSEN_REST || left + simplex.left_over() > FEASIBILITY_TOLERANCE {
             return None;
         }
         let mut own = *balanced;
         own.iter_mut().zip(&rest).take(D).for_each(|(b, rest)| *b -= *rest);
         let certificate = self.certify(z, &own, size, &chosen, pivots);
-        let before = self.columns.objective().value(largest, sum);
-        let kept = certificate.sigma <= before * (1.0 + CHOSEN_GAP) && certificate.gap <= self.tolerance;
-        kept.then(|| {
+        (certificate.gap <= self.tolerance).then(|| {
             *forces = chosen;
             certificate
         })

@@ -10,7 +10,8 @@ use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Sha
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
-    CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_BASIS, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS,
+    CONE_SEPARATED, FEASIBILITY_TOLERANCE, LARGEST_OBJECTIVE, ROUNDED_BASIS, ROUNDED_WRENCH,
+    SMALLEST_PIVOTS_32_DIGITS,
 };
 
 /// Pivots after which a solve gives up.
@@ -24,6 +25,9 @@ const FIRST_PRICE: f64 = 1e3;
 const LAST_PRICE: f64 = 1e9;
 const HIGHEST_PRICE: f64 = 1e16;
 const HIGHEST_PRICE_OF_CONES: f64 = 1e20;
+
+/// The lowest price is known up to this factor.
+const LOWERED_PRICE: f64 = 1.01;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
@@ -58,8 +62,10 @@ pub(crate) struct DoubleDoubleSimplex<'a> {
     levels: Vector,
     pub(crate) multiplier: Vector,
     pub(crate) pivots: usize,
-    /// The multiplier of the highest price at which more than the tolerance was left over, from the last price on.
-    pub(crate) separates: Option<Vector>,
+    /// The highest price at which more than the tolerance was left over, from the last price on, with its multiplier.
+    separates: Option<(f64, Vector)>,
+    /// The price of the last solution.
+    price: f64,
 }
 
 fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
@@ -79,6 +85,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
             multiplier: [DoubleDouble::ZERO; ROWS],
             pivots: 0,
             separates: None,
+            price: FIRST_PRICE,
         };
         for (row, &level) in target.iter().enumerate().take(columns.rows()) {
             simplex.target[row] = DoubleDouble::from(level);
@@ -113,7 +120,8 @@ impl<'a> DoubleDoubleSimplex<'a> {
         }
     }
 
-    /// Whether the columns at their levels add up to the target.
+    /// Whether the columns at their levels add up to the target, and none is negative: a pivot element of rounding makes
+    /// a level of any size out of one of zero.
     fn is_accurate(&self) -> bool {
         let mut rest = self.target;
         for (member, level) in self.members.iter().zip(&self.levels) {
@@ -125,7 +133,9 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
         }
         let largest = self.levels.iter().fold(1.0_f64, |largest, level| largest.max(level.value().abs()));
-        rest.iter().all(|rest| rest.value().abs() <= ROUNDED_BASIS * largest)
+        let rounded = ROUNDED_BASIS * largest;
+        rest.iter().all(|rest| rest.value().abs() <= rounded)
+            && self.levels.iter().all(|level| level.value() >= -rounded)
     }
 
     /// Raises the price until the answer is clear.
@@ -146,7 +156,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             price = (price * 1e3).min(highest);
         }
-        self.separates = Some(self.multiplier);
+        self.separates = Some((price, self.multiplier));
         if self.columns.is_finite() {
             // A price bounds the forces; without one, edges that differ by rounding would balance by immense ones.
             return self.raise(price);
@@ -171,7 +181,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
                 return Outcome::Balanced;
             }
             if self.columns.is_finite() {
-                self.separates = Some(self.multiplier);
+                self.separates = Some((price, self.multiplier));
                 if price >= HIGHEST_PRICE {
                     return Outcome::Infeasible(self.multiplier);
                 }
@@ -180,6 +190,34 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             price *= 1e3;
         }
+    }
+
+    /// Lowers the price as far as no more than the tolerance is left over: the forces are then no larger than they need
+    /// to be. `false` where no price left more, or where a solve did not end.
+    pub(crate) fn lower_price(&mut self) -> bool {
+        let Some((mut low, mut witness)) = self.separates else { return false };
+        let mut high = self.price;
+        while high > LOWERED_PRICE * low {
+            let between = (low * high).sqrt();
+            if !self.minimise(Some(between)) {
+                return false;
+            }
+            if self.left_over() > FEASIBILITY_TOLERANCE {
+                (low, witness) = (between, self.multiplier);
+            } else {
+                high = between;
+            }
+        }
+        self.separates = Some((low, witness));
+        self.minimise(Some(high)) && self.is_accurate()
+    }
+
+    /// The multiplier below the lowest price, if no forces of an objective up to [`LARGEST_OBJECTIVE`] reach within the
+    /// tolerance of the target along it. With `p(z) <= 1`, such forces reach by their objective at most.
+    pub(crate) fn witness(&self) -> Option<Vector> {
+        let (price, z) = self.separates?;
+        let margin = (inner(&z, &self.target).value() - LARGEST_OBJECTIVE) / price;
+        (margin > FEASIBILITY_TOLERANCE).then_some(z)
     }
 
     /// The objective of the forces, what is left over not counted.
@@ -210,6 +248,17 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
         }
         rest
+    }
+
+    /// The largest normalised normal force.
+    pub(crate) fn largest_share(&self) -> DoubleDouble {
+        let mut totals = vec![DoubleDouble::ZERO; self.columns.num_contacts()];
+        for (member, level) in self.members.iter().zip(&self.levels) {
+            if let Member::Point(point) = member {
+                point.shares.iter().for_each(|share| totals[share.contact] += level.times(share.normal));
+            }
+        }
+        totals.into_iter().fold(DoubleDouble::ZERO, DoubleDouble::max)
     }
 
     /// The forces of the basis: what each contact contributes, with the level of its column.
@@ -245,6 +294,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
             z.iter_mut().zip(&self.inverse[row]).for_each(|(z, x)| *z += cost * *x);
         }
         // A witness must separate up to rounding; an objective is the least up to its tolerance.
+        self.price = price.unwrap_or(f64::INFINITY);
         let threshold =
             if price.is_some() { self.columns.threshold } else { self.columns.threshold.min(CONE_SEPARATED) };
         let first = self.pivots;

@@ -19,11 +19,18 @@ pub(crate) struct Constraints {
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
     bounds: Vec<f64>,
+    /// Gradients below this, relative to the largest, are rounding.
+    smallest_gradient: f64,
 }
 
 impl Constraints {
     pub(crate) fn new() -> Self {
-        Self { starts: vec![0], entries: Vec::new(), bounds: Vec::new() }
+        Self::with_smallest_gradient(UNMOVED)
+    }
+
+    /// For equations that are better than doubles.
+    pub(crate) fn with_smallest_gradient(smallest_gradient: f64) -> Self {
+        Self { starts: vec![0], entries: Vec::new(), bounds: Vec::new(), smallest_gradient }
     }
 
     /// Appends `row . x >= bound p_k`, with the last parameter `p_k`.
@@ -215,7 +222,7 @@ fn least_distance(
     let excess = |i: usize, x: &DVector<f64>| constraints.bounds[i] * last - constraints.value(i, x);
     let largest = (0..constraints.len()).map(|i| excess(i, x).abs()).fold(0.0, f64::max);
     // A constraint that the choice does not move has a gradient of rounding, however far others move.
-    let smallest = UNMOVED * directions.amax().max(1.0);
+    let smallest = constraints.smallest_gradient * directions.amax().max(1.0);
     // Lengths of the gradients, once they are asked for; zero for constraints that are left out.
     let mut lengths = vec![f64::NAN; constraints.len()];
     let mut planes = ActivePlanes::new();

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
-use crate::tolerances::{DELICATE, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, STEEP, UNBALANCED_WRENCH};
+use crate::tolerances::{DELICATE, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, UNBALANCED_WRENCH};
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
 const MOST_CANCELLED: f64 = LOOSEST_GAP / ROUNDED_GAP;
@@ -182,21 +182,6 @@ impl<const R: usize> CriticalRegion<R> {
         self.units = *units;
         (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
         self.proven = Some(proven);
-    }
-
-    /// Whether tiny changes of the wrench change the forces by as much as they are: such forces follow rounding of the
-    /// contacts' positions.
-    pub(crate) fn is_steep(&self, b: &SVector<f64, R>) -> bool {
-        let unit = self.units.map(f64::recip);
-        let size = b.component_mul(&self.units).amax();
-        let (mut steepest, mut largest) = (0.0_f64, 0.0_f64);
-        for block in &self.forces.blocks {
-            largest = block.times(b).into_iter().fold(largest, |most, force| most.max(force.abs()));
-            for (column, unit) in block.0.iter().zip(unit.iter()) {
-                steepest = column.iter().fold(steepest, |most, x| most.max((x * unit).abs()));
-            }
-        }
-        steepest * size > STEEP * largest
     }
 
     /// Whether some wrench of unit size takes forces or an objective of [`DELICATE`] size: rounding of positions then

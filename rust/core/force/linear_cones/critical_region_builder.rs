@@ -19,7 +19,10 @@ use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::{ContactForce, contact_force};
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
-use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION, UNBALANCED_WRENCH};
+use crate::tolerances::{
+    FEASIBILITY_TOLERANCE, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION, ROUNDED_FORCES, TRUSTED_FORCES,
+    UNBALANCED_WRENCH,
+};
 
 /// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
 const FAR_APART: f64 = 100.0;
@@ -209,8 +212,8 @@ impl<const D: usize> CriticalRegionBuilder<D> {
     /// How far the forces may be from balance and from the multipliers' objective, at the simplex's target.
     fn trusted(&self, simplex: &Simplex<D>) -> f64 {
         let z = simplex.multipliers[0].lp_norm(1);
-        let rounding = (64.0 * f64::EPSILON * z).max(1e-14 * simplex.levels.lp_norm(1));
-        self.tolerance.min(1e-9).max(rounding.min(LOOSEST_GAP))
+        let rounding = (64.0 * f64::EPSILON * z).max(ROUNDED_FORCES * simplex.levels.lp_norm(1));
+        self.tolerance.min(TRUSTED_FORCES).max(rounding.min(LOOSEST_GAP))
     }
 }
 

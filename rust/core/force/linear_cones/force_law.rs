@@ -11,11 +11,11 @@ use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
-use crate::force::simplex::basis::invert;
 use crate::force::simplex::pricing::ImplicitColumns;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
-use crate::tolerances::{DEPENDENT, UNMOVED};
+use crate::linalg::dense::invert;
+use crate::tolerances::{DEPENDENT, ROUNDED_FORCES, UNMOVED};
 
 /// What turns coefficients into forces.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ pub(crate) fn unique_forces<const R: usize>(
     }
     let inverse = invert(&matrix, DEPENDENT)?;
     let error = SMatrix::<f64, R, R>::identity() - matrix * inverse;
-    let inverse = if error.amax() > 1e-14 { inverse + inverse * error } else { inverse };
+    let inverse = if error.amax() > ROUNDED_FORCES { inverse + inverse * error } else { inverse };
     coefficients.clear();
     let mut next = 0;
     let mut take = || {

@@ -230,7 +230,15 @@ impl<const D: usize> LinearProgram<D> {
                         }
                     }
                 }
-                solved => solved?,
+                solved => {
+                    let slot = solved?;
+                    if self.has_third_level_in_32_digits() {
+                        // Wrenches that are doubtful here are so without a past, too.
+                        let region = &mut workspace.remembered[slot].region;
+                        region.tolerance = region.tolerance.min(DOUBTFUL_GAP);
+                    }
+                    slot
+                }
             };
             (slot, workspace.simplex.pivots)
         };
@@ -239,11 +247,14 @@ impl<const D: usize> LinearProgram<D> {
         Ok((&workspace.remembered[slot].region, pivots))
     }
 
+    fn has_third_level_in_32_digits(&self) -> bool {
+        self.columns.wrenches.len() <= MAX_UNKNOWNS
+    }
+
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
     fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
         region.is_delicate()
-            || self.columns.wrenches.len() <= MAX_UNKNOWNS
-                && (region.basic || region.is_steep(b) || region.gap(b) > DOUBTFUL_GAP)
+            || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > DOUBTFUL_GAP)
     }
 
     /// Narrows a region to the ray of one wrench.

@@ -89,7 +89,9 @@ impl<const D: usize> WrenchProjection<D> {
             let gap = found.distance - found.lower;
             // The last forces are kept: the distance of each is no larger than of those before, up to rounding.
             let improved = best.is_none_or(|best| gap < 0.7 * (best.distance - best.lower));
-            let lower = best.map_or(found.lower, |best| best.lower.max(found.lower));
+            // Without limits a bound holds for forces that are not much stronger than those of its step.
+            let earlier = best.filter(|_| self.limits).map_or(0.0, |best| best.lower);
+            let lower = found.lower.max(earlier);
             best = Some(Nearest { lower: lower.min(found.distance), ..found });
             stalled = if improved { 0 } else { stalled + 1 };
             let exact = gap <= EXACT * size;

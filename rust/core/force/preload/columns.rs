@@ -11,9 +11,8 @@ use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED};
-use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, edges_reaching, furthest_edge};
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// Rows of the program: at most six of the wrench and the one that makes combinations convex.
 pub(crate) const ROWS: usize = 7;
@@ -28,9 +27,7 @@ const HOLDS: u32 = 0;
 #[derive(Debug, Clone)]
 pub(crate) struct PreloadColumns<const D: usize> {
     pub(crate) objective: Objective,
-    pub(crate) contacts: Vec<ConeContact<D>>,
-    /// The extreme forces' wrenches of each contact, in blocks that fill vector registers; none of a true cone.
-    pub(crate) blocks: Vec<Vec<EdgeBlock<D>>>,
+    pub(crate) contacts: Vec<ContactSupport<D>>,
     /// `c_i / c_max`.
     pub(crate) least: Vec<f64>,
     /// The number of each contact's first extreme force, counted over all contacts.
@@ -54,15 +51,6 @@ pub(crate) struct Share {
 }
 
 impl<const D: usize> PreloadColumns<D> {
-    /// The wrenches of listed extreme forces in blocks, contact by contact.
-    pub(crate) fn blocks(contacts: &[ConeContact<D>]) -> Vec<Vec<EdgeBlock<D>>> {
-        let of = |contact: &ConeContact<D>| match contact {
-            ConeContact::Finite { wrenches, .. } => edge_blocks(wrenches).collect(),
-            ConeContact::Cone { .. } => Vec::new(),
-        };
-        contacts.iter().map(of).collect()
-    }
-
     /// The part of a multiplier that belongs to the wrench.
     pub(crate) fn wrench_part(&self, z: &SVector<f64, ROWS>) -> SVector<f64, D> {
         SVector::from_fn(|k, _| if k < self.rank { z[k] } else { 0.0 })
@@ -70,7 +58,7 @@ impl<const D: usize> PreloadColumns<D> {
 
     /// Whether every contact has finitely many extreme forces.
     pub(crate) fn is_finite(&self) -> bool {
-        self.contacts.iter().all(|contact| matches!(contact, ConeContact::Finite { .. }))
+        self.contacts.iter().all(ContactSupport::is_finite)
     }
 
     /// The support functions of the pressing and of the holding set, costs taken off.
@@ -103,25 +91,16 @@ impl<const D: usize> PreloadColumns<D> {
 
     /// The force of a contact at its limit, in a column that was priced at `z`.
     pub(crate) fn force(&self, share: &Share, z: &SVector<f64, D>) -> ContactForce {
-        match &self.contacts[share.contact] {
-            ConeContact::Finite { forces, .. } => forces[share.edge],
-            cone @ ConeContact::Cone { .. } => cone.force(z),
-        }
+        self.contacts[share.contact].force(z, share.edge)
     }
 
     /// `h_i(z)` and the edge that attains it; zero for a true cone.
     pub(crate) fn support(&self, contact: usize, z: &SVector<f64, D>) -> (f64, usize) {
-        match &self.contacts[contact] {
-            ConeContact::Finite { .. } => furthest_edge(&self.blocks[contact], z),
-            cone @ ConeContact::Cone { .. } => (cone.support(z).0, 0),
-        }
+        self.contacts[contact].furthest(z)
     }
 
     fn point(&self, contact: usize, edge: usize, z: &SVector<f64, D>) -> SVector<f64, D> {
-        match &self.contacts[contact] {
-            ConeContact::Finite { wrenches, .. } => wrenches[edge],
-            cone @ ConeContact::Cone { .. } => cone.support(z).1,
-        }
+        self.contacts[contact].wrench(z, edge)
     }
 
     fn widened(&self, wrench: &SVector<f64, D>, holds: bool) -> SVector<f64, ROWS> {
@@ -230,13 +209,14 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
 impl<const D: usize> PreloadColumns<D> {
     /// `h_i(z_1)`, and among the edges that attain it the one with the largest `w . z_2 - 1`, with that.
     pub(crate) fn tied(&self, contact: usize, z: &[SVector<f64, D>; 2], tolerance: f64) -> (f64, usize, f64) {
-        let ConeContact::Finite { wrenches, .. } = &self.contacts[contact] else {
+        let support = &self.contacts[contact];
+        if !support.is_finite() {
             return (f64::NEG_INFINITY, 0, 0.0);
-        };
-        let (blocks, count) = (&self.blocks[contact], wrenches.len());
-        let (value, edge) = furthest_edge(blocks, &z[0]);
-        let (edge, gain) = edges_reaching(blocks, count, &z[0], value - tolerance)
-            .map(|edge| (edge, wrenches[edge].dot(&z[1]) - 1.0))
+        }
+        let (value, edge) = support.furthest(&z[0]);
+        let (edge, gain) = support
+            .edges_reaching(&z[0], value - tolerance)
+            .map(|edge| (edge, support.wrench(&z[0], edge).dot(&z[1]) - 1.0))
             .fold((edge, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
         (value, edge, gain)
     }

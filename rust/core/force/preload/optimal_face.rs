@@ -8,8 +8,8 @@ use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::force::preload::columns::{PreloadColumns, ROWS};
 use crate::force::simplex::pricing::{Objective, tied_cost};
 use crate::force::simplex::primal::Simplex;
-use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
+use crate::tolerances::{SAME_SHARE, UNMOVED};
 
 /// An extreme force that a solution uses, counted at its contact, and its coefficient.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +41,8 @@ impl<const D: usize> PreloadColumns<D> {
         self.optimal_face(simplex, bounds, used, face);
         let z = simplex.multipliers.map(|z| self.wrench_part(&z));
         // Where pressing on does not pay, the largest lower bound is the level.
-        let held =
-            bounds.most <= bounds.least * (1.0 + 1e-9) && self.values(&z[0]).0 < 1.0 - tolerances(&z)[0];
+        let held = bounds.most <= bounds.least * (1.0 + SAME_SHARE)
+            && self.values(&z[0]).0 < 1.0 - tolerances(&z)[0];
         let least: Vec<f64> = self.least.iter().map(|bound| bound * bounds.least).collect();
         let program = FaceProgram {
             face,
@@ -57,7 +57,7 @@ impl<const D: usize> PreloadColumns<D> {
         let column = |contact, edge| self.column(contact, edge);
         let chosen = program.solve(&Balance { right, at: DVector::repeat(1, 1.0) }, column)?;
         let Chosen::LeastNorm(least_norm) = chosen else { return Some(true) };
-        let unique = program.freedom(&least_norm, column) <= 1e-9;
+        let unique = program.freedom(&least_norm, column) <= UNMOVED;
         used.clear();
         let mut levels = least_norm.solution.iter();
         for contact in 0..self.contacts.len() {
@@ -71,13 +71,9 @@ impl<const D: usize> PreloadColumns<D> {
 
     /// An extreme force, counted over all contacts, and its wrench.
     fn column(&self, contact: usize, edge: u32) -> (SVector<f64, D>, ContactForce) {
-        match &self.contacts[contact] {
-            ConeContact::Finite { wrenches, forces } => {
-                let own = edge as usize - self.starts[contact];
-                (wrenches[own], forces[own])
-            }
-            ConeContact::Cone { .. } => (SVector::zeros(), ContactForce::zeros()),
-        }
+        let (support, own) = (&self.contacts[contact], edge as usize - self.starts[contact]);
+        let z = SVector::zeros();
+        (support.wrench(&z, own), support.force(&z, own))
     }
 
     /// How hard the contacts press, and the edges they may use. `basic` is the basic solution.
@@ -93,7 +89,7 @@ impl<const D: usize> PreloadColumns<D> {
         let threshold = if self.objective == Objective::Sum { 1.0 } else { self.objective.weight() };
         let ties = self.objective == Objective::MaxThenSum;
         face.clear(self.objective);
-        for (contact, forces) in self.contacts.iter().enumerate() {
+        for (contact, support) in self.contacts.iter().enumerate() {
             let (value, _, gain) = self.tied(contact, &z, first);
             let side = |x: f64, tolerance: f64| match x {
                 x if x > tolerance => ContactStatus::Saturated,
@@ -108,21 +104,18 @@ impl<const D: usize> PreloadColumns<D> {
             let own = || basic.iter().filter(|used| used.contact == contact);
             let normal: f64 = own().map(|used| used.level).sum();
             let lower = self.least[contact] * bounds.least;
-            let off = |bound: f64| (normal - bound).abs() > 1e-9 * bounds.most;
+            let off = |bound: f64| (normal - bound).abs() > SAME_SHARE * bounds.most;
             if (status == ContactStatus::Saturated && (!face.limited || off(bounds.most)))
                 || (status == ContactStatus::Idle && off(lower))
             {
                 status = ContactStatus::Free;
             }
             let mut active = 0;
-            if let (ConeContact::Finite { wrenches, .. }, false) =
-                (forces, status == ContactStatus::Idle && lower == 0.0)
-            {
-                let optimal = |w: &SVector<f64, D>| {
-                    w.dot(&z[0]) >= value - first && (!ties || w.dot(&z[1]) - 1.0 >= gain - second)
-                };
-                let numbered = (self.starts[contact] as u32..).zip(wrenches);
-                active = face.extend_edges(numbered.filter(|(_, w)| optimal(w)).map(|(edge, _)| edge));
+            if status != ContactStatus::Idle || lower > 0.0 {
+                let second_best =
+                    |edge: &usize| !ties || support.wrench(&z[0], *edge).dot(&z[1]) - 1.0 >= gain - second;
+                let optimal = support.edges_reaching(&z[0], value - first).filter(second_best);
+                active = face.extend_edges(optimal.map(|edge| (self.starts[contact] + edge) as u32));
                 for used in own().filter(|used| used.level > 0.0) {
                     face.push_edge((self.starts[contact] + used.edge) as u32);
                 }

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, ContactForces, Demand, loosened};
+use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::cone_interior::Interior;
@@ -18,7 +18,7 @@ use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::Objective;
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::solution::{DistributionOptions, Method, check_wrench};
-use crate::force::true_cones::columns::ConeContact;
+use crate::force::true_cones::columns::equilibrated_contacts;
 use crate::force::true_cones::program::spanning_wrenches;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, Grasp, Wrench};
@@ -106,12 +106,9 @@ impl<const D: usize> PreloadProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let largest = bounds.iter().copied().fold(0.0, f64::max);
-        let contacts: Vec<_> =
-            (0..grasp.num_contacts()).map(|i| ConeContact::new(grasp, i, &equilibration)).collect();
         let columns = PreloadColumns {
             objective,
-            blocks: PreloadColumns::blocks(&contacts),
-            contacts,
+            contacts: equilibrated_contacts(grasp, &equilibration),
             least: bounds.iter().map(|bound| bound / largest).collect(),
             starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
             interiors: (0..grasp.num_contacts())
@@ -217,7 +214,7 @@ impl<const D: usize> PreloadProgram<D> {
             // A third level that was interrupted has chosen nothing.
             interrupt::check()?;
         }
-        let demand = Demand {
+        let required = Requirements {
             b,
             maps: &self.maps,
             units: self.equilibration.units(),
@@ -229,7 +226,7 @@ impl<const D: usize> PreloadProgram<D> {
             ),
         };
         let proof = self.lower_bound(&simplex.multipliers[0], b);
-        forces.certify(&demand, proof, "simplex with lower bounds", simplex.pivots)
+        forces.certify(&required, proof, "simplex with lower bounds", simplex.pivots)
     }
 
     /// The right-hand side: the wrench, and the convexity of holding columns, scaled to a largest of one.
@@ -288,10 +285,9 @@ impl<const D: usize> PreloadProgram<D> {
         forces.clear();
         if self.columns.is_finite() {
             for u in used {
-                if let ConeContact::Finite { forces: extreme, .. } = &self.columns.contacts[u.contact] {
-                    forces.forces[u.contact] += extreme[u.edge] * (u.level * scale);
-                    forces.shares[u.contact] += u.level * scale;
-                }
+                let force = self.columns.contacts[u.contact].force(&SVector::zeros(), u.edge);
+                forces.forces[u.contact] += force * (u.level * scale);
+                forces.shares[u.contact] += u.level * scale;
             }
             return;
         }

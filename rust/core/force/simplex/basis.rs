@@ -3,6 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::force::simplex::pricing::{Column, UNUSED};
+use crate::linalg::dense::invert;
 
 /// `R` columns that express every right-hand side, and the inverse of their matrix.
 #[derive(Debug, Clone)]
@@ -111,37 +112,4 @@ impl<const R: usize> Basis<R> {
     pub(crate) fn infeasibility(&self, rank: usize) -> SVector<f64, R> {
         SVector::from_fn(|row, _| if self.artificial[row] && row < rank { 1.0 } else { 0.0 })
     }
-}
-
-/// Gauss-Jordan elimination with row pivoting; `None` where no pivot exceeds `smallest`.
-pub(crate) fn invert<const R: usize>(
-    matrix: &SMatrix<f64, R, R>,
-    smallest: f64,
-) -> Option<SMatrix<f64, R, R>> {
-    let mut a = *matrix;
-    let mut inverse = SMatrix::<f64, R, R>::identity();
-    for k in 0..R {
-        let pivot = (k..R).fold(k, |best, i| if a[(i, k)].abs() > a[(best, k)].abs() { i } else { best });
-        let scale = a[(pivot, k)];
-        if !(scale.abs() > smallest && scale.is_finite()) {
-            return None;
-        }
-        a.swap_rows(k, pivot);
-        inverse.swap_rows(k, pivot);
-        for j in 0..R {
-            a[(k, j)] /= scale;
-            inverse[(k, j)] /= scale;
-        }
-        for i in (0..R).filter(|&i| i != k) {
-            let factor = a[(i, k)];
-            if factor == 0.0 {
-                continue;
-            }
-            for j in 0..R {
-                a[(i, j)] -= factor * a[(k, j)];
-                inverse[(i, j)] -= factor * inverse[(k, j)];
-            }
-        }
-    }
-    Some(inverse)
 }

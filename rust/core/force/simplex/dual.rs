@@ -9,7 +9,7 @@ use nalgebra::SVector;
 
 use crate::force::simplex::pricing::{Column, Pricing};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
-use crate::tolerances::SMALLEST_PIVOT;
+use crate::tolerances::{NEGATIVE_LEVEL, ROUNDED_SUPPORT_VALUE, SMALLEST_PIVOT, UNREACHED};
 
 /// Newton steps along one direction; each lands on another column, and three are usual.
 const MAX_STEPS: usize = 30;
@@ -34,7 +34,7 @@ impl<const R: usize> Simplex<R> {
         }
         for _ in 0..=cap {
             let (row, level) = self.levels.argmin();
-            if level >= -1e-13 * self.levels.amax() {
+            if level >= -NEGATIVE_LEVEL * self.levels.amax() {
                 return Some(self.optimise(pricing, target.rank));
             }
             if self.pivots == cap {
@@ -57,7 +57,7 @@ impl<const R: usize> Simplex<R> {
         let z = self.multipliers[0];
         let mut column = pricing.furthest(e, 0.0, &mut self.entering);
         let slope = column.wrench.dot(e);
-        if slope <= 1e-13 * e.lp_norm(1) {
+        if slope <= UNREACHED * e.lp_norm(1) {
             return None;
         }
         let mut step = (column.costs[0] - column.wrench.dot(&z)) / slope;
@@ -66,7 +66,7 @@ impl<const R: usize> Simplex<R> {
             let next = pricing.furthest(&moved, 1.0, &mut self.candidate);
             let excess = next.wrench.dot(&moved) - next.costs[0];
             let slope = next.wrench.dot(e);
-            if excess <= pricing.optimality().max(1e-15 * moved.lp_norm(1)) {
+            if excess <= pricing.optimality().max(ROUNDED_SUPPORT_VALUE * moved.lp_norm(1)) {
                 return Some(column);
             }
             if slope <= 0.0 {

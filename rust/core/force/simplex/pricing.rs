@@ -10,7 +10,7 @@ use std::ops::Range;
 use nalgebra::SVector;
 
 use crate::grasp::Grasp;
-use crate::tolerances::{OPTIMAL_COST, ROUNDED_COST, TIED_COST};
+use crate::tolerances::{OPTIMAL_COST, ROUNDED_COST, ROUNDED_GAIN, TIED_COST, TIED_GAIN};
 use crate::wrench_set::Criterion;
 use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
 
@@ -54,7 +54,7 @@ pub(crate) fn tied_cost<const R: usize>(z: &SVector<f64, R>) -> f64 {
 
 /// Tied columns that gain less than this are no improvement of the tie-break.
 pub(crate) fn tied_gain<const R: usize>(z: &SVector<f64, R>) -> f64 {
-    1e-9_f64.max(1e-12 * z.lp_norm(1))
+    TIED_GAIN.max(ROUNDED_GAIN * z.lp_norm(1))
 }
 
 /// What a column costs and how contacts combine to one.

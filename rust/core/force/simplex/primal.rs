@@ -12,7 +12,10 @@ use nalgebra::SVector;
 use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::{Column, Pricing, tied_cost};
 use crate::interrupt;
-use crate::tolerances::{SMALLEST_PIVOT, TIED_COST, TIED_LEVELS};
+use crate::tolerances::{
+    FEIGNED_GAIN, ROUNDED_LEVEL, SEPARATED, SMALLEST_GAIN, SMALLEST_PIVOT, TIED_COST, TIED_LEVELS, UNREACHED,
+    WORN_OUT,
+};
 
 /// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
 pub(crate) const MAX_PIVOTS: usize = 1000;
@@ -128,7 +131,7 @@ impl<const R: usize> Simplex<R> {
             let gain = column.wrench.dot(&z);
             let direction = self.basis.inverse * column.wrench;
             let row = self.leaving_row(&direction, 0);
-            let exhausted = gain <= 1e-13 * z.lp_norm(1);
+            let exhausted = gain <= UNREACHED * z.lp_norm(1);
             if exhausted || row.is_none() {
                 // What the multiplier separates is rounding where a target that close is not separated.
                 if distance <= z.abs().component_mul(&target.tolerance).max() {
@@ -137,7 +140,7 @@ impl<const R: usize> Simplex<R> {
                 if fresh {
                     // A direction in which the wrench differs by no more than rounding separates nothing, nor does one
                     // along which a column still reaches, though its pivot cannot be trusted.
-                    let separated = exhausted && distance > 1e-11 * z.lp_norm(1);
+                    let separated = exhausted && distance > SEPARATED * z.lp_norm(1);
                     return Err(if separated { Outcome::Infeasible(z) } else { Outcome::Stalled });
                 }
                 fresh = true;
@@ -199,9 +202,9 @@ impl<const R: usize> Simplex<R> {
             let noise = self.multipliers[0].lp_norm(1);
             let mut column = pricing.furthest(&self.multipliers[0], 1.0, &mut self.entering);
             let gain = column.wrench.dot(&self.multipliers[0]) - column.costs[0];
-            let improves = gain > threshold.max(5e-16 * noise);
+            let improves = gain > threshold.max(SMALLEST_GAIN * noise);
             // Gains that rounding in the multipliers can feign are followed, but not for ever.
-            let feigned = gain <= 4e-15 * noise;
+            let feigned = gain <= FEIGNED_GAIN * noise;
             doubtful += usize::from(improves && feigned);
             if !improves || (feigned && doubtful > 2 * R) {
                 if !polished {
@@ -234,7 +237,7 @@ impl<const R: usize> Simplex<R> {
     fn tie_break(&mut self, pricing: &impl Pricing<R>, tolerance: f64) -> Option<Column<R>> {
         let column = pricing.tie_break(&self.multipliers, tolerance, &mut self.entering)?;
         let reach = column.wrench.dot(&self.multipliers[1]);
-        let noise = 1e-13 * self.multipliers[1].lp_norm(1);
+        let noise = UNREACHED * self.multipliers[1].lp_norm(1);
         (reach - column.costs[1] > TIED_COST.max(noise)).then_some(column)
     }
 
@@ -288,7 +291,7 @@ impl<const R: usize> Simplex<R> {
         self.levels -= direction * step;
         self.levels[row] = step;
         // Levels that are zero but for rounding are ties, and only exact ties are broken without cycling.
-        let zero = 1e-15 * self.levels.amax();
+        let zero = ROUNDED_LEVEL * self.levels.amax();
         self.levels.apply(|level| {
             if level.abs() < zero {
                 *level = 0.0;
@@ -312,7 +315,7 @@ impl<const R: usize> Simplex<R> {
     fn polish(&mut self) {
         let before = self.multipliers[0];
         let refined = self.basis.refine(&before, &self.basis.costs[0]);
-        if (refined - before).lp_norm(1) > 1e-10 * refined.lp_norm(1) {
+        if (refined - before).lp_norm(1) > WORN_OUT * refined.lp_norm(1) {
             self.refactorise();
             self.refresh_multipliers();
             return;

@@ -1,33 +1,22 @@
 //! Columns over true friction cones: the support query has a closed form, so columns are generated as they are
 //! needed and none is ever listed.
-//!
-//! With `v = G_i^T z`, contact i reaches `f^U (v_n + sqrt(mu^2 (v_o^2 + v_t^2) + gamma^2 v_torsion^2))`.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::force::equilibration::Equilibration;
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED};
 use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
-use crate::wrench_set::{cone_slope, cone_support};
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// Marks a contact that a column uses; which force follows from the column's direction.
 const USED: u32 = 0;
-
-/// One contact in equilibrated coordinates.
-#[derive(Debug, Clone)]
-pub(crate) enum ConeContact<const D: usize> {
-    /// `T G_i f^U` with the friction coefficients.
-    Cone { map: SMatrix<f64, D, 4>, limit: f64, mu: f64, gamma: f64 },
-    /// Extreme forces and their wrenches.
-    Finite { wrenches: Vec<SVector<f64, D>>, forces: Vec<ContactForce> },
-}
 
 /// The wrench set of a grasp with true cones.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeColumns<const D: usize> {
     pub(crate) objective: Objective,
-    pub(crate) contacts: Vec<ConeContact<D>>,
+    pub(crate) contacts: Vec<ContactSupport<D>>,
     threshold: f64,
 }
 
@@ -39,9 +28,13 @@ impl<const D: usize> ConeColumns<D> {
         equilibration: &Equilibration<D>,
         tolerance: f64,
     ) -> Self {
-        let contact = |i| ConeContact::new(grasp, i, equilibration);
-        let contacts = (0..grasp.num_contacts()).map(contact).collect();
+        let contacts = equilibrated_contacts(grasp, equilibration);
         Self { objective, contacts, threshold: 0.5 * tolerance * objective.unit() }
+    }
+
+    /// The same columns with another relative gap.
+    pub(crate) fn with_tolerance(&self, tolerance: f64) -> Self {
+        Self { threshold: 0.5 * tolerance * self.objective.unit(), ..self.clone() }
     }
 
     pub(crate) fn num_contacts(&self) -> usize {
@@ -50,59 +43,24 @@ impl<const D: usize> ConeColumns<D> {
 
     /// How much too far a multiplier reaches.
     pub(crate) fn reach(&self, z: &SVector<f64, D>) -> f64 {
-        self.objective.reach(self.contacts.iter().map(|contact| contact.support(z).0))
+        self.objective.reach(self.contacts.iter().map(|contact| contact.value(z)))
     }
 
     /// The force that contact `i` exerts in a column that was priced at `z`.
     pub(crate) fn force(&self, contact: usize, z: &SVector<f64, D>) -> ContactForce {
-        self.contacts[contact].force(z)
+        let contact = &self.contacts[contact];
+        let edge = if contact.is_finite() { contact.furthest(z).1 } else { 0 };
+        contact.force(z, edge)
     }
 }
 
-impl<const D: usize> ConeContact<D> {
-    pub(crate) fn new(grasp: &Grasp<D>, i: usize, equilibration: &Equilibration<D>) -> Self {
-        let described = &grasp.contacts()[i];
-        if let Some(range) = grasp.edges(i) {
-            let wrenches = &grasp.finite_wrenches()[range.clone()];
-            return Self::Finite {
-                wrenches: wrenches.iter().map(|w| equilibration.wrench(w)).collect(),
-                forces: grasp.finite_forces()[range].to_vec(),
-            };
-        }
-        let limit = described.max_normal_force;
-        let mut map = SMatrix::<f64, D, 4>::zeros();
-        for (k, column) in grasp.maps()[i].column_iter().enumerate() {
-            map.set_column(k, &(equilibration.wrench(&column.into_owned()) * limit));
-        }
-        Self::Cone { map, limit, mu: described.friction, gamma: described.torsion }
-    }
-
-    /// The force that reaches furthest along `z`.
-    pub(crate) fn force(&self, z: &SVector<f64, D>) -> ContactForce {
-        match self {
-            Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
-            Self::Finite { wrenches, forces } => forces[best_of(wrenches, z).1],
-        }
-    }
-
-    /// `h_i(z)` and the wrench that attains it.
-    pub(crate) fn support(&self, z: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
-        match self {
-            Self::Cone { map, mu, gamma, .. } => {
-                let v = map.tr_mul(z);
-                (v[0] + cone_slope(&v, *mu, *gamma), map * cone_support(&v, *mu, *gamma))
-            }
-            Self::Finite { wrenches, .. } => {
-                let (value, edge) = best_of(wrenches, z);
-                (value, wrenches[edge])
-            }
-        }
-    }
-}
-
-pub(crate) fn best_of<const D: usize>(wrenches: &[SVector<f64, D>], z: &SVector<f64, D>) -> (f64, usize) {
-    let values = wrenches.iter().map(|w| w.dot(z)).enumerate();
-    values.fold((f64::NEG_INFINITY, 0), |best, (edge, h)| if h > best.0 { (h, edge) } else { best })
+/// The contacts of a grasp in equilibrated coordinates.
+pub(crate) fn equilibrated_contacts<const D: usize>(
+    grasp: &Grasp<D>,
+    equilibration: &Equilibration<D>,
+) -> Vec<ContactSupport<D>> {
+    let contact = |i| ContactSupport::of_contact(grasp, i, |wrench| equilibration.wrench(wrench));
+    (0..grasp.num_contacts()).map(contact).collect()
 }
 
 impl<const D: usize> Pricing<D> for ConeColumns<D> {

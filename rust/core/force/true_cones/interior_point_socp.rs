@@ -6,9 +6,9 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT}
 use nalgebra::SVector;
 
 use crate::force::simplex::pricing::Objective;
-use crate::force::true_cones::columns::ConeContact;
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// The interior-point solver's forces, moved into their cones.
 pub(crate) struct LeastForces<const D: usize> {
@@ -26,7 +26,7 @@ pub(crate) struct LeastForces<const D: usize> {
 /// `min s + weight sum_i n_i`, or `min sum_i n_i`, subject to balance, `n_i <= s` and the friction cones, with
 /// forces `f^U [n, mu y_1, mu y_2, gamma y_3]`, `|y| <= n`. Whatever it ends with is the caller's to certify.
 pub(crate) fn least_forces<const D: usize>(
-    contacts: &[ConeContact<D>],
+    contacts: &[ContactSupport<D>],
     objective: Objective,
     rank: usize,
     target: &SVector<f64, D>,
@@ -46,7 +46,7 @@ pub(crate) fn least_forces<const D: usize>(
     let mut cost = vec![0.0; count + 1];
     cost[count] = 1.0;
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
-        let finite = matches!(contact, ConeContact::Finite { .. });
+        let finite = contact.is_finite();
         let normals = if finite { start..start + block.len() } else { start..start + 1 };
         cost[normals.clone()].fill(if bounded { objective.weight() } else { 1.0 });
         if bounded {
@@ -61,7 +61,7 @@ pub(crate) fn least_forces<const D: usize>(
     rows.negate(count);
     let mut cones = vec![SupportedConeT::ZeroConeT(rank), SupportedConeT::NonnegativeConeT(rows.next - rank)];
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
-        if matches!(contact, ConeContact::Cone { .. }) {
+        if !contact.is_finite() {
             (start..start + block.len()).for_each(|j| rows.negate(j));
             cones.push(SupportedConeT::SecondOrderConeT(block.len()));
         }
@@ -96,7 +96,7 @@ pub(crate) fn least_forces<const D: usize>(
         let mut y = x[start..start + block.len()].to_vec();
         let force = within(contact, &mut y);
         least.wrench += block.iter().zip(&y).map(|(column, y)| column * *y).sum::<SVector<f64, D>>();
-        let finite = matches!(contact, ConeContact::Finite { .. });
+        let finite = contact.is_finite();
         least.shares.push(if finite { y.iter().sum() } else { y[0] });
         least.forces.push(force);
     }
@@ -127,10 +127,10 @@ impl Triplets {
 }
 
 /// The wrench of each variable of a contact: coefficients of extreme forces, or `n` and `y` of a cone.
-fn variables<const D: usize>(contact: &ConeContact<D>) -> Vec<SVector<f64, D>> {
+fn variables<const D: usize>(contact: &ContactSupport<D>) -> Vec<SVector<f64, D>> {
     match contact {
-        ConeContact::Finite { wrenches, .. } => wrenches.clone(),
-        ConeContact::Cone { map, mu, gamma, .. } => {
+        ContactSupport::Finite { .. } => contact.edges().map(|(wrench, _)| wrench).collect(),
+        ContactSupport::Cone { map, mu, gamma, .. } => {
             let shares = [1.0, *mu, *mu, *gamma];
             let count = if *gamma > 0.0 { 4 } else { 3 };
             (0..count).map(|k| map.column(k) * shares[k]).collect()
@@ -139,15 +139,15 @@ fn variables<const D: usize>(contact: &ConeContact<D>) -> Vec<SVector<f64, D>> {
 }
 
 /// Moves a contact's variables into its cone and returns the force.
-fn within<const D: usize>(contact: &ConeContact<D>, y: &mut [f64]) -> ContactForce {
+fn within<const D: usize>(contact: &ContactSupport<D>, y: &mut [f64]) -> ContactForce {
     match contact {
-        ConeContact::Finite { forces, .. } => {
+        ContactSupport::Finite { .. } => {
             for level in y.iter_mut() {
                 *level = level.max(0.0);
             }
-            forces.iter().zip(y).map(|(force, level)| force * *level).sum()
+            contact.forces().iter().zip(y).map(|(force, level)| force * *level).sum()
         }
-        ConeContact::Cone { limit, mu, gamma, .. } => {
+        ContactSupport::Cone { limit, mu, gamma, .. } => {
             y[0] = y[0].max(0.0);
             let load = y[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
             if load > y[0] {

@@ -1,0 +1,73 @@
+//! Options of a force distributor: checked, and in the words of the core.
+
+use graspforce::{Criterion, DistributionOptions, Method, check_room};
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+
+use crate::convert::arrays::{contents, float_array, shaped};
+use crate::convert::errors::to_python;
+use crate::runtime::interrupt::keep;
+
+/// The core's options, and the name of the method; `contacts` is how many the grasp has.
+pub fn distribution_options(
+    method: &str,
+    weight: f64,
+    min_normal: Option<&Bound<'_, PyAny>>,
+    samples: Option<&Bound<'_, PyAny>>,
+    rtol: f64,
+    contacts: usize,
+) -> Result<(DistributionOptions, &'static str), String> {
+    let mut options = DistributionOptions::default();
+    let (method, name) = match method {
+        "implicit" => (Method::Implicit, "implicit"),
+        "enumerated" => (Method::Enumerated, "enumerated"),
+        "reduced" => (Method::Reduced, "reduced"),
+        other => {
+            return Err(format!("method: {other:?} is none of \"implicit\", \"enumerated\" and \"reduced\""));
+        }
+    };
+    (options.method, options.weight, options.rtol) = (method, weight, rtol);
+    if let Some(min_normal) = min_normal {
+        options.min_normal = lower_bounds(min_normal, contacts)?;
+    }
+    if let Some(samples) = samples {
+        options.samples = rows("samples", samples)?;
+    }
+    Ok((options, name))
+}
+
+/// The name of an objective, and the criterion that it minimises: none for least squares.
+pub fn parse_objective(objective: &str) -> Result<(&'static str, Option<Criterion>), String> {
+    match objective {
+        "max" => Ok(("max", Some(Criterion::Max))),
+        "sum" => Ok(("sum", Some(Criterion::Sum))),
+        "squares" => Ok(("squares", None)),
+        other => Err(format!("objective: {other:?} is none of \"max\", \"sum\" and \"squares\"")),
+    }
+}
+
+/// One number for all contacts, or one for each.
+fn lower_bounds(value: &Bound<'_, PyAny>, contacts: usize) -> Result<Vec<f64>, String> {
+    let array = float_array("min_normal", value)?;
+    match (array.shape(), contents(&array)) {
+        ([], &[bound]) => Ok(vec![bound]),
+        ([m], bounds) if *m == contacts => Ok(bounds.to_vec()),
+        (given, _) => Err(format!("min_normal: shape {}, expected a number or ({contacts},)", shaped(given))),
+    }
+}
+
+fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, String> {
+    let array = float_array(argument, value)?;
+    match array.shape() {
+        &[_, columns] if columns > 0 => {
+            // Each row is an allocation of its own.
+            let each = size_of::<Vec<f64>>() + size_of_val(contents(&array)) / array.shape()[0].max(1) + 16;
+            check_room("samples", array.shape()[0], each).map_err(|error| {
+                keep(to_python(value.py(), &error));
+                error.to_string()
+            })?;
+            Ok(contents(&array).chunks_exact(columns).map(<[f64]>::to_vec).collect())
+        }
+        given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),
+    }
+}
