@@ -41,6 +41,12 @@ def distribute(grasp, **options):
         distributor.solve_into(wrench, forces)
     distributor.solve_many(np.tile(DOWN, (600, 1)), parallel=True)
     distributor.solve_many(np.tile(DOWN, (6, 1)))
+    distributor.solve_many(np.tile(DOWN, (6, 1)), infeasible="nearest")
+    jacobians = [np.ones((6, 3))] * grasp.num_contacts
+    _ = distributor.nearest(100 * DOWN).joint_torques(jacobians, np.ones((3, 1)), "contact")
+    distributor.nearest_into(100 * DOWN, forces, np.eye(6), limits=False)
+    distributor.set_limits(np.ones(grasp.num_contacts))
+    distributor.solve(DOWN)
     distributor.update(grasp)
     assert len(list(distributor.solve_iter([DOWN, DOWN]))) == 2
     assert copy.copy(pickle.loads(pickle.dumps(distributor))).solve(DOWN).sigma_max > 0
@@ -58,6 +64,7 @@ def main():
         examine(grasp)
         distribute(grasp)
     distribute(hard, method="enumerated")
+    distribute(hard, objective="squares", reference=np.ones((4, 3)), weights=2.0, slack=1.0, limits=True)
     distribute(hard, method="reduced", samples=[DOWN])
     distribute(hard, objective="sum", min_normal=0.1)
     listed = hard.minkowski_sum()

@@ -149,7 +149,7 @@ impl<const D: usize> SquaresProgram<D> {
         }
         let (point, steps) = minimise(&self.dual, &target, start, f, shares);
         let answer = match self.certify(b, &point, steps, forces) {
-            Err(error) if self.slack.is_none() && worth_refining(&error) => {
+            Err(error) if self.slack.is_none() && worth_refining(&error, &point) => {
                 self.refine(b, &target, point, steps, forces, error)
             }
             answer => answer,
@@ -286,7 +286,8 @@ fn residual<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactFo
     grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
 }
 
-/// Whether forces miss the balance by little: what rounding may have done.
-fn worth_refining(error: &Error) -> bool {
-    matches!(error, Error::NotConverged { unmet: Unmet::Balance { found, .. }, .. } if *found < 1e-4)
+/// Whether Newton's method ended, and forces miss the balance by little: what rounding may have done.
+fn worth_refining<const D: usize>(error: &Error, point: &DualPoint<D>) -> bool {
+    point.gradient.norm() <= FEASIBILITY_TOLERANCE * point.size
+        && matches!(error, Error::NotConverged { unmet: Unmet::Balance { found, .. }, .. } if *found < 1e-4)
 }
