@@ -59,7 +59,7 @@ fn among_equals_the_lowest_wrench_of_a_lattice_wins() {
             // Towards edges and midway between them, in latitude and in longitude, and to the poles.
             for k in (0..2 * edges).step_by(edges / 24) {
                 let (s, c) = (TAU * k as f64 / (2 * edges) as f64).sin_cos();
-                for m in 0..4 * (edges / 4) + 1 {
+                for m in 0..=4 * (edges / 4) {
                     let steep = TAU / 4.0 * (m as f64 / (2 * (edges / 4)) as f64 - 1.0);
                     let twist = friction / torsion * steep.tan();
                     for scale in [1.0, 1e-9, 1e12] {

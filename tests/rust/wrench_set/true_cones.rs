@@ -156,7 +156,7 @@ fn a_coefficient_whose_square_overflows_is_computed_with_or_refused_by_its_name(
                 .collect();
             match Grasp::<6>::new(&contacts).and_then(|grasp| grasp.quality(Criterion::Max)) {
                 Ok(quality) => {
-                    assert!(quality.rho.is_finite() && quality.lower <= quality.upper, "{quality:?}")
+                    assert!(quality.rho.is_finite() && quality.lower <= quality.upper, "{quality:?}");
                 }
                 Err(Error::InvalidGrasp { argument, .. }) => {
                     assert!(
