@@ -4,18 +4,19 @@ use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
 use graspforce::{DEFAULT_MAX_POINTS, ForceDistributor, Grasp, Method};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::vector;
+use crate::convert::arrays::{float_vector, matrix, vector};
 use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
-use crate::convert::quality_options::parse_criterion;
+use crate::convert::quality_options::{criterion_name, parse_criterion};
+use crate::convert::scalars::{Given, flag, instance, shown};
 use crate::force::batch::PyForceBatch;
 use crate::force::distribution_options::distribution_options;
 use crate::force::shared::SharedDistributor;
-use crate::force::solution::PyForceSolution;
+use crate::force::solution::{ForceQuery, PyForceSolution};
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
 use crate::grasp::PyGrasp;
@@ -53,33 +54,39 @@ pub struct PyForceDistributor {
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, rtol=1e-9))]
+    #[pyo3(
+        signature = (grasp, objective=Given::default(), method=Given::default(), weight=Given::default(),
+            min_normal=None, samples=None, rtol=Given::default()),
+        text_signature = "(grasp, objective='max', method='implicit', weight=0.0, min_normal=None, samples=None, \
+            rtol=1e-9)"
+    )]
     #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
         py: Python<'_>,
-        grasp: Py<PyGrasp>,
-        objective: &str,
-        method: &str,
-        weight: f64,
+        grasp: &Bound<'_, PyAny>,
+        objective: Given<'_>,
+        method: Given<'_>,
+        weight: Given<'_>,
         min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
-        rtol: f64,
+        rtol: Given<'_>,
     ) -> PyResult<Self> {
-        let criterion =
-            parse_criterion("objective", objective).map_err(|message| invalid_input(py, message))?;
+        let wrong = |message: String| invalid_input(py, message);
+        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(wrong)?.clone().unbind();
+        let criterion = parse_criterion("objective", &objective).map_err(wrong)?;
         let contacts = grasp.get().num_contacts();
-        let options = distribution_options(method, weight, min_normal, samples, rtol, contacts);
-        let (options, method) = options.map_err(|message| invalid_input(py, message))?;
+        let options = distribution_options(&method, &weight, min_normal, samples, &rtol, contacts);
+        let (options, method) = options.map_err(wrong)?;
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
+        let (weight, rtol) = (options.weight, options.rtol);
         let inner = map_dimension!(&grasp.get().inner, of => {
             check_distributor(py, of, options.method)?;
             let made = detached(py, || ForceDistributor::with_options(of, criterion, options))?;
             SharedDistributor::new(made.map_err(|error| to_python(py, &error))?)
         });
-        let objective = if objective == "max" { "max" } else { "sum" };
         Ok(Self {
             state: RwLock::new(State { inner, grasp }),
-            objective,
+            objective: criterion_name(criterion),
             method,
             weight,
             min_normal,
@@ -105,6 +112,14 @@ impl PyForceDistributor {
             }
             ref each => Some(vector(py, "min_normal", each.len(), each.iter().copied())?),
         })
+    }
+
+    /// (S, d) external wrenches that chose the points of "reduced"; ``None`` without.
+    #[getter]
+    fn samples<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let Some(first) = self.samples.first() else { return Ok(None) };
+        let numbers = self.samples.iter().flatten().copied();
+        matrix(py, self.samples.len(), first.len(), numbers).map(Some)
     }
 
     /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
@@ -138,11 +153,29 @@ impl PyForceDistributor {
     ///     Rounding leaves no answer that balances the wrench and meets the tolerance.
     /// BusyError
     ///     Another thread is using this distributor.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
+    /// >>> solution.world_forces.round(9).tolist()
+    /// [[1.0, 0.5], [-1.0, 0.5]]
+    /// >>> solution.within_limits
+    /// True
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        let found = map_dimension!(&state.inner, of => solve(py, of, external_wrench)?);
-        let held = self.min_normal.iter().copied().fold(0.0, f64::max);
-        Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
+        let wrench = float_vector("external_wrench", external_wrench, state.inner.wrench_dim());
+        let external_wrench = wrench.map_err(|message| invalid_input(py, message))?;
+        let distribution = map_dimension!(&state.inner, of => solve(py, of, &external_wrench)?);
+        let query = ForceQuery {
+            external_wrench,
+            objective: self.objective,
+            weight: self.weight,
+            rtol: self.rtol,
+            least_share: self.min_normal.iter().copied().fold(0.0, f64::max),
+        };
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }
 
     /// Solve and write the forces into an array of the caller's: for control loops.
@@ -199,6 +232,17 @@ impl PyForceDistributor {
     /// ForceBatch
     ///     Arrays over the rows. Rows that cannot be solved say so in ``status`` and hold NaN.
     ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     The wrenches are not (T, d) real numbers, or ``parallel`` is no bool.
+    /// TooLargeError
+    ///     The arrays over the rows do not fit into memory.
+    /// BusyError
+    ///     Another thread is using this distributor.
+    /// KeyboardInterrupt
+    ///     Ctrl-C was pressed; nothing is returned.
+    ///
     /// Examples
     /// --------
     /// >>> import graspforce as gf
@@ -206,13 +250,18 @@ impl PyForceDistributor {
     /// >>> batch = gf.ForceDistributor(grasp).solve_many([[0, -1, 0], [0, -2, 0]])
     /// >>> batch.sigma_max.round(9).tolist(), batch.status.tolist(), batch.forces.shape
     /// ([0.25, 0.5], [0, 0], (2, 2, 2))
-    #[pyo3(signature = (external_wrenches, parallel=false))]
+    #[pyo3(
+        signature = (external_wrenches, parallel=Given::default()),
+        text_signature = "($self, external_wrenches, parallel=False)"
+    )]
     fn solve_many(
         &self,
         py: Python<'_>,
         external_wrenches: &Bound<'_, PyAny>,
-        parallel: bool,
+        parallel: Given<'_>,
     ) -> PyResult<PyForceBatch> {
+        let parallel = parallel.or(false, |value| flag("parallel", value));
+        let parallel = parallel.map_err(|message| invalid_input(py, message))?;
         let state = self.state(py)?;
         by_dimension!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
     }
@@ -229,6 +278,13 @@ impl PyForceDistributor {
     /// iterator of ForceSolution
     ///     One solution for each wrench; a wrench that cannot be balanced raises when its turn comes.
     ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     ``external_wrenches`` is not iterable.
+    /// InfeasibleWrenchError, InvalidInputError, NotConvergedError, BusyError
+    ///     As `solve` does, from the iterator. The message says which wrench, counted from 0.
+    ///
     /// Examples
     /// --------
     /// >>> import graspforce as gf
@@ -237,7 +293,11 @@ impl PyForceDistributor {
     /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).solve_iter(weights)]
     /// [0.25, 0.5]
     fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
-        Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
+        let wrenches = external_wrenches.try_iter().map_err(|_| {
+            let given = shown(external_wrenches);
+            invalid_input(external_wrenches.py(), format!("external_wrenches: {given} is not iterable"))
+        })?;
+        Ok(PyForceSteps::new(slf.into_any(), wrenches.unbind()))
     }
 
     /// Go on with another grasp, in which contacts have rolled or slid a little.
@@ -253,12 +313,25 @@ impl PyForceDistributor {
     /// Raises
     /// ------
     /// InvalidInputError
-    ///     The grasp has the other dimension.
+    ///     It is no grasp, has the other dimension, or does not fit the options: ``min_normal`` has another number of
+    ///     contacts.
     /// InvalidGraspError, TooLargeError
     ///     As for a new distributor. The old grasp stays.
     /// BusyError
     ///     Another thread is using this distributor.
-    fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> distributor = gf.ForceDistributor(grasp)
+    /// >>> round(distributor.solve([0, -1, 0]).sigma_max, 9)
+    /// 0.25
+    /// >>> distributor.update(grasp.replace(friction=0.25))
+    /// >>> round(distributor.solve([0, -1, 0]).sigma_max, 9)
+    /// 0.5
+    fn update(&self, py: Python<'_>, grasp: &Bound<'_, PyAny>) -> PyResult<()> {
+        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(|message| invalid_input(py, message))?;
         let mut state = match self.state.try_write() {
             Ok(state) => state,
             Err(TryLockError::WouldBlock) => return Err(busy(py)),
@@ -270,7 +343,7 @@ impl PyForceDistributor {
             check_distributor(py, grasp, shared.distributor.options().method)?;
             detached(py, || shared.update(grasp))?.map_err(|error| to_python(py, &error))?;
         });
-        state.grasp = grasp;
+        state.grasp = grasp.clone().unbind();
         Ok(())
     }
 

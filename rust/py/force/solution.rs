@@ -10,6 +10,8 @@ use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
+use crate::convert::scalars::choice;
+use crate::convert::significant::significant;
 use crate::grasp::PyGrasp;
 use crate::runtime::memory::{Work, check_work};
 
@@ -49,25 +51,41 @@ use crate::runtime::memory::{Work, check_work};
 ///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
 ///     make in several ways (soft fingers) do not count as such.
 /// within_limits : bool
-///     ``sigma_max <= 1 + rtol``: no contact's share exceeds one by more than the tolerance of the gap.
+///     ``sigma_max <= 1 + 1e-9``, whatever ``rtol`` is: no contact's share exceeds one, but for rounding.
+/// external_wrench : numpy.ndarray
+///     (d,) the wrench that was given, in N and N m.
+/// objective : {"max", "sum"}
+///     What was minimised.
+/// weight, rtol : float
+///     Those of the `ForceDistributor`: the weight of the sum beside the maximum, and the largest relative gap.
 /// slip_margin : numpy.ndarray
 ///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
 ///     on the edge of slip; NaN for general extreme forces.
 #[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
-    found: AnyDistribution,
+    distribution: AnyDistribution,
+    query: ForceQuery,
+}
+
+/// What was asked.
+pub struct ForceQuery {
+    pub external_wrench: Vec<f64>,
+    /// "max" or "sum".
+    pub objective: &'static str,
+    pub weight: f64,
+    pub rtol: f64,
     /// The largest lower bound of the shares.
-    held: f64,
+    pub least_share: f64,
 }
 
 pub type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
 
 /// Runs the same expression on a distribution and its grasp, where they are of one dimension.
 macro_rules! with_both {
-    ($py:expr, $solution:expr, |$found:ident, $grasp:ident| $body:expr) => {
-        match $solution.found.as_ref().with($solution.grasp.get().inner.as_ref()) {
-            Some(both) => by_dimension!(both, ($found, $grasp) => $body),
+    ($py:expr, $solution:expr, |$distribution:ident, $grasp:ident| $body:expr) => {
+        match $solution.distribution.as_ref().with($solution.grasp.get().inner.as_ref()) {
+            Some(both) => by_dimension!(both, ($distribution, $grasp) => $body),
             None => return Err(invalid_input($py, "the forces belong to a grasp of another dimension")),
         }
     };
@@ -79,6 +97,31 @@ impl PyForceSolution {
     #[getter]
     fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
         self.grasp.clone_ref(py)
+    }
+
+    /// (d,) the external wrench that was given, in N and N m.
+    #[getter]
+    fn external_wrench<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let given = &self.query.external_wrench;
+        vector(py, "external_wrench", given.len(), given.iter().copied())
+    }
+
+    /// "max" or "sum": what was minimised.
+    #[getter]
+    fn objective(&self) -> &'static str {
+        self.query.objective
+    }
+
+    /// Weight of the sum beside the maximum.
+    #[getter]
+    fn weight(&self) -> f64 {
+        self.query.weight
+    }
+
+    /// Largest relative gap that counted as solved.
+    #[getter]
+    fn rtol(&self) -> f64 {
+        self.query.rtol
     }
 
     /// (m, k) contact forces in the contact frames, in N (torsion in N m).
@@ -93,12 +136,12 @@ impl PyForceSolution {
     /// (m, dim) contact forces in world axes, without torsion, in N.
     #[getter]
     fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let dim = match self.found {
+        let dim = match self.distribution {
             Dimensional::Planar(_) => 2,
             Dimensional::Spatial(_) => 3,
         };
         self.check_arrays(py)?;
-        let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
+        let world = with_both!(py, self, |distribution, grasp| distribution.world_forces(grasp));
         let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
         matrix(py, world.len(), dim, values).map(read_only)
     }
@@ -107,34 +150,35 @@ impl PyForceSolution {
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.check_arrays(py)?;
-        with_both!(py, self, |found, grasp| {
-            let wrenches = found.contact_wrenches(grasp);
-            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
+        with_both!(py, self, |distribution, grasp| {
+            let wrenches = distribution.contact_wrenches(grasp);
+            matrix(py, wrenches.len(), distribution.dual.len(), wrenches.iter().flatten().copied())
+                .map(read_only)
         })
     }
 
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.dual.as_slice())))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.dual.as_slice())))
     }
 
     /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.residual.as_slice())))
     }
 
     /// Whether the forces balance the wrench: the residual is within `FEASIBILITY_TOLERANCE`.
     #[getter]
     fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(with_both!(py, self, |found, grasp| found.balanced(grasp, self.held)))
+        Ok(with_both!(py, self, |distribution, grasp| distribution.balanced(grasp, self.query.least_share)))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let shares = by_dimension!(&self.found, found => &found.shares);
+        let shares = by_dimension!(&self.distribution, distribution => &distribution.shares);
         vector(py, "shares", shares.len(), shares.iter().copied())
     }
 
@@ -142,50 +186,50 @@ impl PyForceSolution {
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.check_arrays(py)?;
-        let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
+        let margins = with_both!(py, self, |distribution, grasp| distribution.slip_margin(grasp));
         Ok(read_only(PyArray1::from_vec(py, margins)))
     }
 
     /// Largest normalised normal force (Eq. 7).
     #[getter]
     fn sigma_max(&self) -> f64 {
-        by_dimension!(&self.found, found => found.sigma_max)
+        by_dimension!(&self.distribution, distribution => distribution.sigma_max)
     }
 
     /// Sum of normalised normal forces (Eq. 6).
     #[getter]
     fn sigma_sum(&self) -> f64 {
-        by_dimension!(&self.found, found => found.sigma_sum)
+        by_dimension!(&self.distribution, distribution => distribution.sigma_sum)
     }
 
     /// Relative distance between the objective and its proven lower bound.
     #[getter]
     fn gap(&self) -> f64 {
-        by_dimension!(&self.found, found => found.gap)
+        by_dimension!(&self.distribution, distribution => distribution.gap)
     }
 
     /// Simplex pivots this solve took.
     #[getter]
     fn pivots(&self) -> usize {
-        by_dimension!(&self.found, found => found.pivots)
+        by_dimension!(&self.distribution, distribution => distribution.pivots)
     }
 
     /// Another solver than the method's own had to give this answer.
     #[getter]
     fn fell_back(&self) -> bool {
-        by_dimension!(&self.found, found => found.fell_back)
+        by_dimension!(&self.distribution, distribution => distribution.fell_back)
     }
 
     /// The objective and its tie-break alone determine the forces.
     #[getter]
     fn unique(&self) -> bool {
-        by_dimension!(&self.found, found => found.unique)
+        by_dimension!(&self.distribution, distribution => distribution.unique)
     }
 
-    /// ``sigma_max <= 1 + rtol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
+    /// ``sigma_max <= 1 + 1e-9``: no normal force exceeds its upper bound, but for rounding.
     #[getter]
     fn within_limits(&self) -> bool {
-        by_dimension!(&self.found, found => found.within_limits())
+        by_dimension!(&self.distribution, distribution => distribution.within_limits())
     }
 
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
@@ -222,22 +266,24 @@ impl PyForceSolution {
         wrenches: [Vec<f64>; 2],
         numbers: (f64, f64, f64, f64, f64, usize),
         answers: (bool, bool),
-        held: f64,
+        query: (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
-        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
-        if lengths != [contacts, contacts, d, d] {
+        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len(), query.0.len()];
+        if lengths != [contacts, contacts, d, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
         let state = State { forces, shares, wrenches, numbers, answers };
-        let found = match d {
+        let distribution = match d {
             3 => Dimensional::Planar(state.distribution()),
             _ => Dimensional::Spatial(state.distribution()),
         };
-        restored::within("held", held, 0.0..=f64::MAX).map_err(|message| invalid_input(py, message))?;
-        let restored = Self { grasp, found, held };
-        with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
-            .map_err(|message| invalid_input(py, message))?;
+        let wrong = |message: String| invalid_input(py, message);
+        let query = ForceQuery::restored(query).map_err(wrong)?;
+        let restored = Self { grasp, distribution, query };
+        let wrench = &restored.query.external_wrench;
+        with_both!(py, restored, |distribution, grasp| restored::forces(distribution, grasp, wrench))
+            .map_err(wrong)?;
         Ok(restored)
     }
 
@@ -245,25 +291,26 @@ impl PyForceSolution {
         let (py, this) = (slf.py(), slf.get());
         this.check_arrays(py)?;
         let State { forces, shares, wrenches, numbers, answers } =
-            by_dimension!(&this.found, found => State::of(found));
-        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.held).into_pyobject(py)?;
+            by_dimension!(&this.distribution, distribution => State::of(distribution));
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.query.state());
+        let state = state.into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
     fn __repr__(&self) -> String {
         format!(
-            "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
-            self.sigma_max(),
-            self.sigma_sum(),
+            "ForceSolution(sigma_max={}, sigma_sum={}, gap={:.1e})",
+            significant(self.sigma_max(), 6),
+            significant(self.sigma_sum(), 6),
             self.gap()
         )
     }
 }
 
 impl PyForceSolution {
-    /// Forces of a grasp, each of whose contacts had to press with at least the share `held` of its limit.
-    pub fn new(grasp: Py<PyGrasp>, found: AnyDistribution, held: f64) -> Self {
-        Self { grasp, found, held }
+    /// The answer about a grasp.
+    pub fn new(grasp: Py<PyGrasp>, distribution: AnyDistribution, query: ForceQuery) -> Self {
+        Self { grasp, distribution, query }
     }
 
     fn check_arrays(&self, py: Python<'_>) -> PyResult<()> {
@@ -271,7 +318,24 @@ impl PyForceSolution {
     }
 
     fn contact_forces(&self) -> &[ContactForce] {
-        by_dimension!(&self.found, found => &found.forces)
+        by_dimension!(&self.distribution, distribution => &distribution.forces)
+    }
+}
+
+impl ForceQuery {
+    fn state(&self) -> (Vec<f64>, &'static str, f64, f64, f64) {
+        (self.external_wrench.clone(), self.objective, self.weight, self.rtol, self.least_share)
+    }
+
+    fn restored(
+        (external_wrench, objective, weight, rtol, least_share): (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
+    ) -> restored::Checked<Self> {
+        restored::finite("external_wrench", &external_wrench)?;
+        let objective = choice("state: objective", &objective, &["max", "sum"])?;
+        restored::within("weight", weight, 0.0..=f64::MAX)?;
+        restored::within("rtol", rtol, 0.0..=1.0)?;
+        restored::within("least share", least_share, 0.0..=f64::MAX)?;
+        Ok(Self { external_wrench, objective, weight, rtol, least_share })
     }
 }
 
@@ -288,20 +352,20 @@ struct State {
 }
 
 impl State {
-    fn of<const D: usize>(found: &Distribution<D>) -> Self {
+    fn of<const D: usize>(distribution: &Distribution<D>) -> Self {
         Self {
-            forces: found.forces.iter().map(|&force| force.into()).collect(),
-            shares: found.shares.clone(),
-            wrenches: [found.dual.as_slice().to_vec(), found.residual.as_slice().to_vec()],
+            forces: distribution.forces.iter().map(|&force| force.into()).collect(),
+            shares: distribution.shares.clone(),
+            wrenches: [distribution.dual.as_slice().to_vec(), distribution.residual.as_slice().to_vec()],
             numbers: (
-                found.sigma,
-                found.sigma_max,
-                found.sigma_sum,
-                found.gap,
-                found.tolerance,
-                found.pivots,
+                distribution.sigma,
+                distribution.sigma_max,
+                distribution.sigma_sum,
+                distribution.gap,
+                distribution.tolerance,
+                distribution.pivots,
             ),
-            answers: (found.fell_back, found.unique),
+            answers: (distribution.fell_back, distribution.unique),
         }
     }
 
