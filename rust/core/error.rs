@@ -41,6 +41,18 @@ pub enum Error {
         /// Whether the lower bounds of the normal forces are to blame: without them forces balance the wrench.
         lower_bounds: bool,
     },
+    /// Contact forces within the friction cones balance the external wrench, but none that keep the upper bounds of
+    /// their normal forces.
+    ///
+    /// The witness is a direction `e` along which the wrenches of bounded forces reach less far than `-w_ext`.
+    #[error(
+        "no contact forces within the limits balance the external wrench, though stronger ones do; separating direction \
+         {direction:?}; raise max_normal_force, or ask for the nearest wrench"
+    )]
+    BeyondLimits {
+        /// The separating direction, of unit length.
+        direction: Vec<f64>,
+    },
     /// An explicit enumeration would not fit the limit the caller allows.
     #[error(
         "the Minkowski sum has {points} points ({bytes} bytes), more than max_points = {limit}; \
@@ -134,6 +146,11 @@ pub enum Unmet {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
+    /// Whether the error says that no contact forces balance a wrench.
+    pub fn is_infeasible(&self) -> bool {
+        matches!(self, Self::InfeasibleWrench { .. } | Self::BeyondLimits { .. })
+    }
+
     pub(crate) fn grasp(argument: &'static str, reason: impl Into<String>) -> Self {
         Self::InvalidGrasp { argument, contact: None, reason: reason.into() }
     }

@@ -246,6 +246,12 @@ pub(crate) const DELICATE: f64 = 1e5;
 /// Columns or rows of unit length that are dependent up to this do not determine the unknowns.
 pub(crate) const DEPENDENT: f64 = 1e-11;
 
+/// A multiplier whose curvature is below this part of its own terms is not determined by the curvature.
+pub(crate) const FREE_DIRECTION: f64 = 1e-12;
+
+/// The largest relative gap of an answer of Newton's method over true cones.
+pub(crate) const NEWTON_GAP: f64 = 1e-11;
+
 /// Gradients below this, relative to the largest, are rounding of the wrenches.
 pub(crate) const UNMOVED: f64 = 1e-9;
 
@@ -257,6 +263,9 @@ pub(crate) const UNSATISFIED: f64 = 1e-10;
 
 /// Points of the wrench set this near to the hyperplane of Eq. 26 take part: the interior-point solver's digits.
 pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
+
+/// What rounding leaves of a balance in the coordinates of the least squares, relative to its terms.
+pub(crate) const ROUNDED_BALANCE: f64 = 64.0 * f64::EPSILON;
 
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use graspforce::{Contact, Criterion, DistributionOptions, Grasp, Wrench};
+use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, SquaresOptions, Wrench};
 use nalgebra::Vector3;
 use support::control_loop::ControlLoop;
 
@@ -61,6 +61,21 @@ fn allocations(grasp: &Grasp<6>, criterion: Criterion) -> usize {
     };
     travel();
     travel()
+}
+
+#[test]
+fn least_squares_allocate_nothing() {
+    for cone in [false, true] {
+        let grasp = fingers(cone);
+        let distributor = ForceDistributor::squares(&grasp, SquaresOptions::default()).unwrap();
+        let mut workspace = distributor.workspace();
+        let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
+        let before = COUNT.get();
+        for step in 0..1000 {
+            distributor.solve_into(&mut workspace, &wrench(step), &mut forces).unwrap();
+        }
+        assert_eq!(COUNT.get() - before, 0, "true cones: {cone}");
+    }
 }
 
 #[test]

@@ -210,6 +210,7 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "fell_back": solution.fell_back,
         "dual": solution.dual.tolist(),
         "residual": solution.residual.tolist(),
+        "distance": solution.distance,
         "shares": solution.shares.tolist(),
         "forces": solution.forces.tolist(),
         "world_forces": solution.world_forces.tolist(),
@@ -234,13 +235,21 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
 
 def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
     """Collect what a distributor was made of."""
+    optional = {
+        "min_normal": distributor.min_normal,
+        "samples": distributor.samples,
+        "reference": distributor.reference,
+        "weights": distributor.weights,
+        "slack": distributor.slack,
+    }
     return {
         "grasp": grasp_dict(distributor.grasp),
         "objective": distributor.objective,
         "method": distributor.method,
         "weight": distributor.weight,
-        "min_normal": _plain(distributor.min_normal),
-        "samples": _plain(distributor.samples),
+        **{name: _plain(value) for name, value in optional.items()},
+        "limits": distributor.limits,
+        "max_normal_force": distributor.max_normal_force.tolist(),
         "rtol": distributor.rtol,
     }
 

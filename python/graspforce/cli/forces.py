@@ -36,6 +36,13 @@ def forces(
         Path | None, typer.Option(help="File of external wrenches, one a row (CSV, NPY).")
     ] = None,
     objective: Objective = "max",
+    nearest: Annotated[
+        bool,
+        typer.Option(
+            "--nearest",
+            help="Give the forces that come nearest to balance, within the limits, where none balance.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
@@ -55,13 +62,13 @@ def forces(
     distributor = ForceDistributor(file.grasp, objective)
     if wrench is not None:
         against = wrench_of("--wrench", wrench, file.grasp.wrench_dim)
-        solution = distributor.solve(against)
-        _one(file, against, solution, objective, as_json=as_json, plot=plot)
+        solution = distributor.nearest(against) if nearest else distributor.solve(against)
+        _one(file, against, solution, objective, nearest=nearest, as_json=as_json, plot=plot)
         found = Trajectory.of_one(against, solution)
     else:
         given = load_wrenches(cast("Path", wrenches), file.grasp.wrench_dim)
         with progress("distributing", len(given.wrenches)) as done:
-            found = solve_trajectory(distributor, given, done)
+            found = solve_trajectory(distributor, given, done, nearest=nearest)
         _many(file, found, objective, as_json=as_json, plot=plot)
     if out is not None:
         with out.open("wb") as stream:
@@ -77,10 +84,12 @@ def _one(
     solution: ForceSolution,
     objective: str,
     *,
+    nearest: bool,
     as_json: bool,
     plot: Path | None,
 ) -> None:
-    title = f"{file.name}: least {objective} against {vector(wrench)}"
+    sought = "nearest forces" if nearest else f"least {objective}"
+    title = f"{file.name}: {sought} against {vector(wrench)}"
     if as_json:
         print_json(solution.to_dict())
     else:
@@ -94,6 +103,8 @@ def _one(
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
         limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
         print(f"sigma_max {solution.sigma_max:.6g}, sigma_sum {solution.sigma_sum:.6g}: {limits}")
+        if nearest:
+            print(f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced")
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 

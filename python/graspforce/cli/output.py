@@ -46,8 +46,11 @@ Criterion = Annotated[
     ),
 ]
 Objective = Annotated[
-    Literal["max", "sum"],
-    typer.Option(help="Minimise the largest normalised normal force (max), or the sum of all of them (sum)."),
+    Literal["max", "sum", "squares"],
+    typer.Option(
+        help="Minimise the largest normalised normal force (max), the sum of all of them (sum), or the sum "
+        "of squared forces (squares)."
+    ),
 ]
 
 _PIPED_WIDTH = 100

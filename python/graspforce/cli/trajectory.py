@@ -73,15 +73,19 @@ class Trajectory(ReadOnly):
 
 
 def solve_trajectory(
-    distributor: ForceDistributor, given: WrenchFile, done: Callable[[int], None]
+    distributor: ForceDistributor, given: WrenchFile, done: Callable[[int], None], *, nearest: bool = False
 ) -> Trajectory:
-    """Solve chunk by chunk, saying how many are done."""
+    """Solve chunk by chunk, saying how many are done; with `nearest` every row has an answer."""
     count, grasp = len(given.wrenches), distributor.grasp
     forces = np.full((count, grasp.num_contacts, grasp.force_dim), np.nan)
     sigma_max, sigma_sum = np.full(count, np.nan), np.full(count, np.nan)
     for start in range(0, count, _REPORT_EVERY):
         rows = slice(start, start + _REPORT_EVERY)
-        batch = distributor.solve_many(given.wrenches[rows])
+        wrenches = given.wrenches[rows]
+        if nearest:
+            batch = distributor.solve_many(wrenches, infeasible="nearest")
+        else:
+            batch = distributor.solve_many(wrenches)
         forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
         for row in start + np.flatnonzero(batch.status > Status.INFEASIBLE):
             # Alone it may succeed, or be proven to have no answer; anything else is an error that is named.

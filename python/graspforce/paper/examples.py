@@ -160,8 +160,8 @@ class TileProblem:
     """The planning problem of Example 2: two contacts on top of a monkey saddle, two beneath, in pairs.
 
     The parameters are ``[phi_1, psi_1, phi_3, psi_3]`` in m, with the paper's numbers of the contacts from 1.
-    The paper's contact 2 is opposite to its contact 1, and 4 to 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``, and
-    so on.
+    The paper's contact 2 is opposite to its contact 1, and 4 to 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``,
+    and so on.
     """
 
     friction: float

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::force::distributor::ForceDistributor;
+use crate::force::nearest::answer::NearestOptions;
 use crate::force::workspace::ForceWorkspace;
 use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
@@ -54,6 +55,27 @@ impl<const D: usize> ForceDistributor<D> {
         external_wrenches: &[Wrench<D>],
         parallel: bool,
     ) -> Result<DistributionBatch> {
+        self.many(workspace, external_wrenches, None, parallel)
+    }
+
+    /// The same with the forces that come nearest, as [`Self::nearest`] finds them.
+    pub fn nearest_many(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrenches: &[Wrench<D>],
+        options: &NearestOptions<D>,
+        parallel: bool,
+    ) -> Result<DistributionBatch> {
+        self.many(workspace, external_wrenches, Some(options), parallel)
+    }
+
+    fn many(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrenches: &[Wrench<D>],
+        nearest: Option<&NearestOptions<D>>,
+        parallel: bool,
+    ) -> Result<DistributionBatch> {
         let rows = external_wrenches.len();
         let stride = self.grasp().num_contacts() * self.grasp().force_dim();
         let mut batch = DistributionBatch {
@@ -73,12 +95,14 @@ impl<const D: usize> ForceDistributor<D> {
             let interrupt = interrupt::current();
             chunks.try_for_each(|(((w, f), (max, sum)), s)| {
                 let workspace = &mut self.workspace();
-                interrupt::inherit(interrupt.as_ref(), || self.solve_rows(workspace, w, f, max, sum, s))
+                interrupt::inherit(interrupt.as_ref(), || {
+                    self.solve_rows(workspace, (w, nearest), f, max, sum, s)
+                })
             })?;
         } else {
             let (w, s) = (external_wrenches, &mut batch.status);
             let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
-            self.solve_rows(workspace, w, &mut batch.forces, max, sum, s)?;
+            self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
         }
         let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
         batch.residual = room("residual", rows.saturating_mul(D))?;
@@ -97,7 +121,7 @@ impl<const D: usize> ForceDistributor<D> {
     fn solve_rows(
         &self,
         workspace: &mut ForceWorkspace<D>,
-        wrenches: &[Wrench<D>],
+        (wrenches, nearest): (&[Wrench<D>], Option<&NearestOptions<D>>),
         forces: &mut [f64],
         sigma_max: &mut [f64],
         sigma_sum: &mut [f64],
@@ -106,13 +130,18 @@ impl<const D: usize> ForceDistributor<D> {
         let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
             interrupt::check()?;
-            let solved = self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
-                0.0 => (0.0, 0.0),
-                _ => workspace.totals(&-wrench),
-            });
+            let solved = match nearest {
+                Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
+                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.nearest_totals() }
+                }),
+                None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
+                    0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
+                    _ => workspace.totals(&-wrench),
+                }),
+            };
             status[k] = match &solved {
                 Ok(_) => Status::Solved,
-                Err(Error::InfeasibleWrench { .. }) => Status::Infeasible,
+                Err(error) if error.is_infeasible() => Status::Infeasible,
                 Err(Error::InvalidInput { .. }) => Status::Invalid,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(_) => Status::NotConverged,

@@ -81,7 +81,7 @@ pub struct Distribution<const D: usize> {
     /// Relative distance between `sigma` and the lower bound that `dual` proves for the wrench that the forces balance,
     /// `w_ext - residual`.
     pub gap: f64,
-    /// Simplex pivots that this solve took.
+    /// Simplex pivots that this solve took; zero where Newton's method over true cones started from the last answer.
     pub pivots: usize,
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
     /// an interior-point solver.
@@ -92,6 +92,9 @@ pub struct Distribution<const D: usize> {
     /// What the forces leave unbalanced, `w_ext + sum_i G_i f_i`: rounding, or where no forces balance the wrench
     /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows.
     pub residual: Wrench<D>,
+    /// The norm of the residual, of forces that [`ForceDistributor::nearest`](crate::ForceDistributor::nearest) returned;
+    /// zero of others.
+    pub distance: f64,
     /// The tolerance of the relative gap in force.
     pub tolerance: f64,
 }

@@ -209,6 +209,11 @@ impl<const D: usize> Grasp<D> {
         &self.options
     }
 
+    /// Says that the contacts' friction was already divided by `margin`.
+    pub(crate) fn set_friction_margin(&mut self, margin: f64) {
+        self.options.friction_margin = margin;
+    }
+
     /// Components `k` of a contact force as callers see it: 2 (planar), 3 (hard) or 4 (soft fingers).
     pub fn force_dim(&self) -> usize {
         self.force_dim

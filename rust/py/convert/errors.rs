@@ -15,12 +15,12 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
         Error::InvalidGrasp { .. } => "InvalidGraspError",
         Error::InvalidInput { .. } => "InvalidInputError",
-        Error::InfeasibleWrench { .. } => "InfeasibleWrenchError",
+        Error::InfeasibleWrench { .. } | Error::BeyondLimits { .. } => "InfeasibleWrenchError",
         Error::TooLarge { .. } | Error::OutOfMemory { .. } => "TooLargeError",
         _ => "NotConvergedError",
     };
     let raised = raise(py, class, &error.to_string());
-    if let Error::InfeasibleWrench { direction, .. } = error
+    if let Error::InfeasibleWrench { direction, .. } | Error::BeyondLimits { direction } = error
         && let Err(failed) = raised
             .value(py)
             .setattr(intern!(py, "direction"), read_only(PyArray1::from_vec(py, direction.clone())))

@@ -105,7 +105,8 @@ pub fn parse_criterion(argument: &str, given: &Given<'_>) -> Result<Criterion, S
     Ok(if word == "max" { Criterion::Max } else { Criterion::Sum })
 }
 
-fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<SMatrix<f64, D, D>, String> {
+/// A matrix of d rows and columns.
+pub fn parse_metric<const D: usize>(value: &Bound<'_, PyAny>) -> Result<SMatrix<f64, D, D>, String> {
     let array = float_array("metric", value)?;
     if array.shape() != [D, D] {
         return Err(format!("metric: shape {}, expected ({D}, {D})", shaped(array.shape())));

@@ -71,6 +71,7 @@ pub fn forces<const D: usize>(
     finite("dual", distribution.dual.iter())?;
     finite("residual", distribution.residual.iter())?;
     expect(distribution.tolerance.is_finite(), "tolerance", distribution.tolerance, "a finite number")?;
+    finite("distance", &[distribution.distance])?;
     finite("numbers", &[distribution.sigma, distribution.sigma_max, distribution.sigma_sum])?;
     expect(
         distribution.gap.is_finite() && distribution.gap >= 0.0,

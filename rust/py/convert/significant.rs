@@ -3,10 +3,10 @@
 /// Digits at most.
 const MOST: usize = 9;
 
-/// A number whose error is at most `width`: its last digit is no finer than that.
+/// A number whose error is at most `width`: its last digit is of that order.
 pub fn proven(value: f64, width: f64) -> String {
     let size = value.abs();
-    let known = if width > 0.0 { (size / width).log10().floor() } else { MOST as f64 };
+    let known = if width > 0.0 { size.log10().floor() - width.log10().floor() + 1.0 } else { MOST as f64 };
     let digits = if known.is_finite() { known.clamp(1.0, MOST as f64) as usize } else { MOST };
     significant(value, digits)
 }

@@ -1,6 +1,6 @@
 //! Options of a force distributor: checked, and in the words of the core.
 
-use graspforce::{DistributionOptions, Method, check_room};
+use graspforce::{Criterion, DistributionOptions, Method, check_room};
 use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
@@ -37,6 +37,17 @@ pub fn distribution_options(
         options.samples = rows("samples", samples)?;
     }
     Ok((options, name))
+}
+
+/// The name of an objective, and the criterion that it minimises: none for least squares.
+pub fn parse_objective(given: &Given<'_>) -> Result<(&'static str, Option<Criterion>), String> {
+    let word = given.or("max", |given| choice("objective", given, &["max", "sum", "squares"]))?;
+    let criterion = match word {
+        "max" => Some(Criterion::Max),
+        "sum" => Some(Criterion::Sum),
+        _ => None,
+    };
+    Ok((word, criterion))
 }
 
 /// One number for all contacts, or one for each.

@@ -3,27 +3,31 @@
 use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{DEFAULT_MAX_POINTS, ForceDistributor, Grasp, Method};
+use graspforce::{Criterion, DEFAULT_MAX_POINTS, DistributionOptions, ForceDistributor, Grasp, Method};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::{float_vector, matrix, vector};
+use crate::convert::arrays::{float_vector, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
-use crate::convert::quality_options::{criterion_name, parse_criterion};
-use crate::convert::scalars::{Given, flag, instance, shown};
+use crate::convert::scalars::{Given, choice, flag, instance, shown};
 use crate::force::batch::PyForceBatch;
-use crate::force::distribution_options::distribution_options;
+use crate::force::distribution_options::{distribution_options, parse_objective};
+use crate::force::nearest::{nearest, nearest_into};
 use crate::force::shared::SharedDistributor;
 use crate::force::solution::{ForceQuery, PyForceSolution};
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
+use crate::force::squares_arguments::SquaresArguments;
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_points, check_work};
 
 type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
+
+/// The class, its arguments, and limits that were set.
+type Pickled<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>, Option<Vec<f64>>);
 
 /// What `update` replaces.
 struct State {
@@ -31,11 +35,11 @@ struct State {
     grasp: Py<PyGrasp>,
 }
 
-#[doc = include_str!("distributor.rst")]
+#[doc = include_str!("docs/distributor.rst")]
 #[pyclass(name = "ForceDistributor", module = "graspforce", frozen)]
 pub struct PyForceDistributor {
     state: RwLock<State>,
-    /// "max" or "sum".
+    /// "max", "sum" or "squares".
     #[pyo3(get)]
     objective: &'static str,
     /// "implicit", "enumerated" or "reduced".
@@ -46,6 +50,7 @@ pub struct PyForceDistributor {
     weight: f64,
     min_normal: Vec<f64>,
     samples: Vec<Vec<f64>>,
+    squares: SquaresArguments,
     /// Largest relative gap that counts as solved.
     #[pyo3(get)]
     rtol: f64,
@@ -56,9 +61,10 @@ impl PyForceDistributor {
     #[new]
     #[pyo3(
         signature = (grasp, objective=Given::default(), method=Given::default(), weight=Given::default(),
-            min_normal=None, samples=None, rtol=Given::default()),
+            min_normal=None, samples=None, rtol=Given::default(), reference=None, weights=None, slack=None,
+            limits=Given::default()),
         text_signature = "(grasp, objective='max', method='implicit', weight=0.0, min_normal=None, samples=None, \
-            rtol=1e-9)"
+            rtol=1e-9, reference=None, weights=None, slack=None, limits=False)"
     )]
     #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
@@ -70,27 +76,49 @@ impl PyForceDistributor {
         min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
         rtol: Given<'_>,
+        reference: Option<&Bound<'_, PyAny>>,
+        weights: Option<&Bound<'_, PyAny>>,
+        slack: Option<&Bound<'_, PyAny>>,
+        limits: Given<'_>,
     ) -> PyResult<Self> {
-        let wrong = |message: String| invalid_input(py, message);
-        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(wrong)?.clone().unbind();
-        let criterion = parse_criterion("objective", &objective).map_err(wrong)?;
-        let contacts = grasp.get().num_contacts();
-        let options = distribution_options(&method, &weight, min_normal, samples, &rtol, contacts);
-        let (options, method) = options.map_err(wrong)?;
+        let refused = |message: String| invalid_input(py, message);
+        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(refused)?.clone().unbind();
+        let (objective, criterion) = parse_objective(&objective).map_err(refused)?;
+        let limits = limits.or(false, |value| flag("limits", value)).map_err(refused)?;
+        let sizes = by_dimension!(&grasp.get().inner, g => [g.num_contacts(), g.force_dim()]);
+        let sizes = [sizes[0], sizes[1], grasp.get().inner.wrench_dim()];
+        let squares = match criterion {
+            Some(_) => SquaresArguments::refuse(reference, weights, slack, limits),
+            None => SquaresArguments::parse(reference, weights, slack, limits, sizes),
+        };
+        let squares = squares.map_err(refused)?;
+        let options = distribution_options(&method, &weight, min_normal, samples, &rtol, sizes[0]);
+        let (options, method) = options.map_err(refused)?;
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         let (weight, rtol) = (options.weight, options.rtol);
+        if criterion.is_none() {
+            let excluded = [
+                ("method", options.method != Method::Implicit),
+                ("weight", weight != 0.0),
+                ("samples", !samples.is_empty()),
+            ];
+            if let Some((name, _)) = excluded.iter().find(|(_, given)| *given) {
+                return Err(refused(format!("{name}: the objective \"squares\" does not take it")));
+            }
+        }
         let inner = map_dimension!(&grasp.get().inner, of => {
             check_distributor(py, of, options.method)?;
-            let made = detached(py, || ForceDistributor::with_options(of, criterion, options))?;
+            let made = detached(py, || distributor(of, criterion, options, &squares))?;
             SharedDistributor::new(made.map_err(|error| to_python(py, &error))?)
         });
         Ok(Self {
             state: RwLock::new(State { inner, grasp }),
-            objective: criterion_name(criterion),
+            objective,
             method,
             weight,
             min_normal,
             samples,
+            squares,
             rtol,
         })
     }
@@ -122,6 +150,44 @@ impl PyForceDistributor {
         matrix(py, self.samples.len(), first.len(), numbers).map(Some)
     }
 
+    /// (m, k) forces that "squares" stays close to; ``None`` for zero.
+    #[getter]
+    fn reference<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let rows = self.squares.reference.as_ref();
+        rows.map(|rows| PyArray2::from_vec2(py, rows).map(read_only)).transpose().map_err(Into::into)
+    }
+
+    /// (m,) weights of "squares"; ``None`` for 1.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let contacts = self.state(py)?.grasp.get().num_contacts();
+        Ok(self.squares.weights.as_ref().map(|weights| match weights[..] {
+            [all] => read_only(PyArray1::from_vec(py, vec![all; contacts])),
+            ref each => read_only(PyArray1::from_slice(py, each)),
+        }))
+    }
+
+    /// (d, d) price of what stays unbalanced; ``None`` without.
+    #[getter]
+    fn slack<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let rows = self.squares.slack.as_ref();
+        rows.map(|rows| PyArray2::from_vec2(py, rows).map(read_only)).transpose().map_err(Into::into)
+    }
+
+    /// Whether "squares" keeps the upper bounds of normal forces.
+    #[getter]
+    fn limits(&self) -> bool {
+        self.squares.limits
+    }
+
+    /// (m,) upper bounds of the normal forces in force, in N: the grasp's, or those of `set_limits`.
+    #[getter]
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let state = self.state(py)?;
+        let limits = by_dimension!(&state.inner, shared => shared.distributor.limits());
+        Ok(read_only(PyArray1::from_vec(py, limits)))
+    }
+
     /// Indices of the points that "reduced" keeps, into `Grasp.minkowski_sum`; ``None`` with other methods.
     #[getter]
     fn reduced_points<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<u32>>>> {
@@ -130,84 +196,15 @@ impl PyForceDistributor {
         points.map(|points| vector(py, "points", points.len(), points.iter().copied())).transpose()
     }
 
-    /// Compute the least contact forces that balance an external wrench (Eq. 11).
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrench : array_like
-    ///     (d,) wrench on the object, in N and N m about the grasp's origin.
-    ///
-    /// Returns
-    /// -------
-    /// ForceSolution
-    ///     Forces with ``sum_i G_i f_i = -external_wrench``, and their certificate.
-    ///
-    /// Raises
-    /// ------
-    /// InfeasibleWrenchError
-    ///     No forces inside the friction cones balance the wrench, however strong they are; ``direction`` holds
-    ///     the witness.
-    /// InvalidInputError
-    ///     The wrench has the wrong shape or is not finite.
-    /// NotConvergedError
-    ///     Rounding leaves no answer that balances the wrench and meets the tolerance.
-    /// BusyError
-    ///     Another thread is using this distributor.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
-    /// >>> solution.world_forces.round(9).tolist()
-    /// [[1.0, 0.5], [-1.0, 0.5]]
-    /// >>> solution.within_limits
-    /// True
+    #[doc = include_str!("docs/solve.rst")]
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        let wrench = float_vector("external_wrench", external_wrench, state.inner.wrench_dim());
-        let external_wrench = wrench.map_err(|message| invalid_input(py, message))?;
-        let distribution = map_dimension!(&state.inner, of => solve(py, of, &external_wrench)?);
-        let query = ForceQuery {
-            external_wrench,
-            objective: self.objective,
-            weight: self.weight,
-            rtol: self.rtol,
-            least_share: self.min_normal.iter().copied().fold(0.0, f64::max),
-        };
+        let query = self.query(py, &state, external_wrench)?;
+        let distribution = map_dimension!(&state.inner, of => solve(py, of, &query.external_wrench)?);
         Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }
 
-    /// Solve and write the forces into an array of the caller's: for control loops.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrench : array_like
-    ///     (d,) wrench on the object; a float64 array is read without a copy.
-    /// forces : numpy.ndarray
-    ///     (m, k) C-contiguous float64 array for the forces in the contact frames. Untouched on an error.
-    ///
-    /// Returns
-    /// -------
-    /// float
-    ///     The objective: ``sigma_max``, ``sigma_sum``, or their weighted sum.
-    ///
-    /// Raises
-    /// ------
-    /// InfeasibleWrenchError, InvalidInputError, NotConvergedError, BusyError
-    ///     As `solve` does.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> import numpy as np
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> distributor = gf.ForceDistributor(grasp, "max")
-    /// >>> forces = np.empty((2, 2))
-    /// >>> round(distributor.solve_into(np.array([0.0, -1.0, 0.0]), forces), 9)
-    /// 0.25
-    /// >>> forces.round(9).tolist()
-    /// [[1.0, 0.5], [1.0, -0.5]]
+    #[doc = include_str!("docs/solve_into.rst")]
     fn solve_into(
         &self,
         py: Python<'_>,
@@ -218,80 +215,81 @@ impl PyForceDistributor {
         by_dimension!(&state.inner, distributor => solve_into(py, distributor, external_wrench, forces))
     }
 
-    /// Compute the least contact forces for many wrenches in one call.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrenches : array_like
-    ///     (T, d) wrenches. Along a trajectory each row starts from the one before.
-    /// parallel : bool, optional
-    ///     Cut the rows into chunks for all cores, for wrenches that have nothing to do with each other.
-    ///
-    /// Returns
-    /// -------
-    /// ForceBatch
-    ///     Arrays over the rows. Rows that cannot be solved say so in ``status`` and hold NaN.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     The wrenches are not (T, d) real numbers, or ``parallel`` is no bool.
-    /// TooLargeError
-    ///     The arrays over the rows do not fit into memory.
-    /// BusyError
-    ///     Another thread is using this distributor.
-    /// KeyboardInterrupt
-    ///     Ctrl-C was pressed; nothing is returned.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> batch = gf.ForceDistributor(grasp).solve_many([[0, -1, 0], [0, -2, 0]])
-    /// >>> batch.sigma_max.round(9).tolist(), batch.status.tolist(), batch.forces.shape
-    /// ([0.25, 0.5], [0, 0], (2, 2, 2))
+    #[doc = include_str!("docs/nearest.rst")]
     #[pyo3(
-        signature = (external_wrenches, parallel=Given::default()),
-        text_signature = "($self, external_wrenches, parallel=False)"
+        signature = (external_wrench, metric=None, limits=Given::default()),
+        text_signature = "($self, external_wrench, metric=None, limits=True)"
+    )]
+    fn nearest(
+        &self,
+        py: Python<'_>,
+        external_wrench: &Bound<'_, PyAny>,
+        metric: Option<&Bound<'_, PyAny>>,
+        limits: Given<'_>,
+    ) -> PyResult<PyForceSolution> {
+        let state = self.state(py)?;
+        let query = self.query(py, &state, external_wrench)?;
+        let limits = limits_flag(py, &limits)?;
+        let distribution = map_dimension!(&state.inner, of => {
+            nearest(py, of, &query.external_wrench, metric, limits)?
+        });
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
+    }
+
+    #[doc = include_str!("docs/nearest_into.rst")]
+    #[pyo3(
+        signature = (external_wrench, forces, metric=None, limits=Given::default()),
+        text_signature = "($self, external_wrench, forces, metric=None, limits=True)"
+    )]
+    fn nearest_into(
+        &self,
+        py: Python<'_>,
+        external_wrench: &Bound<'_, PyAny>,
+        forces: &Bound<'_, PyAny>,
+        metric: Option<&Bound<'_, PyAny>>,
+        limits: Given<'_>,
+    ) -> PyResult<f64> {
+        let state = self.state(py)?;
+        let limits = limits_flag(py, &limits)?;
+        by_dimension!(&state.inner, of => nearest_into(py, of, external_wrench, forces, metric, limits))
+    }
+
+    #[doc = include_str!("docs/set_limits.rst")]
+    fn set_limits(&self, py: Python<'_>, max_normal_force: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut state = match self.state.try_write() {
+            Ok(state) => state,
+            Err(TryLockError::WouldBlock) => return Err(busy(py)),
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+        };
+        let contacts = state.grasp.get().num_contacts();
+        let limits = float_vector("max_normal_force", max_normal_force, contacts)
+            .map_err(|message| invalid_input(py, message))?;
+        let inner = &mut state.inner;
+        let set = detached(py, || by_dimension!(inner, shared => shared.set_limits(&limits)))?;
+        set.map_err(|error| to_python(py, &error))
+    }
+
+    #[doc = include_str!("docs/solve_many.rst")]
+    #[pyo3(
+        signature = (external_wrenches, parallel=Given::default(), infeasible=Given::default()),
+        text_signature = "($self, external_wrenches, parallel=False, infeasible='raise')"
     )]
     fn solve_many(
         &self,
         py: Python<'_>,
         external_wrenches: &Bound<'_, PyAny>,
         parallel: Given<'_>,
+        infeasible: Given<'_>,
     ) -> PyResult<PyForceBatch> {
-        let parallel = parallel.or(false, |value| flag("parallel", value));
-        let parallel = parallel.map_err(|message| invalid_input(py, message))?;
+        let refused = |message: String| invalid_input(py, message);
+        let parallel = parallel.or(false, |value| flag("parallel", value)).map_err(refused)?;
+        let infeasible = infeasible.or("raise", |value| choice("infeasible", value, &["raise", "nearest"]));
+        let nearest = infeasible.map_err(refused)? == "nearest";
         let state = self.state(py)?;
-        by_dimension!(&state.inner, distributor => solve_many(py, distributor, external_wrenches, parallel))
+        by_dimension!(&state.inner, of => solve_many(py, of, external_wrenches, parallel, nearest))
     }
 
-    /// Solve for each wrench that an iterable yields, when it yields it.
-    ///
-    /// Parameters
-    /// ----------
-    /// external_wrenches : iterable of array_like
-    ///     (d,) wrenches, for instance from a generator that reads a sensor.
-    ///
-    /// Returns
-    /// -------
-    /// iterator of ForceSolution
-    ///     One solution for each wrench; a wrench that cannot be balanced raises when its turn comes.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     ``external_wrenches`` is not iterable.
-    /// InfeasibleWrenchError, InvalidInputError, NotConvergedError, BusyError
-    ///     As `solve` does, from the iterator. The message says which wrench, counted from 0.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> weights = ([0, -weight, 0] for weight in (1, 2))
-    /// >>> [round(s.sigma_max, 9) for s in gf.ForceDistributor(grasp).solve_iter(weights)]
-    /// [0.25, 0.5]
+    #[doc = include_str!("docs/solve_iter.rst")]
     fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
         let wrenches = external_wrenches.try_iter().map_err(|_| {
             let given = shown(external_wrenches);
@@ -300,36 +298,7 @@ impl PyForceDistributor {
         Ok(PyForceSteps::new(slf.into_any(), wrenches.unbind()))
     }
 
-    /// Go on with another grasp, in which contacts have rolled or slid a little.
-    ///
-    /// The answers are those of a new distributor; over linearised cones without ``min_normal`` the last basis is kept
-    /// where contacts and edges are as many as before, which makes the next solve cheaper.
-    ///
-    /// Parameters
-    /// ----------
-    /// grasp : Grasp
-    ///     Of the same dimension.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     It is no grasp, has the other dimension, or does not fit the options: ``min_normal`` has another number of
-    ///     contacts.
-    /// InvalidGraspError, TooLargeError
-    ///     As for a new distributor. The old grasp stays.
-    /// BusyError
-    ///     Another thread is using this distributor.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> distributor = gf.ForceDistributor(grasp)
-    /// >>> round(distributor.solve([0, -1, 0]).sigma_max, 9)
-    /// 0.25
-    /// >>> distributor.update(grasp.replace(friction=0.25))
-    /// >>> round(distributor.solve([0, -1, 0]).sigma_max, 9)
-    /// 0.5
+    #[doc = include_str!("docs/update.rst")]
     fn update(&self, py: Python<'_>, grasp: &Bound<'_, PyAny>) -> PyResult<()> {
         let grasp = instance::<PyGrasp>("grasp", grasp).map_err(|message| invalid_input(py, message))?;
         let mut state = match self.state.try_write() {
@@ -357,20 +326,47 @@ impl PyForceDistributor {
         let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
         let (objective, method) = (self.objective, self.method);
         let (weight, samples, rtol) = (self.weight, self.samples.clone(), self.rtol);
-        let min_normal = self.min_normal.clone();
-        Ok(Self { state: RwLock::new(state), objective, method, weight, min_normal, samples, rtol })
+        let (min_normal, squares) = (self.min_normal.clone(), self.squares.clone());
+        let state = RwLock::new(state);
+        Ok(Self { state, objective, method, weight, min_normal, samples, squares, rtol })
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Pickled<'py>> {
         let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
         let min_normal = match self.min_normal[..] {
             [] => None,
             [all] => Some(all.into_pyobject(py)?.into_any()),
             ref each => Some(each.into_pyobject(py)?.into_any()),
         };
-        let arguments =
-            (self.grasp(py)?, self.objective, self.method, self.weight, min_normal, samples, self.rtol);
-        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?))
+        let weights = match &self.squares.weights {
+            None => None,
+            Some(weights) => match weights[..] {
+                [all] => Some(all.into_pyobject(py)?.into_any()),
+                ref each => Some(each.into_pyobject(py)?.into_any()),
+            },
+        };
+        let (reference, slack) = (self.squares.reference.clone(), self.squares.slack.clone());
+        let arguments = (
+            self.grasp(py)?,
+            self.objective,
+            self.method,
+            self.weight,
+            min_normal,
+            samples,
+            self.rtol,
+            reference,
+            weights,
+            slack,
+            self.squares.limits,
+        );
+        let state = self.state(py)?;
+        let limits = by_dimension!(&state.inner, shared => shared.distributor.set_of_limits());
+        Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?, limits))
+    }
+
+    /// Limits that were set.
+    fn __setstate__(&self, py: Python<'_>, limits: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.set_limits(py, limits)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -381,6 +377,19 @@ impl PyForceDistributor {
 }
 
 impl PyForceDistributor {
+    /// What is asked about a wrench.
+    fn query(&self, py: Python<'_>, state: &State, wrench: &Bound<'_, PyAny>) -> PyResult<ForceQuery> {
+        let external_wrench = float_vector("external_wrench", wrench, state.inner.wrench_dim())
+            .map_err(|message| invalid_input(py, message))?;
+        Ok(ForceQuery {
+            external_wrench,
+            objective: self.objective,
+            weight: self.weight,
+            rtol: self.rtol,
+            least_share: self.min_normal.iter().copied().fold(0.0, f64::max),
+        })
+    }
+
     fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
         match self.state.try_read() {
             Ok(state) => Ok(state),
@@ -388,6 +397,23 @@ impl PyForceDistributor {
             // An update that panicked changed nothing.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
         }
+    }
+}
+
+fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
+    given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))
+}
+
+/// A distributor of either kind.
+fn distributor<const D: usize>(
+    grasp: &Grasp<D>,
+    criterion: Option<Criterion>,
+    options: DistributionOptions,
+    squares: &SquaresArguments,
+) -> graspforce::Result<ForceDistributor<D>> {
+    match criterion {
+        Some(criterion) => ForceDistributor::with_options(grasp, criterion, options),
+        None => ForceDistributor::squares(grasp, squares.options(grasp, options.min_normal, options.rtol)?),
     }
 }
 

@@ -31,6 +31,16 @@ impl<const D: usize> SharedDistributor<D> {
         lock(&self.workspace).map(|mut workspace| solve(&self.distributor, &mut workspace))
     }
 
+    /// Replaces the upper bounds of the normal forces.
+    pub fn set_limits(&mut self, limits: &[f64]) -> Result<()> {
+        let workspace = self.workspace.get_mut().unwrap_or_else(|poisoned| {
+            let workspace = poisoned.into_inner();
+            workspace.forget();
+            workspace
+        });
+        self.distributor.set_limits(workspace, limits)
+    }
+
     /// Goes on with another grasp.
     pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
         let workspace = self.workspace.get_mut().unwrap_or_else(|poisoned| {

@@ -10,8 +10,9 @@ use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
-use crate::convert::scalars::choice;
+use crate::convert::scalars::{Given, choice};
 use crate::convert::significant::significant;
+use crate::force::joint_torques::joint_torques;
 use crate::grasp::PyGrasp;
 use crate::runtime::memory::{Work, check_work};
 
@@ -40,11 +41,15 @@ use crate::runtime::memory::{Work, check_work};
 ///     forces balance.
 /// residual : numpy.ndarray
 ///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
-///     rule, and never more than `FEASIBILITY_TOLERANCE` allows.
+///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
+///     ``slack`` has a price.
 /// balanced : bool
-///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve`.
+///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without ``slack``.
+/// distance : float
+///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
+///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
@@ -54,7 +59,7 @@ use crate::runtime::memory::{Work, check_work};
 ///     ``sigma_max <= 1 + 1e-9``, whatever ``rtol`` is: no contact's share exceeds one, but for rounding.
 /// external_wrench : numpy.ndarray
 ///     (d,) the wrench that was given, in N and N m.
-/// objective : {"max", "sum"}
+/// objective : {"max", "sum", "squares"}
 ///     What was minimised.
 /// weight, rtol : float
 ///     Those of the `ForceDistributor`: the weight of the sum beside the maximum, and the largest relative gap.
@@ -71,7 +76,7 @@ pub struct PyForceSolution {
 /// What was asked.
 pub struct ForceQuery {
     pub external_wrench: Vec<f64>,
-    /// "max" or "sum".
+    /// "max", "sum" or "squares".
     pub objective: &'static str,
     pub weight: f64,
     pub rtol: f64,
@@ -106,7 +111,7 @@ impl PyForceSolution {
         vector(py, "external_wrench", given.len(), given.iter().copied())
     }
 
-    /// "max" or "sum": what was minimised.
+    /// "max", "sum" or "squares": what was minimised.
     #[getter]
     fn objective(&self) -> &'static str {
         self.query.objective
@@ -173,6 +178,68 @@ impl PyForceSolution {
     #[getter]
     fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(with_both!(py, self, |distribution, grasp| distribution.balanced(grasp, self.query.least_share)))
+    }
+
+    /// Norm of the residual in the metric of `ForceDistributor.nearest`; zero from `solve`.
+    #[getter]
+    fn distance(&self) -> f64 {
+        by_dimension!(&self.distribution, of => of.distance)
+    }
+
+    /// Joint torques that exert the forces, at rest: ``coupling.T @ sum_i J_i.T @ F_i``.
+    ///
+    /// Parameters
+    /// ----------
+    /// jacobians : sequence of array_like
+    ///     One for each contact, all for the same n joints: (3, n) for the velocity of the contact point, or (6, n) with
+    ///     the angular velocity below it. In the plane (2, n) or (3, n). Contacts with torsion need the angular part.
+    /// coupling : array_like, optional
+    ///     (n, q) matrix from the velocities of q independent joints to those of all n.
+    /// frame : {"world", "contact"}, optional
+    ///     Axes of the rows of all Jacobians: the world's, or those of each contact, ``(n, o, t)`` (in the plane
+    ///     ``(n, t)``).
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     (n,) torques in N m (forces in N of sliding joints); with ``coupling`` (q,).
+    ///
+    /// Raises
+    /// ------
+    /// InvalidInputError
+    ///     A Jacobian has the wrong shape, or a contact's torsion has no row to act on.
+    ///
+    /// Examples
+    /// --------
+    /// A slider pushes along x, and a lever of 0.1 m along y.
+    ///
+    /// >>> import graspforce as gf
+    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
+    /// >>> solution.joint_torques([[[1, 0], [0, 0.1]], [[0, 0], [0, 0]]]).round(9).tolist()
+    /// [1.0, 0.05]
+    #[pyo3(
+        signature = (jacobians, coupling=None, frame=Given::default()),
+        text_signature = "($self, jacobians, coupling=None, frame='world')"
+    )]
+    fn joint_torques<'py>(
+        &self,
+        py: Python<'py>,
+        jacobians: &Bound<'py, PyAny>,
+        coupling: Option<&Bound<'py, PyAny>>,
+        frame: Given<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let frame = frame.or("world", |value| choice("frame", value, &["world", "contact"]));
+        let frame = frame.map_err(|message| invalid_input(py, message))?;
+        let torques = with_both!(py, self, |distribution, grasp| joint_torques(
+            grasp,
+            &distribution.forces,
+            jacobians,
+            coupling,
+            frame
+        ));
+        let torques = torques.map_err(|message| invalid_input(py, message))?;
+        Ok(read_only(PyArray1::from_vec(py, torques)))
     }
 
     /// (m,) normalised normal force of each contact: its share of its limit.
@@ -264,7 +331,7 @@ impl PyForceSolution {
         forces: Vec<[f64; 4]>,
         shares: Vec<f64>,
         wrenches: [Vec<f64>; 2],
-        numbers: (f64, f64, f64, f64, f64, usize),
+        numbers: (f64, f64, f64, f64, f64, usize, f64),
         answers: (bool, bool),
         query: (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
     ) -> PyResult<Self> {
@@ -331,7 +398,7 @@ impl ForceQuery {
         (external_wrench, objective, weight, rtol, least_share): (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
     ) -> restored::Checked<Self> {
         restored::finite("external_wrench", &external_wrench)?;
-        let objective = choice("state: objective", &objective, &["max", "sum"])?;
+        let objective = choice("state: objective", &objective, &["max", "sum", "squares"])?;
         restored::within("weight", weight, 0.0..=f64::MAX)?;
         restored::within("rtol", rtol, 0.0..=1.0)?;
         restored::within("least share", least_share, 0.0..=f64::MAX)?;
@@ -345,8 +412,8 @@ struct State {
     shares: Vec<f64>,
     /// The multipliers and the residual.
     wrenches: [Vec<f64>; 2],
-    /// The objective, the largest share, their sum, the gap, its tolerance and the pivots.
-    numbers: (f64, f64, f64, f64, f64, usize),
+    /// The objective, the largest share, their sum, the gap, its tolerance, the pivots and the distance.
+    numbers: (f64, f64, f64, f64, f64, usize, f64),
     /// Whether another solver answered, and whether the forces are unique.
     answers: (bool, bool),
 }
@@ -364,6 +431,7 @@ impl State {
                 distribution.gap,
                 distribution.tolerance,
                 distribution.pivots,
+                distribution.distance,
             ),
             answers: (distribution.fell_back, distribution.unique),
         }
@@ -381,6 +449,7 @@ impl State {
             gap: self.numbers.3,
             pivots: self.numbers.5,
             residual,
+            distance: self.numbers.6,
             tolerance: self.numbers.4,
             fell_back: self.answers.0,
             unique: self.answers.1,

@@ -1,6 +1,6 @@
 //! Calls of a distributor: wrenches in, forces out.
 
-use graspforce::{Distribution, Method, Wrench};
+use graspforce::{Distribution, Method, NearestOptions, Wrench};
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -72,7 +72,7 @@ pub fn solve_into<const D: usize>(
 }
 
 /// What was passed in place of an array for the forces.
-fn described(given: &Bound<'_, PyAny>) -> String {
+pub fn described(given: &Bound<'_, PyAny>) -> String {
     match given.cast::<PyUntypedArray>() {
         Ok(array) => format!("dtype {} and shape {}", array.dtype(), shaped(array.shape())),
         Err(_) => shown(given),
@@ -85,6 +85,7 @@ pub fn solve_many<const D: usize>(
     shared: &SharedDistributor<D>,
     external_wrenches: &Bound<'_, PyAny>,
     parallel: bool,
+    nearest: bool,
 ) -> PyResult<PyForceBatch> {
     let array =
         float_array("external_wrenches", external_wrenches).map_err(|message| invalid_input(py, message))?;
@@ -94,8 +95,15 @@ pub fn solve_many<const D: usize>(
     }
     check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let wrenches = vectors::<D>("external_wrenches", &array)?;
-    let work =
-        || shared.solve(|distributor, workspace| distributor.solve_many(workspace, &wrenches, parallel));
+    let work = || {
+        shared.solve(|distributor, workspace| {
+            if nearest {
+                distributor.nearest_many(workspace, &wrenches, &NearestOptions::default(), parallel)
+            } else {
+                distributor.solve_many(workspace, &wrenches, parallel)
+            }
+        })
+    };
     let batch = if parallel { on_all_cores(py, work) } else { detached(py, work) }?;
     let batch = unless_busy(py, batch)?.map_err(|error| to_python(py, &error))?;
     PyForceBatch::new(py, shared.distributor.grasp(), batch)

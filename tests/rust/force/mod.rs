@@ -7,4 +7,8 @@ mod force_laws;
 mod force_preload;
 mod force_reduced;
 mod force_reference;
+mod limits;
+mod nearest;
+mod squares;
 mod third_level;
+mod true_cone_newton;

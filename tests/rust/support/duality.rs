@@ -24,19 +24,25 @@ pub fn assert_proven<const D: usize>(
     let terms = product(external) + product(&found.residual);
     let exerted: f64 = found.contact_wrenches(grasp).iter().map(product).sum();
     let off = (proven - found.sigma).abs();
-    let allowed = allowed.max(ROUNDING) * terms.max(found.sigma) + ROUNDED_TERMS * exerted;
+    let rounded = ROUNDED_TERMS * exerted + rounded_reach(grasp, found) * found.sigma;
+    let allowed = allowed.max(ROUNDING) * terms.max(found.sigma) + rounded;
     assert!(off <= allowed, "dual proves {proven:e} of {:e}: {found:?}", found.sigma);
 }
 
 /// The multiplier reaches no point of the wrench set beyond one, so what it proves of any wrench holds.
 pub fn assert_reaches_one<const D: usize>(set: &WrenchSet<D>, grasp: &Grasp<D>, found: &Distribution<D>) {
     let reach = set.value(&found.dual);
+    let rounded = rounded_reach(grasp, found);
+    assert!(reach <= 1.0 + ROUNDING + rounded, "p(z) = {reach:e}: {found:?}");
+}
+
+/// How far rounding of the multiplier moves what it reaches.
+fn rounded_reach<const D: usize>(grasp: &Grasp<D>, found: &Distribution<D>) -> f64 {
     let terms = |i: usize| {
         let along = grasp.maps()[i].abs().tr_mul(&found.dual.abs());
         strongest(&grasp.contacts()[i]).iter().map(|force| along.dot(force)).fold(0.0, f64::max)
     };
-    let rounded = ROUNDED_TERMS * (0..grasp.num_contacts()).map(terms).sum::<f64>();
-    assert!(reach <= 1.0 + ROUNDING + rounded, "p(z) = {reach:e}: {found:?}");
+    ROUNDED_TERMS * (0..grasp.num_contacts()).map(terms).sum::<f64>()
 }
 
 /// Forces whose components are at least those of any force of a contact.

@@ -2,7 +2,7 @@
 //!
 //! - [`problems`] and [`tile`]: seeded grasps, and the paper's Example 2; [`random`]: a cheap sequence of numbers.
 //! - [`reference_cases`]: the answers in `tests/reference`, and what any answer must satisfy.
-//! - [`balance`], [`duality`], [`friction_cone`], [`interior_point`]: independent checks of contact forces.
+//! - [`balance`], [`duality`], [`friction_cone`], [`interior_point`], [`least_squares`]: independent checks of forces.
 //! - [`control_loop`]: a distributor with one workspace.
 #![allow(
     missing_docs,
@@ -17,6 +17,7 @@ pub mod control_loop;
 pub mod duality;
 pub mod friction_cone;
 pub mod interior_point;
+pub mod least_squares;
 pub mod problems;
 pub mod random;
 pub mod reference_cases;

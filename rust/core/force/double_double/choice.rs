@@ -24,7 +24,7 @@ pub(crate) struct Optimum<'a> {
     pub(crate) sigma_max: f64,
     pub(crate) sigma_sum: f64,
     /// Lower bounds of the normalised normal forces; none where empty.
-    pub(crate) least: &'a [f64],
+    pub(crate) least: &'a [DoubleDouble],
     /// The share of the objective that may be lost.
     pub(crate) lost: f64,
 }
@@ -77,7 +77,7 @@ impl<'a> ChoiceProgram<'a> {
             let (wrenches, _) = columns.listed(contact)?;
             let reach: Vec<_> = wrenches.iter().map(|w| dot(w, optimum.multiplier)).collect();
             let best = reach.iter().copied().reduce(DoubleDouble::max)?;
-            let bounded = optimum.least.get(contact).is_some_and(|bound| *bound > 0.0);
+            let bounded = optimum.least.get(contact).is_some_and(|bound| bound.value() > 0.0);
             // A contact with a lower bound takes part also where it gains less than it costs.
             let own = DoubleDouble::from(match columns.objective() {
                 Objective::Sum => 1.0,
@@ -109,8 +109,12 @@ impl<'a> ChoiceProgram<'a> {
         self.unknowns.iter().enumerate().filter(move |(_, own)| own.0 == contact).map(|(j, _)| j)
     }
 
-    fn bound(&self, contact: usize) -> f64 {
-        self.optimum.least.get(contact).copied().unwrap_or(0.0)
+    fn bound(&self, contact: usize) -> DoubleDouble {
+        self.optimum.least.get(contact).copied().unwrap_or(DoubleDouble::ZERO)
+    }
+
+    fn highest_bound(&self) -> f64 {
+        self.optimum.least.iter().map(|bound| bound.value()).fold(0.0, f64::max)
     }
 
     /// Balance, and the totals that are too dear to leave their level or their bound.
@@ -132,7 +136,7 @@ impl<'a> ChoiceProgram<'a> {
                     row[width] = DoubleDouble::ONE;
                 }
             } else if cost.above_bound > LOST_OBJECTIVE {
-                row[width] = DoubleDouble::from(self.bound(contact));
+                row[width] = self.bound(contact);
             } else {
                 continue;
             }
@@ -164,7 +168,7 @@ impl<'a> ChoiceProgram<'a> {
         let lost = self.optimum.lost;
         let sum = self.columns.objective() == Objective::Sum;
         for contact in 0..self.totals.len() {
-            let bound = self.bound(contact);
+            let bound = self.bound(contact).value();
             if bound > 0.0 {
                 constraints.push(self.coefficients(contact).map(|j| (j, 1.0)), bound);
             }
@@ -178,7 +182,7 @@ impl<'a> ChoiceProgram<'a> {
                 constraints.push(below, -(1.0 + lost));
             }
         }
-        let highest = self.optimum.least.iter().copied().fold(0.0, f64::max);
+        let highest = self.highest_bound();
         if self.weighted() && highest > 0.0 {
             constraints.push([(level, 1.0)], highest);
         }
@@ -194,7 +198,7 @@ impl<'a> ChoiceProgram<'a> {
     fn push_loss(&self, constraints: &mut Constraints) {
         let mut row: Vec<f64> = self.unknowns.iter().map(|unknown| unknown.2).collect();
         row.resize(self.width(), 0.0);
-        let highest = self.optimum.least.iter().copied().fold(0.0, f64::max);
+        let highest = self.highest_bound();
         // Where the largest lower bound keeps the level up, the level itself costs.
         let own = (1.0 - self.totals.iter().map(|cost| cost.below_level).sum::<f64>()).max(0.0);
         let mut at_level = if self.weighted() && highest > 0.0 { own } else { 0.0 };
@@ -204,7 +208,7 @@ impl<'a> ChoiceProgram<'a> {
             let (below, above) = (cheap(cost.below_level), cheap(cost.above_bound));
             self.coefficients(contact).for_each(|j| row[j] += above - below);
             at_level += below;
-            fixed -= above * self.bound(contact);
+            fixed -= above * self.bound(contact).value();
         }
         if self.weighted() {
             row[self.unknowns.len()] += at_level;

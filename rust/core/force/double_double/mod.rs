@@ -108,7 +108,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let z = simplex.multiplier;
         let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
-        if let Some(better) = self.choose(&z, &balanced, size, simplex.left_over(), forces, simplex.pivots) {
+        if let Some(better) = self.choose(simplex, &balanced, size, forces) {
             certificate = better;
         }
         let not_converged =
@@ -118,7 +118,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         if exact && left > FEASIBILITY_TOLERANCE * size {
             return not_converged(Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE });
         }
-        self.check_torques(b, forces, simplex.pivots)?;
+        self.check_parts(b, forces, simplex.pivots)?;
         let allowed = self.tolerance.max(LOOSEST_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
@@ -145,9 +145,9 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
-    /// A torsion of immense size makes the unit of torques immense: what is left over must also be nothing beside the
-    /// torques that forces of this size exert at the longest arm.
-    fn check_torques(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
+    /// A torsion or a friction of immense size makes the unit of torques or of forces immense. What is left over must
+    /// also be nothing beside the forces themselves, and beside the torques that they exert at the longest arm.
+    fn check_parts(&self, b: &Wrench<D>, forces: &ContactForces, pivots: usize) -> Result<()> {
         let split = if D == 3 { 2 } else { 3 };
         let (mut rest, mut force, mut torsion, mut arm) = (*b, b.rows_range(..split).amax(), 0.0, 0.0_f64);
         for (map, f) in self.maps.iter().zip(&forces.forces) {
@@ -156,11 +156,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             torsion += f[3].abs();
             arm = arm.max(map.fixed_columns::<3>(0).rows_range(split..).norm());
         }
-        let left = rest.rows_range(split..).amax();
-        let terms = force * arm + torsion + b.rows_range(split..).amax();
-        if left <= 2.0 * FEASIBILITY_TOLERANCE * terms {
-            return Ok(());
-        }
+        let torque = force * arm + torsion + b.rows_range(split..).amax();
+        let parts = [(rest.rows_range(..split).amax(), force), (rest.rows_range(split..).amax(), torque)];
+        let within = |&(left, terms): &(f64, f64)| left <= 2.0 * FEASIBILITY_TOLERANCE * terms;
+        let Some((left, terms)) = parts.into_iter().find(|part| !within(part)) else { return Ok(()) };
         let unmet = Unmet::Balance { found: left / terms, allowed: FEASIBILITY_TOLERANCE };
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
@@ -243,20 +242,21 @@ impl<const D: usize> DoubleDoubleProgram<D> {
     /// The third level: replaces the forces by the least among those that are as good, and certifies these.
     fn choose(
         &self,
-        z: &Vector,
+        simplex: &DoubleDoubleSimplex<'_>,
         balanced: &Vector,
         size: f64,
-        left_over: f64,
         forces: &mut ContactForces,
-        pivots: usize,
     ) -> Option<Certificate<D>> {
-        let (largest, sum) = forces.totals();
-        let unit = DoubleDouble::from(size) / DoubleDouble::from(largest);
-        let bound = |least: &f64| least * self.largest / largest;
+        let (z, pivots) = (&simplex.multiplier, simplex.pivots);
+        let (_, sum) = forces.totals();
+        // In 32 digits: what is rounded here contradicts equations that differ by a billionth.
+        let sigma_max = simplex.largest_share();
+        let (largest, highest) = (sigma_max.value() * size, DoubleDouble::from(self.largest / size));
+        let bound = |least: &f64| highest.times(*least) / sigma_max;
         let optimum = Optimum {
-            balanced: &balanced.map(|b| b * unit),
+            balanced: &balanced.map(|b| b / sigma_max),
             multiplier: z,
-            sigma_max: largest / size,
+            sigma_max: sigma_max.value(),
             sigma_sum: sum / size,
             least: &self.least.iter().map(bound).collect::<Vec<_>>(),
             lost: CHOSEN_GAP.min(0.5 * self.tolerance),
@@ -275,7 +275,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
-        if left > CHOSEN_REST || left + left_over > FEASIBILITY_TOLERANCE {
+        if left > CHOSEN_REST || left + simplex.left_over() > FEASIBILITY_TOLERANCE {
             return None;
         }
         let mut own = *balanced;

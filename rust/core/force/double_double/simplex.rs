@@ -250,6 +250,17 @@ impl<'a> DoubleDoubleSimplex<'a> {
         rest
     }
 
+    /// The largest normalised normal force.
+    pub(crate) fn largest_share(&self) -> DoubleDouble {
+        let mut totals = vec![DoubleDouble::ZERO; self.columns.num_contacts()];
+        for (member, level) in self.members.iter().zip(&self.levels) {
+            if let Member::Point(point) = member {
+                point.shares.iter().for_each(|share| totals[share.contact] += level.times(share.normal));
+            }
+        }
+        totals.into_iter().fold(DoubleDouble::ZERO, DoubleDouble::max)
+    }
+
     /// The forces of the basis: what each contact contributes, with the level of its column.
     pub(crate) fn shares(&self) -> impl Iterator<Item = (f64, &Share)> {
         self.members.iter().zip(&self.levels).flat_map(|(member, level)| {

@@ -32,6 +32,11 @@ impl<const D: usize> ConeColumns<D> {
         Self { objective, contacts, threshold: 0.5 * tolerance * objective.unit() }
     }
 
+    /// The same columns with another relative gap.
+    pub(crate) fn with_tolerance(&self, tolerance: f64) -> Self {
+        Self { threshold: 0.5 * tolerance * self.objective.unit(), ..self.clone() }
+    }
+
     pub(crate) fn num_contacts(&self) -> usize {
         self.contacts.len()
     }

@@ -1,8 +1,10 @@
-//! Force distribution over true friction cones by column generation.
+//! Force distribution over true friction cones.
 //!
-//! The master program is the simplex over the columns generated so far, of which only the basis matters; the
-//! oracle's closed form prices the next. A basis of the last wrench starts the next one: mostly a few dual
-//! pivots away. Forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
+//! Newton's method on the optimality conditions starts from the last answer. Where that is far away or fails, column
+//! generation starts from nothing: its master program is the simplex over the columns generated so far, and the oracle's
+//! closed form prices the next. Newton's method takes over from a coarse answer. Where it fails, column generation goes
+//! on to its tolerance; its forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
+//! Nothing but Newton's method remembers earlier wrenches, and its answers do not depend on where it started.
 
 use nalgebra::SVector;
 
@@ -10,23 +12,35 @@ use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
-use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::true_cones::columns::ConeColumns;
+use crate::force::true_cones::contact_status::StandardCone;
 use crate::force::true_cones::interior_point_socp::least_forces;
+use crate::force::true_cones::newton::{FEW_CHANGES, MANY_CHANGES, NewtonWorkspace};
+use crate::force::true_cones::optimal_point::ConeConditions;
+use crate::force::true_cones::start::classify;
+use crate::force::true_cones::tie_break::Choice;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::NEWTON_GAP;
 
-/// Dual pivots before a cold start is the better bet.
-const DUAL_PIVOTS: usize = 12;
+/// Relative gaps of column generation at which Newton's method tries to take over; the last try is at the tolerance.
+const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
+
+/// How much more multipliers are believed than forces where both nearly vanish: at the last try, one after another.
+const DOUBTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
     columns: ConeColumns<D>,
+    /// The same, for answers from which Newton's method starts.
+    coarse: [ConeColumns<D>; 3],
+    /// The conditions of Newton's method; `None` where a contact has listed extreme forces.
+    conditions: Option<ConeConditions<D>>,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: DoubleDoubleProgram<D>,
@@ -36,12 +50,12 @@ pub(crate) struct ConeProgram<const D: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct ConeWorkspace<const D: usize> {
     simplex: Simplex<D>,
-    last: Basis<D>,
+    newton: NewtonWorkspace<D>,
 }
 
 impl<const D: usize> ConeWorkspace<D> {
     pub(crate) fn forget(&mut self) {
-        self.last.artificial = [true; D];
+        self.newton.restart();
     }
 }
 
@@ -50,21 +64,28 @@ impl<const D: usize> ConeProgram<D> {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        Self { equilibration, columns, maps: grasp.maps().to_vec(), tolerance, precise }
+        let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
+        let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
+        let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
+        Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
         let contacts = self.columns.num_contacts();
-        ConeWorkspace { simplex: Simplex::new(contacts), last: Basis::new(contacts) }
+        ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts) }
     }
 
-    /// Solves for `b = -w_ext` and adds up the forces of the basic columns (Eq. 31) in `forces`.
+    /// Solves for `b = -w_ext` and writes the forces.
     pub(crate) fn solve(
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
+        forces.unique = false;
+        if let Some(answer) = self.solve_warm(workspace, b, forces) {
+            return Ok(answer);
+        }
         let answer = self.solve_in_doubles(workspace, b, forces);
         let unclear = match &answer {
             Err(Error::NotConverged { .. }) => true,
@@ -86,33 +107,102 @@ impl<const D: usize> ConeProgram<D> {
                 let Some(z) = self.fall_back(simplex, &target, scale, forces) else {
                     return Err(error);
                 };
-                let better = self.certify(&z, b, forces, simplex.pivots).or(Err(error))?;
+                let better = self.certify(&z, b, forces, simplex.pivots, self.tolerance).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),
         }
     }
 
+    /// Column generation from nothing, with Newton's method from each of its answers.
     fn solve_in_doubles(
         &self,
         workspace: &mut ConeWorkspace<D>,
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        let ConeWorkspace { simplex, last } = workspace;
+        let ConeWorkspace { simplex, newton } = workspace;
         simplex.pivots = 0;
+        newton.restart();
         let Reachable { target, scale } = self.equilibration.reachable(b)?;
-        let outcome = simplex.solve_from(last, &self.columns, &target, DUAL_PIVOTS);
-        if let Outcome::Infeasible(z) = outcome {
-            return Err(self.equilibration.infeasible(&z));
+        let mut outcome = Outcome::Stalled;
+        for (attempt, columns) in self.coarse.iter().chain([&self.columns]).enumerate() {
+            let spent = simplex.pivots;
+            outcome = if outcome == Outcome::Optimal {
+                simplex.optimise(columns, target.rank)
+            } else {
+                let outcome = simplex.cold(columns, &target);
+                simplex.pivots += spent;
+                outcome
+            };
+            match outcome {
+                Outcome::Infeasible(z) => return Err(self.equilibration.infeasible(&z)),
+                Outcome::Optimal => {}
+                Outcome::Stalled => continue,
+            }
+            forces.clear();
+            self.add_up(simplex, 1.0, forces);
+            let Some(conditions) = &self.conditions else { continue };
+            let z = simplex.multipliers[0];
+            let z = z / self.columns.reach(&z).max(f64::MIN_POSITIVE);
+            let doubts = if attempt == START_GAPS.len() { &DOUBTS[..] } else { &DOUBTS[..1] };
+            for (k, doubt) in doubts.iter().enumerate() {
+                newton.restart();
+                classify(conditions, &mut newton.point, z, &forces.forces, *doubt);
+                let last = k + 1 == DOUBTS.len();
+                if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
+                    && (last || choice != Choice::Open)
+                    && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
+                {
+                    return Ok(answer);
+                }
+                forces.clear();
+                self.add_up(simplex, 1.0, forces);
+            }
         }
+        newton.restart();
         forces.clear();
         self.add_up(simplex, scale, forces);
-        let answer = self.certify(&simplex.multipliers[0], b, forces, simplex.pivots);
-        match answer {
-            Ok(_) => last.copy_from(&simplex.basis),
-            Err(_) => last.artificial = [true; D],
+        self.certify(&simplex.multipliers[0], b, forces, simplex.pivots, self.tolerance)
+    }
+
+    /// Newton's method from the last answer.
+    fn solve_warm(
+        &self,
+        workspace: &mut ConeWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
+        let newton = &mut workspace.newton;
+        let conditions = self.conditions.as_ref().filter(|_| newton.known)?;
+        let Reachable { target, scale } = self.equilibration.reachable(b).ok()?;
+        if !newton.is_near(&target.wrench) {
+            return None;
         }
+        // Forces that no level chooses come from nothing, so that they depend on the wrench alone.
+        let choice = newton.solve(conditions, &target.wrench, FEW_CHANGES).filter(|c| *c != Choice::Open)?;
+        self.accept(newton, choice, b, scale, forces, 0)
+    }
+
+    /// Writes the forces of Newton's method, if their certificate holds.
+    fn accept(
+        &self,
+        newton: &mut NewtonWorkspace<D>,
+        choice: Choice,
+        b: &Wrench<D>,
+        scale: f64,
+        forces: &mut ContactForces,
+        pivots: usize,
+    ) -> Option<Certificate<D>> {
+        let conditions = self.conditions.as_ref()?;
+        for (i, cone) in conditions.cones.iter().enumerate() {
+            let x = newton.point.force(i);
+            forces.forces[i] = cone.force(&(x * scale));
+            forces.shares[i] = x[0] * scale;
+        }
+        let answer = self.certify(&newton.point.z, b, forces, pivots, self.tolerance.min(NEWTON_GAP)).ok();
+        newton.known &= answer.is_some();
+        forces.unique = answer.is_some() && choice == Choice::Unique;
         answer
     }
 
@@ -123,6 +213,7 @@ impl<const D: usize> ConeProgram<D> {
         b: &Wrench<D>,
         forces: &ContactForces,
         pivots: usize,
+        tolerance: f64,
     ) -> Result<Certificate<D>> {
         let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
         let dual = self.equilibration.dual(&z);
@@ -132,7 +223,7 @@ impl<const D: usize> ConeProgram<D> {
             units: self.equilibration.units(),
             least: &[],
             objective: self.columns.objective,
-            tolerance: loosened(self.tolerance, z.lp_norm(1) / self.columns.objective.unit()),
+            tolerance: loosened(tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
         forces.certify(&required, (dual, dual.dot(b)), "column generation", pivots)
     }
@@ -201,14 +292,14 @@ mod tests {
     use super::*;
     use crate::grasp::contact::Contact;
 
-    /// Hard and soft fingers around a ball, and one that is linearised.
-    fn grasp(torsion: f64) -> Grasp<6> {
+    /// Hard and soft fingers around a ball; one may be linearised.
+    fn grasp(torsion: f64, mixed: bool, turn: f64) -> Grasp<6> {
         let contacts: Vec<Contact> = (0..5_u8)
             .map(|i| {
-                let (s, c) = (2.4 * f64::from(i)).sin_cos();
+                let (s, c) = (3.0 * turn * f64::from(i)).sin_cos();
                 let outward = Vector3::new(c, s, 0.4 * f64::from(i) - 0.8).normalize();
                 let contact = Contact::new(outward, -outward).friction(0.6).torsion(torsion);
-                if i == 0 { contact.edges(8) } else { contact.cone() }
+                if i == 0 && mixed { contact.edges(8) } else { contact.cone() }
             })
             .collect();
         Grasp::new(&contacts).unwrap()
@@ -216,19 +307,24 @@ mod tests {
 
     #[test]
     fn the_interior_point_solver_gives_what_column_generation_gives() {
-        for (torsion, objective) in [0.0, 0.2].into_iter().flat_map(|torsion| {
-            [Objective::Sum, Objective::MaxThenSum, Objective::Weighted(0.1)].map(|o| (torsion, o))
-        }) {
-            let grasp = grasp(torsion);
+        for (case, (torsion, objective)) in (0..20)
+            .flat_map(|_| [0.0, 0.2])
+            .flat_map(|torsion| {
+                [Objective::Sum, Objective::MaxThenSum, Objective::Weighted(0.1)].map(|o| (torsion, o))
+            })
+            .enumerate()
+        {
+            // Every other grasp has true cones alone, so that Newton's method takes part.
+            let grasp = grasp(torsion, case % 2 == 0, 0.8 + 0.01 * case as f64);
             let program = ConeProgram::new(&grasp, objective, 1e-8);
             let mut workspace = program.workspace();
-            for k in 0..6 {
+            for k in 0..12 {
                 let b = Wrench::<6>::from_fn(|row, _| f64::sin(f64::from(row as u8 * 7 + k) + 0.3));
                 let mut least = ContactForces::new(5);
                 let expected = program.solve(&mut workspace, &b, &mut least).unwrap();
                 let Reachable { target, scale } = program.equilibration.reachable(&b).unwrap();
                 let z = program.fall_back(&mut workspace.simplex, &target, scale, &mut least).unwrap();
-                let found = program.certify(&z, &b, &least, 0).unwrap();
+                let found = program.certify(&z, &b, &least, 0, 1e-8).unwrap();
                 assert!((found.sigma - expected.sigma).abs() <= 1e-7 * expected.sigma);
                 let balance: Wrench<6> = grasp.maps().iter().zip(&least.forces).map(|(map, f)| map * f).sum();
                 assert!((balance - b).amax() <= 1e-12, "{:e}", (balance - b).amax());

@@ -1,0 +1,70 @@
+//! The least sum of shares among forces that balance a wrench within the limits, where the least sum without them breaks
+//! them.
+//!
+//! Proximal steps `min sum_i share_i + sum_i |f_i - f_k,i|^2 / (2 step f_i^U^2)` are least squares towards a reference of
+//! smaller normal forces. Over pyramids finitely many of them end at the least sum; over true cones the gap says how near
+//! the last one is. With the multiplier `z` of the balance the sum is at least
+//! `b . z - sum_i max over bounded shares of share (max_h w_ih . z - 1)`.
+
+use crate::force::certificate::ContactForces;
+use crate::force::squares::dual::Dual;
+use crate::force::squares::newton::minimise;
+use crate::grasp::contact::ForceModel;
+use crate::grasp::{Grasp, Wrench};
+
+/// Length of a proximal step in shares.
+const STEP: f64 = 3.0;
+
+const MAX_STEPS: usize = 60;
+
+/// The gap at which no further step is worth it.
+const EXACT: f64 = 1e-12;
+
+/// Lowers the sum of the shares of forces that balance `b` within the bounds; returns the multiplier, the relative gap and
+/// Newton's steps. `None` where a contact has general extreme forces, whose share is no linear function of the force.
+pub(crate) fn lower_sum<const D: usize>(
+    grasp: &Grasp<D>,
+    bounds: &[(f64, f64)],
+    b: &Wrench<D>,
+    forces: &mut ContactForces,
+) -> Option<(Wrench<D>, f64, usize)> {
+    let contacts = grasp.contacts();
+    if contacts.iter().any(|contact| matches!(contact.forces, ForceModel::Extreme(_))) {
+        return None;
+    }
+    let weights: Vec<f64> = contacts.iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect();
+    let mut dual = Dual::new(grasp, &weights, &forces.forces, None);
+    for (i, &(low, high)) in bounds.iter().enumerate() {
+        dual.bound(i, low, high);
+    }
+    let target = dual.whitening.wrench(b);
+    let mut y = Wrench::zeros();
+    let (mut best, mut stalled, mut steps) = ((Wrench::zeros(), f64::INFINITY), 0, 0);
+    for _ in 0..MAX_STEPS {
+        for ((contact, described), force) in dual.contacts.iter_mut().zip(contacts).zip(&forces.forces) {
+            contact.reference = *force;
+            contact.reference[0] -= STEP * described.max_normal_force;
+        }
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
+        let start = dual.at(&y, &target, f, shares);
+        let (point, more) = minimise(&dual, &target, start, f, shares);
+        (y, steps) = (point.y, steps + more);
+        let z = dual.physical(&y);
+        let lost = |(i, map): (usize, &crate::ContactMap<D>)| {
+            let above = dual.contacts[i].furthest(&map.tr_mul(&z)) * dual.contacts[i].unit - 1.0;
+            let (low, high) = bounds[i];
+            above * if above > 0.0 { high } else { low }
+        };
+        let lower = b.dot(&z) - grasp.maps().iter().enumerate().map(lost).sum::<f64>();
+        let (_, sum) = forces.totals();
+        let gap = if sum > 0.0 { ((sum - lower) / sum).abs() } else { 0.0 };
+        stalled = if gap < 0.9 * best.1 { 0 } else { stalled + 1 };
+        if gap < best.1 {
+            best = (z, gap);
+        }
+        if gap <= EXACT || stalled >= 6 {
+            break;
+        }
+    }
+    Some((best.0, best.1, steps))
+}

@@ -1,0 +1,288 @@
+//! The dual function of the least squares, its gradient and Newton's matrix.
+
+use nalgebra::SMatrix;
+
+use crate::force::squares::polytope::Polytope;
+use crate::force::squares::projection::{CutCone, Projection};
+use crate::force::squares::whitening::Whitening;
+use crate::grasp::contact::{ContactForce, ForceModel};
+use crate::grasp::wrench_norm::Metric;
+use crate::grasp::{Grasp, Wrench};
+use crate::wrench_set::cone::cone_slope;
+
+/// How far beyond all forces a wrench must lie, relative to both, before a multiplier counts as a proof of that.
+const SEPARATED: f64 = 1e-6;
+
+/// The forces of a contact.
+#[derive(Debug, Clone)]
+pub(crate) enum ForceSet {
+    Cone(CutCone),
+    Finite(Polytope),
+    /// A contact that is switched off.
+    Zero,
+}
+
+/// A contact as the dual sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct DualContact<const D: usize> {
+    pub(crate) set: ForceSet,
+    /// The columns of `T G_i`, zero for components that the contact does not have.
+    columns: [Wrench<D>; 4],
+    /// `T G_i P_i G_i^T T^T`.
+    gram: SMatrix<f64, D, D>,
+    /// Components of the force: 3, or 4 with torsion.
+    components: usize,
+    pub(crate) weight: f64,
+    pub(crate) reference: ContactForce,
+    /// The normal force that counts as a share of one; for extreme forces 1.
+    pub(crate) unit: f64,
+}
+
+/// The dual function `phi(y) = sum_i max_f (h_i . f - weight |f - reference|^2 / 2) - b . y + y^T S^-1 y / 2` in the
+/// coordinates of [`Whitening`], `h_i = (T G_i)^T y`.
+#[derive(Debug, Clone)]
+pub(crate) struct Dual<const D: usize> {
+    pub(crate) whitening: Whitening<D>,
+    pub(crate) contacts: Vec<DualContact<D>>,
+    /// `T S^-1 T^T`.
+    pub(crate) slack: Option<SMatrix<f64, D, D>>,
+}
+
+/// The dual function at a multiplier; the forces are beside it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DualPoint<const D: usize> {
+    pub(crate) y: Wrench<D>,
+    pub(crate) value: f64,
+    /// `F`: what the forces leave unbalanced.
+    pub(crate) gradient: Wrench<D>,
+    /// The lower triangle of an element of the generalised derivative of `F`.
+    pub(crate) hessian: SMatrix<f64, D, D>,
+    /// The sum of the sizes of all terms of the gradient.
+    pub(crate) size: f64,
+    /// The same of the value.
+    pub(crate) terms: f64,
+}
+
+impl<const D: usize> Dual<D> {
+    /// `limits` are upper bounds on the shares, infinite for none and zero for contacts that are switched off;
+    /// `least` are lower bounds, none where empty.
+    pub(crate) fn new(
+        grasp: &Grasp<D>,
+        weights: &[f64],
+        reference: &[ContactForce],
+        slack: Option<&Metric<D>>,
+    ) -> Self {
+        let spans: Vec<Vec<ContactForce>> = (0..grasp.num_contacts()).map(|i| span(grasp, i)).collect();
+        let mut wrenches = Vec::new();
+        for (map, (span, weight)) in grasp.maps().iter().zip(spans.iter().zip(weights)) {
+            wrenches.extend(span.iter().map(|axis| map * axis / weight.sqrt()));
+        }
+        if let Some(price) = slack {
+            wrenches.extend(price.inverse_columns());
+        }
+        let whitening = Whitening::new(&wrenches);
+        let contact = |i: usize| {
+            let (map, weight) = (&grasp.maps()[i], weights[i]);
+            let mut mapped = SMatrix::<f64, D, 4>::zeros();
+            let mut gram = SMatrix::zeros();
+            for axis in &spans[i] {
+                let wrench = whitening.wrench(&(map * axis));
+                mapped += wrench * axis.transpose();
+                gram += wrench * wrench.transpose();
+            }
+            let set = force_set(grasp, i);
+            let unit = match set {
+                ForceSet::Cone(_) => grasp.contacts()[i].max_normal_force,
+                _ => 1.0,
+            };
+            let components = if spans[i].iter().any(|axis| axis[3] != 0.0) { 4 } else { 3 };
+            let columns = std::array::from_fn(|k| mapped.column(k).into_owned());
+            DualContact { set, columns, gram, components, weight, reference: reference[i], unit }
+        };
+        let contacts = (0..grasp.num_contacts()).map(contact).collect();
+        let slack = slack.map(|price| {
+            price.inverse_columns().fold(SMatrix::zeros(), |sum, column| {
+                let mapped = whitening.map * column;
+                sum + mapped * mapped.transpose()
+            })
+        });
+        Self { whitening, contacts, slack }
+    }
+
+    /// Bounds the shares of contact `i`; an upper bound of zero switches it off.
+    pub(crate) fn bound(&mut self, i: usize, low: f64, high: f64) {
+        let contact = &mut self.contacts[i];
+        if high == 0.0 {
+            contact.set = ForceSet::Zero;
+        }
+        match &mut contact.set {
+            ForceSet::Cone(cone) => (cone.low, cone.high) = (low * contact.unit, high * contact.unit),
+            ForceSet::Finite(polytope) => (polytope.low, polytope.high) = (low, high),
+            ForceSet::Zero => {}
+        }
+    }
+
+    /// `sum_i weight_i |f_i - reference_i|^2 / 2`.
+    pub(crate) fn objective(&self, forces: &[ContactForce]) -> f64 {
+        let contacts = self.contacts.iter().zip(forces);
+        contacts.map(|(c, force)| 0.5 * c.weight * (force - c.reference).norm_squared()).sum()
+    }
+
+    /// The multiplier with `T^T y = z`, as far as the contacts feel it.
+    pub(crate) fn of_physical(&self, z: &Wrench<D>, grasp: &Grasp<D>) -> Wrench<D> {
+        let contacts = self.contacts.iter().zip(grasp.maps());
+        contacts.map(|(contact, map)| contact.wrench(&map.tr_mul(z)) / contact.weight).sum()
+    }
+
+    /// `z = T^T y`.
+    pub(crate) fn physical(&self, y: &Wrench<D>) -> Wrench<D> {
+        self.whitening.map.tr_mul(y)
+    }
+
+    /// Whether `y` proves that no forces exert `b`: bounded forces do not reach so far along it.
+    pub(crate) fn separates(&self, y: &Wrench<D>, b: &Wrench<D>) -> bool {
+        let reach = |contact: &DualContact<D>| contact.reach(&contact.pull(y), f64::INFINITY);
+        let reach: f64 = self.contacts.iter().map(reach).sum();
+        let along = b.dot(y);
+        self.slack.is_none() && along - reach > SEPARATED * (along.abs() + reach.abs())
+    }
+
+    /// Evaluates the function at `y`, and writes the forces and shares there.
+    #[inline]
+    pub(crate) fn at(
+        &self,
+        y: &Wrench<D>,
+        b: &Wrench<D>,
+        forces: &mut [ContactForce],
+        shares: &mut [f64],
+    ) -> DualPoint<D> {
+        let mut gradient = -b;
+        let mut hessian = SMatrix::<f64, D, D>::zeros();
+        let mut value = -b.dot(y);
+        let (mut size, mut terms) = (b.norm(), value.abs());
+        if let Some(slack) = &self.slack {
+            let moved = slack * y;
+            gradient += moved;
+            hessian += slack;
+            size += moved.norm();
+            value += 0.5 * moved.dot(y);
+            terms += moved.dot(y);
+        }
+        for (contact, (force, share)) in self.contacts.iter().zip(forces.iter_mut().zip(shares)) {
+            let pull = contact.pull(y);
+            let inverse = 1.0 / contact.weight;
+            let found = contact.project(&(contact.reference + pull * inverse));
+            (*force, *share) = (found.force, found.share);
+            if found.force == ContactForce::zeros() && found.count == 0 && !found.inside {
+                value -= 0.5 * contact.weight * contact.reference.norm_squared();
+                continue;
+            }
+            gradient += contact.wrench(&found.force);
+            let moved = (found.force - contact.reference).norm_squared();
+            value += pull.dot(&found.force) - 0.5 * contact.weight * moved;
+            terms += pull.dot(&found.force).abs();
+            size += (contact.weight * found.force.norm_squared()).sqrt();
+            if found.inside {
+                hessian += contact.gram * inverse;
+                continue;
+            }
+            for (axis, factor) in found.axes.iter().zip(&found.shares).take(found.count) {
+                let wrench = contact.wrench(axis);
+                let factor = factor * inverse;
+                for c in 0..D {
+                    let by = factor * wrench[c];
+                    for r in c..D {
+                        hessian[(r, c)] += wrench[r] * by;
+                    }
+                }
+            }
+        }
+        DualPoint { y: *y, value, gradient, hessian, size, terms }
+    }
+}
+
+impl<const D: usize> DualContact<D> {
+    /// `T G_i f`.
+    #[inline]
+    pub(crate) fn wrench(&self, force: &ContactForce) -> Wrench<D> {
+        let mut sum = self.columns[0] * force[0];
+        for k in 1..self.components {
+            for row in 0..D {
+                sum[row] += self.columns[k][row] * force[k];
+            }
+        }
+        sum
+    }
+
+    /// How far a force of share one over `unit` reaches along `h`.
+    pub(crate) fn furthest(&self, h: &ContactForce) -> f64 {
+        match &self.set {
+            ForceSet::Cone(cone) => h[0] + cone_slope(h, cone.mu, cone.gamma),
+            ForceSet::Finite(polytope) => {
+                polytope.forces.iter().map(|force| force.dot(h)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            ForceSet::Zero => 0.0,
+        }
+    }
+
+    /// How far forces reach along `h`; those without an upper bound up to the share `strongest`.
+    pub(crate) fn reach(&self, h: &ContactForce, strongest: f64) -> f64 {
+        let (low, high) = match &self.set {
+            ForceSet::Cone(cone) => (cone.low, cone.high),
+            ForceSet::Finite(polytope) => (polytope.low, polytope.high),
+            ForceSet::Zero => return 0.0,
+        };
+        let furthest = self.furthest(h);
+        furthest * if furthest > 0.0 { high.min(strongest * self.unit) } else { low }
+    }
+
+    /// `(T G_i)^T y`.
+    #[inline]
+    fn pull(&self, y: &Wrench<D>) -> ContactForce {
+        let mut pull = ContactForce::zeros();
+        for k in 0..self.components {
+            let mut sum = 0.0;
+            for row in 0..D {
+                sum += self.columns[k][row] * y[row];
+            }
+            pull[k] = sum;
+        }
+        pull
+    }
+
+    #[inline]
+    pub(crate) fn project(&self, x: &ContactForce) -> Projection {
+        match &self.set {
+            ForceSet::Cone(cone) => {
+                let mut found = cone.project(x);
+                found.share = found.force[0] / self.unit;
+                found
+            }
+            ForceSet::Finite(polytope) => polytope.project(x),
+            ForceSet::Zero => Projection::fixed(ContactForce::zeros(), 0.0),
+        }
+    }
+}
+
+fn force_set<const D: usize>(grasp: &Grasp<D>, i: usize) -> ForceSet {
+    let contact = &grasp.contacts()[i];
+    if let Some(range) = grasp.edges(i) {
+        let general = matches!(contact.forces, ForceModel::Extreme(_));
+        return ForceSet::Finite(Polytope::new(grasp.finite_forces()[range].to_vec(), general));
+    }
+    ForceSet::Cone(CutCone { mu: contact.friction, gamma: contact.torsion, low: 0.0, high: f64::INFINITY })
+}
+
+/// Orthonormal forces that span those of contact `i`.
+fn span<const D: usize>(grasp: &Grasp<D>, i: usize) -> Vec<ContactForce> {
+    if let Some(range) = grasp.edges(i) {
+        return Polytope::span(&grasp.finite_forces()[range]);
+    }
+    let components = if grasp.contacts()[i].torsion > 0.0 { 4 } else { 3 };
+    let axis = |component| {
+        let mut axis = ContactForce::zeros();
+        axis[component] = 1.0;
+        axis
+    };
+    (0..components).map(axis).collect()
+}

@@ -1,0 +1,30 @@
+//! Least squares of contact forces: `min sum_i weight_i |f_i - reference_i|^2 / 2` subject to balance and cones, or with a
+//! price on what stays unbalanced.
+//!
+//! The dual has as many unknowns as the wrench, whatever the number of contacts: the multiplier `z` of the balance. It
+//! determines the forces,
+//!
+//! ```text
+//! f_i(z) = projection onto K_i of reference_i + G_i^T z / weight_i
+//! F(z)   = sum_i G_i f_i(z) - b + S^-1 z = 0,   b = -w_ext       (the last term with a price S of the residual)
+//! ```
+//!
+//! and `F` is the gradient of a convex function. Newton's method with a line search finds its root. The forces are exact for
+//! the wrench that they balance, whatever `z` is: what is left of `F` is the whole error. The answer is the only one, and
+//! Lipschitz continuous in the wrench.
+//!
+//! - [`options`]: what can be asked for, and its checks.
+//! - [`projection`], [`polytope`]: projections onto cones, cut cones and hulls of extreme forces, with derivatives.
+//! - [`whitening`]: coordinates of wrenches in which Newton's matrix is at most the identity.
+//! - [`dual`]: the dual function of a grasp; [`newton`]: its minimiser.
+//! - [`program`]: the answer with its certificate.
+//! - [`interior_point_qp`]: Clarabel, where Newton's method ends without an answer.
+
+pub(crate) mod dual;
+pub(crate) mod interior_point_qp;
+pub(crate) mod newton;
+pub(crate) mod options;
+pub(crate) mod polytope;
+pub(crate) mod program;
+pub(crate) mod projection;
+pub(crate) mod whitening;

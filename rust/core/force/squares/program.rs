@@ -1,0 +1,292 @@
+//! The least squares of a grasp: answers with their certificate.
+
+use std::sync::{Arc, OnceLock};
+
+use nalgebra::SMatrix;
+
+use crate::error::{Error, Result, Unmet};
+use crate::force::certificate::{Certificate, ContactForces, imbalance};
+use crate::force::distributor::ForceDistributor;
+use crate::force::equilibration::units;
+use crate::force::preload::program::checked_bounds;
+use crate::force::solution::{DistributionOptions, check_wrench};
+use crate::force::squares::dual::{Dual, DualPoint};
+use crate::force::squares::interior_point_qp::multiplier;
+use crate::force::squares::newton::minimise;
+use crate::force::squares::options::{SquaresOptions, checked};
+use crate::grasp::contact::ContactForce;
+use crate::grasp::wrench_norm::Metric;
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
+use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE};
+use crate::wrench_set::Criterion;
+
+/// The least squares of a grasp; it does not change while solving.
+#[derive(Debug, Clone)]
+pub(crate) struct SquaresProgram<const D: usize> {
+    grasp: Arc<Grasp<D>>,
+    pub(crate) dual: Dual<D>,
+    slack: Option<Slack<D>>,
+    units: Wrench<D>,
+    /// Lower bounds of the shares; none where empty.
+    least: Vec<f64>,
+    limits: bool,
+    rtol: f64,
+    /// `phi(0)`: without references and lower bounds zero.
+    value_at_zero: f64,
+    /// Tells whether forces within the cones balance a wrench, and if not why.
+    feasibility: OnceLock<Arc<ForceDistributor<D>>>,
+}
+
+/// How often a target is moved by what the forces leave over.
+const MAX_REFINEMENTS: usize = 3;
+
+/// The price of what stays unbalanced.
+#[derive(Debug, Clone)]
+struct Slack<const D: usize> {
+    price: Metric<D>,
+    /// `S^-1`.
+    inverse: SMatrix<f64, D, D>,
+    /// `T C^-1`.
+    columns: SMatrix<f64, D, D>,
+}
+
+/// The multiplier of the last wrench.
+#[derive(Debug, Clone)]
+pub(crate) struct SquaresWorkspace<const D: usize> {
+    pub(crate) y: Wrench<D>,
+}
+
+impl<const D: usize> SquaresWorkspace<D> {
+    pub(crate) fn new() -> Self {
+        Self { y: Wrench::zeros() }
+    }
+
+    pub(crate) fn forget(&mut self) {
+        self.y = Wrench::zeros();
+    }
+}
+
+impl<const D: usize> SquaresProgram<D> {
+    pub(crate) fn new(grasp: &Arc<Grasp<D>>, options: &SquaresOptions<D>) -> Result<Self> {
+        let (weights, reference) = checked(grasp, options)?;
+        let bounds =
+            DistributionOptions { min_normal: options.min_normal.clone(), ..DistributionOptions::default() };
+        let least = checked_bounds(grasp, &bounds)?.unwrap_or_default();
+        let mut dual = Dual::new(grasp, &weights, &reference, options.slack.as_ref());
+        let high = if options.limits { 1.0 } else { f64::INFINITY };
+        for i in 0..grasp.num_contacts() {
+            dual.bound(i, least.get(i).copied().unwrap_or(0.0), high);
+        }
+        let slack = options.slack.map(|price| {
+            let columns: Vec<_> = price.inverse_columns().collect();
+            let inverse = columns.iter().fold(SMatrix::zeros(), |sum, c| sum + c * c.transpose());
+            let columns = dual.whitening.map * SMatrix::from_columns(&columns);
+            Slack { price, inverse, columns }
+        });
+        let mut program = Self {
+            grasp: Arc::clone(grasp),
+            dual,
+            slack,
+            units: units(grasp),
+            least,
+            limits: options.limits,
+            rtol: options.rtol,
+            value_at_zero: 0.0,
+            feasibility: OnceLock::new(),
+        };
+        let mut rest = ContactForces::new(grasp.num_contacts());
+        let zero = Wrench::zeros();
+        program.value_at_zero = program.dual.at(&zero, &zero, &mut rest.forces, &mut rest.shares).value;
+        Ok(program)
+    }
+
+    /// Starts from the last multiplier of another program.
+    pub(crate) fn adopt(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        other: &Self,
+        last: &SquaresWorkspace<D>,
+    ) {
+        workspace.y = self.dual.of_physical(&other.dual.physical(&last.y), &self.grasp);
+    }
+
+    /// Leaves the forces for `b = -w_ext` in `forces`.
+    pub(crate) fn solve(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        match self.solve_once(workspace, b, forces) {
+            Err(error @ Error::NotConverged { .. }) => {
+                self.solve_again(workspace, b, forces).unwrap_or(Err(error))
+            }
+            answer => answer,
+        }
+    }
+
+    /// The same by Newton's method alone.
+    pub(crate) fn solve_once(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        let size = b.amax();
+        if !(size == 0.0 || REPRESENTABLE.contains(&size)) {
+            check_wrench(&-b)?;
+            let reason =
+                format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
+            return Err(Error::input("external_wrench", reason));
+        }
+        check_wrench(&-b)?;
+        let target = self.target(b);
+        let ContactForces { forces: f, shares, unique } = forces;
+        *unique = true;
+        let mut start = self.dual.at(&workspace.y, &target, f, shares);
+        if start.value > self.value_at_zero || start.value.is_nan() {
+            start = self.dual.at(&Wrench::zeros(), &target, f, shares);
+        }
+        let (point, steps) = minimise(&self.dual, &target, start, f, shares);
+        let answer = match self.certify(b, &point, steps, forces) {
+            Err(error) if self.slack.is_none() && worth_refining(&error) => {
+                self.refine(b, &target, point, steps, forces, error)
+            }
+            answer => answer,
+        };
+        workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
+        answer.map(|(answer, _)| answer)
+    }
+
+    /// `T b`; without slack only what the contacts can reach of it.
+    fn target(&self, b: &Wrench<D>) -> Wrench<D> {
+        if self.slack.is_some() { self.dual.whitening.map * b } else { self.dual.whitening.wrench(b) }
+    }
+
+    /// Moves the target by what the forces leave over: the coordinates of the dual are rounded where contacts are weak.
+    #[cold]
+    fn refine(
+        &self,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        mut point: DualPoint<D>,
+        mut steps: usize,
+        forces: &mut ContactForces,
+        mut error: Error,
+    ) -> Result<(Certificate<D>, Wrench<D>)> {
+        let mut moved = *target;
+        for _ in 0..MAX_REFINEMENTS {
+            moved -= self.target(&residual(&self.grasp, b, &forces.forces));
+            let ContactForces { forces: f, shares, .. } = forces;
+            let start = self.dual.at(&point.y, &moved, f, shares);
+            let (next, more) = minimise(&self.dual, &moved, start, f, shares);
+            (point, steps) = (next, steps + more);
+            match self.certify(b, &point, steps, forces) {
+                Ok(answer) => return Ok(answer),
+                Err(again) => error = again,
+            }
+        }
+        Err(error)
+    }
+
+    /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
+    #[cold]
+    fn solve_again(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Result<Certificate<D>>> {
+        let target = &self.target(b);
+        if self.slack.is_none()
+            && let Err(error) = self.feasible(b)
+        {
+            return error.is_infeasible().then_some(Err(error));
+        }
+        let columns = self.slack.as_ref().map(|slack| &slack.columns);
+        let ContactForces { forces: f, shares, .. } = forces;
+        let size = self.dual.at(&Wrench::zeros(), target, f, shares).size;
+        let y = multiplier(&self.dual, target, size, columns)?;
+        let start = self.dual.at(&y, target, f, shares);
+        let (point, more) = minimise(&self.dual, target, start, f, shares);
+        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
+        workspace.y = y;
+        Some(Ok(Certificate { fell_back: true, ..answer }))
+    }
+
+    /// Whether forces in the cones, and within the limits, balance `b`.
+    fn feasible(&self, b: &Wrench<D>) -> Result<()> {
+        let distributor = if let Some(known) = self.feasibility.get() {
+            Arc::clone(known)
+        } else {
+            let options =
+                DistributionOptions { min_normal: self.least.clone(), ..DistributionOptions::default() };
+            let made = Arc::new(ForceDistributor::with_options(&self.grasp, Criterion::Max, options)?);
+            Arc::clone(self.feasibility.get_or_init(|| made))
+        };
+        let answer = distributor.solve(&mut distributor.workspace(), &-b)?;
+        if self.limits && answer.sigma_max > 1.0 + AT_LIMIT {
+            let direction = unit(&answer.dual).as_slice().to_vec();
+            return Err(Error::BeyondLimits { direction });
+        }
+        Ok(())
+    }
+
+    /// What the forces of a point are worth.
+    #[inline]
+    fn certify(
+        &self,
+        b: &Wrench<D>,
+        point: &DualPoint<D>,
+        steps: usize,
+        forces: &ContactForces,
+    ) -> Result<(Certificate<D>, Wrench<D>)> {
+        let dual = self.dual.physical(&point.y);
+        let (mut sigma, mut size) = (0.0, 0.0);
+        for (contact, force) in self.dual.contacts.iter().zip(&forces.forces) {
+            let half = 0.5 * contact.weight;
+            sigma += half * (force - contact.reference).norm_squared();
+            size += half * (force.norm_squared() + contact.reference.norm_squared());
+        }
+        let gap = match &self.slack {
+            None => point.y.dot(&point.gradient).abs(),
+            Some(slack) => {
+                let rest = residual(&self.grasp, b, &forces.forces);
+                let priced = slack.inverse * dual;
+                let cost = 0.5 * slack.price.norm(&rest).powi(2);
+                sigma += cost;
+                size += cost;
+                0.5 * slack.price.norm(&(rest + priced)).powi(2)
+            }
+        };
+        let gap = if gap > 0.0 { gap / size } else { 0.0 };
+        // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
+        let rounding = ROUNDED_BALANCE * point.y.norm() * point.size / size;
+        let allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
+        let missing = if self.slack.is_some() {
+            point.gradient.norm() / point.size.max(f64::MIN_POSITIVE)
+        } else {
+            let held = self.least.iter().copied().fold(0.0, f64::max);
+            let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
+            imbalance(b, &self.units, held, contacts)
+        };
+        let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
+            Unmet::Balance { found: missing, allowed: FEASIBILITY_TOLERANCE }
+        } else if gap > allowed || gap.is_nan() {
+            Unmet::Gap { found: gap, allowed }
+        } else {
+            let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };
+            return Ok((certificate, point.y));
+        };
+        Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
+    }
+}
+
+fn residual<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
+    grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
+}
+
+/// Whether forces miss the balance by little: what rounding may have done.
+fn worth_refining(error: &Error) -> bool {
+    matches!(error, Error::NotConverged { unmet: Unmet::Balance { found, .. }, .. } if *found < 1e-4)
+}

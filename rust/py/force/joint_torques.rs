@@ -1,0 +1,90 @@
+//! Joint torques that exert contact forces.
+
+use graspforce::{ContactForce, Grasp};
+use numpy::PyUntypedArrayMethods;
+use pyo3::prelude::*;
+
+use crate::convert::arrays::{contents, float_array, shaped};
+
+/// `C^T sum_i J_i^T F_i` for contact Jacobians of the joints, with the force (and the torsion as a torque about the normal)
+/// of each contact in world axes or in its contact frame.
+pub fn joint_torques<const D: usize>(
+    grasp: &Grasp<D>,
+    forces: &[ContactForce],
+    jacobians: &Bound<'_, PyAny>,
+    coupling: Option<&Bound<'_, PyAny>>,
+    frame: &str,
+) -> Result<Vec<f64>, String> {
+    let in_world = match frame {
+        "world" => true,
+        "contact" => false,
+        other => return Err(format!("frame: {other:?} is neither \"world\" nor \"contact\"")),
+    };
+    let of_all: Vec<Bound<'_, PyAny>> = jacobians
+        .try_iter()
+        .and_then(Iterator::collect::<PyResult<_>>)
+        .map_err(|_| "jacobians: not a list of arrays, one for each contact".to_owned())?;
+    if of_all.len() != forces.len() {
+        return Err(format!("jacobians: {} for {} contacts", of_all.len(), forces.len()));
+    }
+    let dim = if D == 3 { 2 } else { 3 };
+    let mut torques: Option<Vec<f64>> = None;
+    for (i, ((jacobian, force), axes)) in of_all.iter().zip(forces).zip(grasp.frames()).enumerate() {
+        let array = float_array("jacobians", jacobian)?;
+        let numbers = contents(&array);
+        let &[rows, joints] = array.shape() else {
+            let given = shaped(array.shape());
+            return Err(format!("jacobians, contact {i}: shape {given}, expected ({dim}, n) or ({D}, n)"));
+        };
+        let sum = torques.get_or_insert_with(|| vec![0.0; joints]);
+        if !(rows == dim || rows == D) || joints != sum.len() {
+            let given = shaped(array.shape());
+            let n = sum.len();
+            return Err(format!(
+                "jacobians, contact {i}: shape {given}, expected ({dim}, {n}) or ({D}, {n})"
+            ));
+        }
+        if numbers.iter().any(|x| !x.is_finite()) {
+            return Err(format!("jacobians, contact {i}: it has an entry that is not finite"));
+        }
+        if rows == dim && force[3] != 0.0 {
+            return Err(format!(
+                "jacobians, contact {i}: shape ({dim}, n), but the contact exerts a torsion of {} N m; give the \
+                 Jacobian of 6 rows",
+                force[3]
+            ));
+        }
+        let world = axes * force.fixed_rows::<3>(0);
+        let twist = axes.column(0) * force[3];
+        let load: Vec<f64> = match (in_world, D) {
+            (true, 3) => vec![world.x, world.y, 0.0],
+            (true, _) => world.iter().chain(twist.iter()).copied().collect(),
+            (false, 3) => vec![force[0], force[2], 0.0],
+            (false, _) => vec![force[0], force[1], force[2], force[3], 0.0, 0.0],
+        };
+        for (row, load) in numbers.chunks(joints.max(1)).zip(&load) {
+            for (torque, entry) in sum.iter_mut().zip(row) {
+                *torque += entry * load;
+            }
+        }
+    }
+    let torques = torques.unwrap_or_default();
+    let Some(coupling) = coupling else { return Ok(torques) };
+    let array = float_array("coupling", coupling)?;
+    let &[joints, independent] = array.shape() else {
+        return Err(format!("coupling: shape {}, expected ({}, q)", shaped(array.shape()), torques.len()));
+    };
+    if joints != torques.len() {
+        return Err(format!("coupling: shape {}, expected ({}, q)", shaped(array.shape()), torques.len()));
+    }
+    let mut coupled = vec![0.0; independent];
+    for (row, torque) in contents(&array).chunks(independent.max(1)).zip(&torques) {
+        for (sum, entry) in coupled.iter_mut().zip(row) {
+            *sum += entry * torque;
+        }
+    }
+    if coupled.iter().any(|x| !x.is_finite()) {
+        return Err("coupling: it has an entry that is not finite".into());
+    }
+    Ok(coupled)
+}

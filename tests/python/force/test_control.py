@@ -1,0 +1,165 @@
+"""Least squares, nearest forces, limits that change, joint torques: what a controller asks."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from benches.trust.control import hands, hard_squares, rows
+
+import graspforce as gf
+
+FEET = [(0.3, 0.2, 0), (0.3, -0.2, 0), (-0.3, 0.2, 0), (-0.3, -0.2, 0)]
+
+
+def feet(**changes):
+    arguments = {"friction": 0.6, "max_normal_force": 100, "edges": None} | changes
+    return gf.Grasp(FEET, [(0, 0, 1)] * 4, **arguments)
+
+
+def test_a_share_of_the_family_agrees_with_clarabel():
+    for row in rows(0.03):
+        assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_an_infeasible_wrench_has_a_witness():
+    infeasible = 0
+    for rng, grasp in hands(30, 1):
+        distributor = gf.ForceDistributor(grasp, "squares", limits=True)
+        external = rng.normal(size=6)
+        if distributor.solve_many([external]).status[0] == gf.Status.INFEASIBLE:
+            with pytest.raises(gf.InfeasibleWrenchError) as refused:
+                distributor.solve(external)
+            assert -external @ refused.value.direction > 0
+            infeasible += 1
+    assert infeasible > 10
+
+
+def test_a_price_of_the_residual_answers_every_wrench():
+    for rng, grasp in hands(40, 2, contacts=3):
+        distributor = gf.ForceDistributor(grasp, "squares", limits=True, slack=7.0)
+        external = rng.normal(size=6) * 3
+        ours = distributor.solve(external)
+        value = (ours.forces**2).sum() / 2 + 7 * (ours.residual**2).sum() / 2
+        theirs = hard_squares(grasp, external, limits=True, price=7.0)
+        assert theirs is None or value == pytest.approx(theirs, rel=1e-6)
+        assert ours.gap < 1e-9
+        assert (ours.shares <= 1 + 1e-12).all()
+
+
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_nearest_forces_come_as_near_as_clarabels(objective):
+    for rng, grasp in hands(25, 3):
+        distributor = gf.ForceDistributor(grasp, objective, rtol=1e-6)
+        external = rng.normal(size=6) * 2
+        found = distributor.nearest(external)
+        theirs = hard_squares(grasp, external, limits=True, price=1.0, weight=1e-7)
+        if theirs is not None:
+            assert found.distance <= np.sqrt(2 * theirs) + 1e-5
+        assert np.linalg.norm(found.residual) == pytest.approx(found.distance, rel=1e-6, abs=1e-12)
+        forces = np.empty((4, 3))
+        assert distributor.nearest_into(external, forces) == pytest.approx(
+            found.distance, rel=1e-6, abs=1e-12
+        )
+        assert (found.shares <= 1 + 2e-6).all()
+
+
+def test_a_batch_gives_the_nearest_forces_of_each_row():
+    distributor = gf.ForceDistributor(feet())
+    wrenches = np.array([[0, 0, -100, 0, 0, 0], [0, 0, -500, 0, 0, 0], [0, 0, 10, 0, 0, 0]])
+    batch = distributor.solve_many(wrenches, infeasible="nearest")
+    assert batch.status.tolist() == [gf.Status.SOLVED] * 3
+    np.testing.assert_allclose(np.linalg.norm(batch.residual, axis=1), [0, 100, 10], atol=1e-5)
+    assert distributor.solve_many(wrenches).status.tolist() == [0, 0, gf.Status.INFEASIBLE]
+    with pytest.raises(gf.InvalidInputError, match=r"infeasible: .no. is neither"):
+        distributor.solve_many(wrenches, infeasible="no")
+
+
+def test_a_metric_decides_what_is_nearest():
+    grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    distributor = gf.ForceDistributor(grasp)
+    external = [1.0, -5, 0]
+    for weights in ([1, 1, 1], [1, 100, 1]):
+        metric = np.diag(np.array(weights, float))
+        found = distributor.nearest(external, metric=metric)
+        assert found.distance == pytest.approx(np.sqrt(found.residual @ metric @ found.residual), rel=1e-9)
+    assert distributor.nearest(external, limits=False).distance < 1e-9
+
+
+def test_limits_survive_copies_and_pickles():
+    distributor = gf.ForceDistributor(feet(), "squares", limits=True, weights=[1, 2, 3, 4], slack=np.eye(6))
+    distributor.set_limits([100, 100, 100, 0])
+    expected = distributor.solve([0, 0, -100, 0, 0, 0])
+    assert not expected.forces[3].any()
+    for other in (copy.copy(distributor), pickle.loads(pickle.dumps(distributor))):
+        assert other.max_normal_force.tolist() == [100, 100, 100, 0]
+        np.testing.assert_allclose(other.solve([0, 0, -100, 0, 0, 0]).forces, expected.forces, atol=1e-9)
+    restored = pickle.loads(pickle.dumps(expected))
+    assert restored.distance == expected.distance
+    distributor.update(feet())
+    assert distributor.max_normal_force.tolist() == [100] * 4
+    assert distributor.to_dict()["weights"] == [1, 2, 3, 4]
+
+
+def test_a_grasp_with_more_or_fewer_contacts_goes_on():
+    distributor = gf.ForceDistributor(feet(), "squares")
+    distributor.solve([0, 0, -100, 0, 0, 0])
+    fewer = gf.Grasp(FEET[:3], [(0, 0, 1)] * 3, friction=0.6, edges=None)
+    distributor.update(fewer)
+    external = [0, 0, -100, -6.7, 10, 0]
+    np.testing.assert_allclose(
+        distributor.solve(external).forces,
+        gf.ForceDistributor(fewer, "squares").solve(external).forces,
+        atol=1e-8,
+    )
+
+
+def test_joint_torques_exert_the_forces():
+    rng = np.random.default_rng(5)
+    solution = gf.ForceDistributor(feet(torsion=0.02), "squares").solve([10, 0, -150, 0, 4, 1])
+    jacobians = [rng.normal(size=(6, 7)) for _ in FEET]
+    normals = solution.grasp.normals
+    load = np.hstack([solution.world_forces, normals * solution.forces[:, 3:]])
+    expected = sum(jacobian.T @ row for jacobian, row in zip(jacobians, load, strict=True))
+    np.testing.assert_allclose(solution.joint_torques(jacobians), expected)
+    coupling = rng.normal(size=(7, 2))
+    np.testing.assert_allclose(solution.joint_torques(jacobians, coupling), coupling.T @ expected)
+    pairs = zip(solution.grasp.frames, jacobians, strict=True)
+    turned = [np.vstack([frame @ jacobian[:3], frame @ jacobian[3:]]) for frame, jacobian in pairs]
+    np.testing.assert_allclose(solution.joint_torques(turned, frame="contact"), expected)
+    with pytest.raises(gf.InvalidInputError, match=r"contact 0: shape \(3, n\)"):
+        solution.joint_torques([j[:3] for j in jacobians])
+    with pytest.raises(gf.InvalidInputError, match="4 contacts"):
+        solution.joint_torques(jacobians[:3])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"objective": "max", "reference": np.zeros((4, 3))},
+            'reference: only the objective "squares" takes it',
+        ),
+        ({"objective": "sum", "limits": True}, 'limits: only the objective "squares" takes it'),
+        ({"objective": "squares", "weight": 0.1}, 'weight: the objective "squares" does not take it'),
+        (
+            {"objective": "squares", "reference": np.zeros((3, 3))},
+            r"reference: shape \(3, 3\), expected \(4, 3\)",
+        ),
+        ({"objective": "squares", "weights": [1, 2, 3, -4]}, "weights, row 3"),
+        ({"objective": "squares", "slack": -1.0}, "slack: "),
+        ({"objective": "squares", "slack": np.zeros(5)}, r"slack: shape \(5,\)"),
+        ({"objective": "cubes"}, "objective: .cubes. is none of"),
+    ],
+)
+def test_bad_options_are_named(arguments, message):
+    with pytest.raises(gf.InvalidInputError, match=message):
+        gf.ForceDistributor(feet(), **arguments)
+
+
+def test_limits_are_checked():
+    distributor = gf.ForceDistributor(feet())
+    for bad in ([1, 2, 3], [1, 2, 3, -1], [1, 2, 3, np.nan]):
+        with pytest.raises(gf.InvalidInputError, match="max_normal_force"):
+            distributor.set_limits(bad)
+    assert distributor.max_normal_force.tolist() == [100] * 4
