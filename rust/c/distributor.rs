@@ -175,6 +175,7 @@ pub unsafe extern "C" fn gf_distributor_destroy(distributor: *mut Distributor) {
 /// error it keeps its numbers. `solution` may be NULL: without it a wrench like the last one takes a tenth of a
 /// microsecond. For the control loop: see there.
 #[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "the contract with C")]
 pub unsafe extern "C" fn gf_distributor_solve(
     distributor: *mut Distributor,
     external_wrench: *const f64,
@@ -188,7 +189,7 @@ pub unsafe extern "C" fn gf_distributor_solve(
     let target = Target { forces, num_forces, solution, distance: ptr::null_mut() };
     // SAFETY: the header's rules.
     unsafe {
-        compute(distributor, Question::Balance, external_wrench, wrench_dim, target, message, message_size)
+        compute(distributor, Question::Balance, external_wrench, wrench_dim, &target, message, message_size)
     }
 }
 
@@ -199,6 +200,7 @@ pub unsafe extern "C" fn gf_distributor_solve(
 /// Every wrench has an answer, with what stays unbalanced in `residual`. `distance` gets its norm; it and `solution` may
 /// be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
 #[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "the contract with C")]
 pub unsafe extern "C" fn gf_distributor_nearest(
     distributor: *mut Distributor,
     external_wrench: *const f64,
@@ -213,7 +215,7 @@ pub unsafe extern "C" fn gf_distributor_nearest(
     let target = Target { forces, num_forces, solution, distance };
     // SAFETY: the header's rules.
     unsafe {
-        compute(distributor, Question::Nearest, external_wrench, wrench_dim, target, message, message_size)
+        compute(distributor, Question::Nearest, external_wrench, wrench_dim, &target, message, message_size)
     }
 }
 
@@ -235,7 +237,7 @@ unsafe fn compute(
     question: Question,
     external_wrench: *const f64,
     wrench_dim: usize,
-    target: Target,
+    target: &Target,
     message: *mut c_char,
     message_size: usize,
 ) -> Status {

@@ -240,7 +240,7 @@ mod tests {
         for step in 0..20_000_u32 {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let draw = (state >> 33) as usize;
-            if draw % 2 == 0 || live.len() > 100 {
+            if draw.is_multiple_of(2) || live.len() > 100 {
                 if let Some((pointer, layout, mark)) =
                     (!live.is_empty()).then(|| live.swap_remove(draw % live.len()))
                 {

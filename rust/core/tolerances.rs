@@ -79,8 +79,12 @@ pub(crate) const COINCIDENT_CONTACTS: f64 = 1e-14;
 /// A map is orthogonal, or a generator skew, up to this: some thousand roundings.
 pub(crate) const ORTHOGONAL_MAP: f64 = 1e-12;
 
-/// Closure is beyond doubt with a ball of more than this radius inside the hull of unit wrenches, or a gap of more than this
-/// between the hull and the origin: a million roundings.
+/// Closure is beyond doubt with a ball of this radius inside the hull of unit wrenches, or a gap of this width between the
+/// hull and the origin, beyond what rounding takes of either: half a million roundings.
+///
+/// This is only the shortcut of clear cases, and where the search for the class begins. What rounding may have done
+/// decides closure: [`ROUNDED_POINT`] times the sizes of the terms of unit wrenches. It grows with the distance of the
+/// contacts from the coordinates' origin, in units of their extent.
 pub(crate) const CLEAR_CLOSURE: f64 = 1e-10;
 
 /// The uncertainty of a position in units of [`ROUNDED_POINT`]: two roundings of its coordinates.
@@ -116,6 +120,59 @@ pub(crate) const SAME_GRADIENT: f64 = 1e-7;
 
 /// The same where contacts have true cones, whose worst direction is less exact.
 pub(crate) const SAME_GRADIENT_BY_CONES: f64 = 1e-4;
+
+/// Default relative width of the bracket of quality.
+pub(crate) const QUALITY_RTOL: f64 = 1e-9;
+
+/// The same where contacts have true cones: a polytope resolves smooth sets by ever more facets.
+pub(crate) const QUALITY_RTOL_OF_CONES: f64 = 1e-6;
+
+/// Relative width of the bracket of a distance: outside, precision costs a few more calls of the oracle.
+pub(crate) const DISTANCE_RTOL: f64 = 1e-9;
+
+/// Relative width of the bracket of a radius in the hull of unit wrenches, of which only the sign matters.
+pub(crate) const UNIT_WRENCHES_RTOL: f64 = 1e-9;
+
+/// The same of the distance of that hull.
+pub(crate) const NEAREST_UNIT_WRENCH_RTOL: f64 = 1e-6;
+
+/// The first simplex of a polytope, relative to the longest wrench: a ball of that size is worth mentioning.
+pub(crate) const FIRST_SIMPLEX: f64 = 1e-3;
+
+/// The next simplex where one did not fit, relative to it and to the least support found.
+pub(crate) const SMALLER_SIMPLEX: f64 = 1e-3;
+
+/// The first simplex in the part of the sphere that symmetries leave, relative to the least support found.
+pub(crate) const SYMMETRIC_SIMPLEX: f64 = 1e-2;
+
+/// Unit directions that a generator of rotations moves by less lie on the axis: there the orbit has no velocity.
+pub(crate) const FIXED_DIRECTION: f64 = 1e-6;
+
+/// What a wall may give away inside its chamber, relative to the least support found.
+pub(crate) const BEYOND_WALL: f64 = 1e-3;
+
+/// A radius of less, relative to the least support found, may come from walls: ten times [`BEYOND_WALL`].
+pub(crate) const PROVEN_IN_CHAMBER: f64 = 1e-2;
+
+/// A bracket wider than its tolerance by this factor of the tolerance has closed, up to rounding of the quotient.
+pub(crate) const CLOSED_BRACKET: f64 = 1.001;
+
+/// Relative width of the bracket from which gradients take their minimiser: as exact as rounding allows.
+pub(crate) const MINIMISER_RTOL: f64 = 1e-12;
+
+/// The same where contacts have true cones, whose bracket costs more.
+pub(crate) const MINIMISER_RTOL_OF_CONES: f64 = 1e-10;
+
+/// How far from the supporting hyperplane wrenches count as active, relative to the longest: from the default tolerance
+/// on, in turn, until the active ones exert the nearest boundary wrench.
+pub(crate) const ACTIVE_FACES: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
+
+/// A combination of active wrenches this near to the boundary wrench, relative to the longest, meets it.
+pub(crate) const ROUNDED_RESIDUAL: f64 = 1e-14;
+
+/// An edge of a face of which a smaller part lies outside the span of the others depends on them: the square root of a
+/// hundred roundings, since the faces come from a search.
+pub(crate) const INDEPENDENT_SHIFT: f64 = 1e-7;
 
 // Planning
 

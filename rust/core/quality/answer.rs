@@ -23,7 +23,8 @@ use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
 use crate::tolerances::{
-    EXACT_SYMMETRY, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY, ROUNDED_QUOTIENT, SMALLEST_RADIUS,
+    DISTANCE_RTOL, EXACT_SYMMETRY, FIRST_SIMPLEX, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY,
+    ROUNDED_QUOTIENT, SMALLER_SIMPLEX, SMALLEST_RADIUS,
 };
 use crate::wrench_set::Criterion;
 
@@ -123,7 +124,7 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
     fn first_size(&self) -> f64 {
-        1e-3 * self.scale
+        FIRST_SIMPLEX * self.scale
     }
 
     /// The quality of a grasp whose wrenches all lie beyond a plane, and beyond the tolerance of closure.
@@ -196,7 +197,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 }
                 Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,
             };
-            size = 1e-3 * size.min(thinnest.upper);
+            size = SMALLER_SIMPLEX * size.min(thinnest.upper);
             // Not greater, rather than less: a size that is no number ends the search, too.
             if size.partial_cmp(&negligible) != Some(Ordering::Greater) {
                 return Err(thinnest);
@@ -260,7 +261,7 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// Outside, rounding sets the only price of precision.
     fn outer_rtol(&self) -> f64 {
-        self.limits.rtol.min(1e-9)
+        self.limits.rtol.min(DISTANCE_RTOL)
     }
 
     /// `rho = 0`: neither is a ball certain inside, nor a plane outside. The bracket says what both leave open.

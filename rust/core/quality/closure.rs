@@ -20,7 +20,10 @@ use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
-use crate::tolerances::{CLEAR_CLOSURE, COINCIDENT_CONTACTS, ROUNDED_POINT, ROUNDED_POSITION};
+use crate::tolerances::{
+    CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
+    ROUNDED_POSITION, SMALLER_SIMPLEX, UNIT_WRENCHES_RTOL,
+};
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// What a grasp can resist, by Propositions 1 and 2.
@@ -59,14 +62,16 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
     let mut size = CLEAR_CLOSURE;
     let mut nearest = None;
     let (closure, direction, margin) = loop {
-        let limits = Limits { stop_above: size, ..Limits::new(1e-9) };
+        let limits = Limits { stop_above: size, ..Limits::new(UNIT_WRENCHES_RTOL) };
         let (upper, direction) = match polytope.expand(size, &limits, |z| twin.set.support(z)) {
             Expansion::Radius(radius) => break verdict(Closure::Force, &radius.direction, radius.lower),
             Expansion::Pierced(Thinnest { upper, direction, .. })
             | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
         };
         let nearest = nearest.get_or_insert_with(|| {
-            nearest_point(1e-6, f64::MIN_POSITIVE, usize::MAX, &uncertain, |z| twin.set.support(z))
+            nearest_point(NEAREST_UNIT_WRENCH_RTOL, f64::MIN_POSITIVE, usize::MAX, &uncertain, |z| {
+                twin.set.support(z)
+            })
         });
         if nearest.lower > 0.0 {
             break verdict(Closure::None, &nearest.witness, nearest.lower);
@@ -76,7 +81,7 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
             break verdict(Closure::None, &direction, gap);
         }
         // What is thinner than rounding, no smaller simplex can tell from flat.
-        let smaller = (1e-3 * size.min(upper.abs())).max(uncertain.amax());
+        let smaller = (SMALLER_SIMPLEX * size.min(upper.abs())).max(uncertain.amax());
         let thinner = smaller.partial_cmp(&size) == Some(Ordering::Less);
         if upper <= along(&direction, &uncertain) || !thinner {
             break verdict(Closure::Partial, &direction, 0.0);
@@ -94,8 +99,9 @@ pub(crate) fn is_clear<const D: usize>(
     radius: f64,
     longest: f64,
 ) -> bool {
-    let (to, from) = Shape::of(grasp).distortions(metric);
-    radius > 4.0 * CLEAR_CLOSURE * grasp.num_contacts() as f64 * to * from * longest
+    let shape = Shape::of(grasp);
+    let (to, from) = shape.distortions(metric);
+    radius > 4.0 * shape.clear(grasp) * grasp.num_contacts() as f64 * to * from * longest
 }
 
 impl<const D: usize> Verdict<D> {
@@ -121,13 +127,15 @@ pub(crate) fn is_separated<const D: usize>(
 ) -> bool {
     let shape = Shape::of(grasp);
     let size = shape.functional_of_twin(functional).norm() * shape.distortion_from(metric) * longest;
-    gap > 4.0 * CLEAR_CLOSURE * size || separates(grasp, functional)
+    gap > 4.0 * shape.clear(grasp) * size || separates(grasp, functional)
 }
 
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
 fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
     let twin = Twin::of(grasp);
-    twin.set.value(&twin.shape.unit_of_functional(functional)) < -CLEAR_CLOSURE
+    let z = twin.shape.unit_of_functional(functional);
+    let value = twin.set.value(&z);
+    value < -CLEAR_CLOSURE && value < -(CLEAR_CLOSURE + along(&z, &twin.uncertain(grasp)))
 }
 
 /// The same grasp in its own units.
@@ -212,6 +220,26 @@ impl Shape {
         let reach = contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
         let unit = if spread.sqrt() > COINCIDENT_CONTACTS * reach { spread.sqrt() } else { f64::INFINITY };
         Self { centroid, shift: centroid - grasp.options().origin, unit }
+    }
+
+    /// More than [`CLEAR_CLOSURE`] and what [`Twin::uncertain`] takes along any unit direction, without the twin.
+    ///
+    /// The sizes behind a unit wrench add up to 5 in forces, and in torques to 6 times the lever and 1 of torsion, which
+    /// tangential forces may hide by as much as the lever: `6 + 7 |lever|`. A tangent near the normal makes them larger
+    /// by what it keeps of its length.
+    fn clear<const D: usize>(&self, grasp: &Grasp<D>) -> f64 {
+        let mut placed: f64 = 0.0;
+        let mut kept: f64 = 1.0;
+        for (contact, frame) in grasp.contacts().iter().zip(grasp.frames()) {
+            let lever = (contact.position - self.centroid).norm();
+            placed = placed.max(lever + contact.position.norm() * ROUNDED_POSITION);
+            if let (6, Some(tangent)) = (D, &contact.tangent) {
+                let along = frame.column(0).dot(tangent) / tangent.norm();
+                kept = kept.min((1.0 - along * along).max(LEAST_TANGENT).sqrt());
+            }
+        }
+        // The square root of six components is less than 3.
+        CLEAR_CLOSURE + 3.0 * ROUNDED_POINT * (6.0 + 7.0 * placed / self.unit) * 1.5 / kept
     }
 
     /// The unit of torques where it is one.

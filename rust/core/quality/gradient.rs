@@ -19,7 +19,10 @@ use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
-use crate::tolerances::{EXERTED_WRENCH, EXERTED_WRENCH_BY_CONES, SAME_GRADIENT, SAME_GRADIENT_BY_CONES};
+use crate::tolerances::{
+    ACTIVE_FACES, DISTANCE_RTOL, EXERTED_WRENCH, EXERTED_WRENCH_BY_CONES, INDEPENDENT_SHIFT, MINIMISER_RTOL,
+    MINIMISER_RTOL_OF_CONES, ROUNDED_RESIDUAL, SAME_GRADIENT, SAME_GRADIENT_BY_CONES,
+};
 use crate::wrench_set::{ContactReach, Criterion, Support, WrenchSet};
 
 /// How `epsilon` changes as contacts move.
@@ -59,7 +62,7 @@ impl<const D: usize> Grasp<D> {
         workspace: &mut QualityWorkspace<D>,
     ) -> Result<Gradient> {
         // The active set wants a minimiser as exact as rounding allows; a true cone has no exact one.
-        let rtol = if self.is_finite() { 1e-12 } else { 1e-10 };
+        let rtol = if self.is_finite() { MINIMISER_RTOL } else { MINIMISER_RTOL_OF_CONES };
         let options = QualityOptions { rtol: Some(rtol), ..*options };
         let query = QualityQuery::new(self, &options)?;
         let quality = query.answer(workspace);
@@ -129,7 +132,7 @@ impl<const D: usize> ActiveForces<D> {
         let exerted = if cones { EXERTED_WRENCH_BY_CONES } else { EXERTED_WRENCH } * query.scale;
         let (mut best, mut unique): (Option<(f64, Vec<ContactForce>)>, Option<bool>) = (None, None);
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
-        for tolerance in [1e-9, 1e-7, 1e-5, 1e-3] {
+        for tolerance in ACTIVE_FACES {
             let faces = Faces::on(query, &set, &functional, tolerance, union);
             let (residual, forces) = faces.combine(&target);
             if best.as_ref().is_none_or(|(least, _)| residual < *least) {
@@ -194,30 +197,39 @@ impl<'a, const D: usize> Faces<'a, D> {
         let metric = &self.query.metric;
         let target = metric.to_euclidean(target);
         let mut calls: Vec<Vec<ContactForce>> = Vec::new();
-        let nearest = nearest_point(1e-9, 1e-14 * self.query.scale, usize::MAX, &Wrench::zeros(), |q| {
-            let functional = metric.functional(q);
-            let mut picks: Vec<_> = self
-                .contacts
-                .iter()
-                .enumerate()
-                .map(|(i, face)| self.furthest(i, face, &functional))
-                .collect();
-            if self.union {
-                let none = if self.origin { 0.0 } else { f64::NEG_INFINITY };
-                let best = picks.iter().flatten().map(|(value, ..)| *value).fold(none, f64::max);
-                let mut taken = false;
-                for pick in &mut picks {
-                    *pick = pick.filter(|(value, ..)| !taken && *value == best);
-                    taken |= pick.is_some();
+        let nearest = nearest_point(
+            DISTANCE_RTOL,
+            ROUNDED_RESIDUAL * self.query.scale,
+            usize::MAX,
+            &Wrench::zeros(),
+            |q| {
+                let functional = metric.functional(q);
+                let mut picks: Vec<_> = self
+                    .contacts
+                    .iter()
+                    .enumerate()
+                    .map(|(i, face)| self.furthest(i, face, &functional))
+                    .collect();
+                if self.union {
+                    let none = if self.origin { 0.0 } else { f64::NEG_INFINITY };
+                    let best = picks.iter().flatten().map(|(value, ..)| *value).fold(none, f64::max);
+                    let mut taken = false;
+                    for pick in &mut picks {
+                        *pick = pick.filter(|(value, ..)| !taken && *value == best);
+                        taken |= pick.is_some();
+                    }
                 }
-            }
-            let wrench = picks.iter().flatten().map(|(_, wrench, _)| *wrench).sum();
-            calls.push(
-                picks.iter().map(|pick| pick.map_or_else(ContactForce::zeros, |(.., force)| force)).collect(),
-            );
-            let wrench = metric.to_euclidean(&wrench) - target;
-            Support { value: wrench.dot(q), wrench }
-        });
+                let wrench = picks.iter().flatten().map(|(_, wrench, _)| *wrench).sum();
+                calls.push(
+                    picks
+                        .iter()
+                        .map(|pick| pick.map_or_else(ContactForce::zeros, |(.., force)| force))
+                        .collect(),
+                );
+                let wrench = metric.to_euclidean(&wrench) - target;
+                Support { value: wrench.dot(q), wrench }
+            },
+        );
         let mut forces = vec![ContactForce::zeros(); self.contacts.len()];
         for (call, weight) in nearest.combination {
             for (force, exerted) in forces.iter_mut().zip(&calls[call]) {
@@ -338,7 +350,7 @@ impl<const D: usize> Span<D> {
             rest = rest.less(direction, along);
         }
         let left = rest.wrench.norm();
-        if left > 1e-7 * length {
+        if left > INDEPENDENT_SHIFT * length {
             rest.wrench /= left;
             rest.gradient.iter_mut().for_each(|(_, part)| *part /= left);
             self.basis.push(rest);

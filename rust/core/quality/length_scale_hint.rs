@@ -7,9 +7,13 @@ use crate::grasp::Grasp;
 /// A length scale this many times the extent of the contacts makes quality a matter of torques alone.
 const TOO_LONG: f64 = 10.0;
 
+/// Contacts whose pairs are measured: a millisecond. Of more, the diagonal of the box that holds them is their extent.
+const MOST_PAIRED: usize = 1000;
+
 impl<const D: usize> Grasp<D> {
     /// Advice where the length scale is ten times the extent of the contacts (the largest distance between two of them)
-    /// or more: torques then decide the quality alone, whatever the forces.
+    /// or more: torques then decide the quality alone, whatever the forces. More than 1,000 contacts count by the diagonal of
+    /// the box that holds them, which is no less.
     ///
     /// ```
     /// use graspforce::{Contact, Grasp};
@@ -22,15 +26,22 @@ impl<const D: usize> Grasp<D> {
     /// ```
     pub fn length_scale_hint(&self) -> Option<String> {
         let positions = self.contacts().iter().map(|contact| contact.position);
-        // Twice the largest distance from the first is no less than the extent: most grasps need no pairs.
-        let first = self.contacts()[0].position;
-        let rough = positions.clone().map(|r| (r - first).norm()).fold(0.0, f64::max);
+        // The extent lies between the longest side of the box and its diagonal: most grasps need no pairs.
+        let (mut low, mut high) = (self.contacts()[0].position, self.contacts()[0].position);
+        for position in positions.clone() {
+            (low, high) = (low.inf(&position), high.sup(&position));
+        }
+        let sides = high - low;
         let scale = self.options().length_scale;
-        if rough == 0.0 || scale < TOO_LONG * rough {
+        if sides.amax() == 0.0 || scale < TOO_LONG * sides.amax() {
             return None;
         }
         let apart = |r: Vector3<f64>| positions.clone().map(move |other| (other - r).norm());
-        let extent = positions.clone().flat_map(apart).fold(0.0, f64::max);
+        let extent = if self.num_contacts() > MOST_PAIRED {
+            sides.norm()
+        } else {
+            positions.clone().flat_map(apart).fold(0.0, f64::max)
+        };
         (scale >= TOO_LONG * extent).then(|| {
             format!(
                 "the length scale of {scale} m is {:.0} times the contacts' extent of {extent:.2e} m, so torques alone \

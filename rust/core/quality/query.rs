@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::quality::result::QualityOptions;
-use crate::tolerances::ROUNDED_QUOTIENT;
+use crate::tolerances::{QUALITY_RTOL, QUALITY_RTOL_OF_CONES, ROUNDED_QUOTIENT};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
 /// A wrench set in the coordinates where the metric is Euclidean.
@@ -26,7 +26,8 @@ pub(crate) struct QualityQuery<'a, const D: usize> {
 impl<'a, const D: usize> QualityQuery<'a, D> {
     pub(crate) fn new(grasp: &'a Grasp<D>, options: &QualityOptions<D>) -> Result<Self> {
         options.check()?;
-        let rtol = options.rtol.unwrap_or(if grasp.is_finite() { 1e-9 } else { 1e-6 });
+        let rtol =
+            options.rtol.unwrap_or(if grasp.is_finite() { QUALITY_RTOL } else { QUALITY_RTOL_OF_CONES });
         let metric =
             options.metric.unwrap_or_else(|| Metric::from_length_scale(grasp.options().length_scale));
         let set = WrenchSet::in_metric(grasp, options.criterion, &metric);

@@ -16,7 +16,9 @@ use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thi
 use crate::grasp::Wrench;
 use crate::quality::query::QualityQuery;
 use crate::quality::symmetry::{Symmetries, Symmetry};
-use crate::tolerances::ROUNDED_DISTANCE;
+use crate::tolerances::{
+    BEYOND_WALL, CLOSED_BRACKET, FIXED_DIRECTION, PROVEN_IN_CHAMBER, ROUNDED_DISTANCE, SYMMETRIC_SIMPLEX,
+};
 use crate::wrench_set::Support;
 
 /// How much further out than the longest wrench the points beyond the walls lie.
@@ -50,7 +52,7 @@ pub(crate) fn symmetric_radius<const D: usize>(
     size: f64,
     limits: &Limits,
 ) -> Option<Radius<D>> {
-    let search = Search { query, thinnest, size: size.min(1e-2 * thinnest.upper), limits };
+    let search = Search { query, thinnest, size: size.min(SYMMETRIC_SIMPLEX * thinnest.upper), limits };
     if let Some(Symmetry { map: generator, deviation }) = &symmetries.rotation {
         return search.on(&slice(generator, &thinnest.direction), &[], *deviation);
     }
@@ -65,7 +67,7 @@ pub(crate) fn symmetric_radius<const D: usize>(
 /// hyperplane cuts it at a right angle.
 fn slice<const D: usize>(generator: &SMatrix<f64, D, D>, z: &Wrench<D>) -> SMatrix<f64, D, 5> {
     let mut l = generator * z;
-    if l.norm() < 1e-6 {
+    if l.norm() < FIXED_DIRECTION {
         let fastest = generator.column_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
         l = fastest.map_or(l, nalgebra::Matrix::into_owned);
     }
@@ -98,7 +100,7 @@ impl<const D: usize> Search<'_, D> {
         let far = WALL_DISTANCE * self.query.scale;
         let walls = nearest.into_iter().filter(|(away, symmetry)| {
             let beyond = open_by(&symmetry.map, maps) * centre.norm() / away.norm();
-            far * beyond < 1e-3 * self.thinnest.upper
+            far * beyond < BEYOND_WALL * self.thinnest.upper
         });
         walls.map(|(away, _)| away.normalize() * -far).collect()
     }
@@ -123,7 +125,9 @@ impl<const D: usize> Search<'_, D> {
             best
         };
         // What the deviation takes is to be left of the tolerance.
-        let lost = deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * query.scale;
+        // Products with the far points round by their length.
+        let furthest = if walls.is_empty() { 1.0 } else { WALL_DISTANCE } * query.scale;
+        let lost = deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * furthest;
         let rtol = (limits.rtol - lost / thinnest.upper).max(0.5 * limits.rtol);
         let narrower = Limits { rtol, ..*limits };
         let found = match Polytope::<E>::new().expand(size, &narrower, oracle) {
@@ -138,10 +142,13 @@ impl<const D: usize> Search<'_, D> {
             },
             Expansion::Stopped(_) | Expansion::Pierced(_) => return None,
         };
-        let lower = found.lower - lost;
-        // Walls give up to a thousandth of the thinnest support inside the chamber.
-        if lower <= 1e-2 * thinnest.upper && found.upper >= limits.stop_below {
-            return None;
+        let mut lower = found.lower - lost;
+        // Walls give up to a thousandth of the thinnest support inside the chamber: so little proves nothing.
+        if lower <= PROVEN_IN_CHAMBER * thinnest.upper {
+            if found.upper >= limits.stop_below {
+                return None;
+            }
+            lower = 0.0;
         }
         let inner = basis * found.direction;
         let (upper, direction) = if found.upper < thinnest.upper {
@@ -154,7 +161,7 @@ impl<const D: usize> Search<'_, D> {
             upper,
             direction,
             converged: found.converged
-                && upper <= lower * (1.0 + 1.001 * limits.rtol) + ROUNDED_DISTANCE * query.scale,
+                && upper <= lower * (1.0 + CLOSED_BRACKET * limits.rtol) + ROUNDED_DISTANCE * query.scale,
             supports: found.supports + thinnest.supports,
             facets: found.facets,
         })

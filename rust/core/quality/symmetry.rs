@@ -5,6 +5,8 @@
 //! never exactly symmetric, so each map comes with its *deviation*, a bound of `|p(Q z) - p(z)|` over unit `z` that
 //! follows from the columns of the maps `G_i`. Whoever uses a symmetry subtracts the deviation from what it proves.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector3};
 
 use crate::grasp::contact::ForceModel;
@@ -56,15 +58,18 @@ impl<const D: usize> Symmetries<D> {
         }
         for isometry in features.isometries(query) {
             let map = query.metric.conjugate(&lift(&isometry));
-            let orthogonal = (map.tr_mul(&map) - SMatrix::identity()).amax() < ORTHOGONAL_MAP;
+            let defect = (map.tr_mul(&map) - SMatrix::identity()).amax();
             let known = |other: &Symmetry<D>| (other.map - map).amax() < ALIKE_FEATURES;
+            let orthogonal = defect < ORTHOGONAL_MAP;
             if !orthogonal
                 || (map - SMatrix::identity()).amax() < ALIKE_FEATURES
                 || found.maps.iter().any(known)
             {
                 continue;
             }
-            let deviation = deviation(query, &isometry, &map, &features);
+            // The map stretches a unit direction by half of this at most, and no wrench is longer than the scale.
+            let stretched = D as f64 * (defect + f64::EPSILON) * query.scale;
+            let deviation = stretched + deviation(query, &isometry, &map, &features);
             if deviation <= tolerance {
                 found.maps.push(Symmetry { map, deviation });
             }
@@ -282,9 +287,12 @@ fn rotation<const D: usize>(query: &QualityQuery<'_, D>, axis: &Vector3<f64>) ->
         },
     );
     let map = query.metric.conjugate(&generator);
-    if (map + map.transpose()).amax() > ORTHOGONAL_MAP {
+    let defect = (map + map.transpose()).amax();
+    if defect > ORTHOGONAL_MAP {
         return None;
     }
+    // A whole turn stretches a unit direction by half a turn times this at most, and no wrench is longer than the scale.
+    let stretched = PI * D as f64 * (defect + f64::EPSILON) * query.scale;
     let grasp = query.grasp;
     let moved = |i: usize| {
         let contact = &grasp.contacts()[i];
@@ -298,5 +306,5 @@ fn rotation<const D: usize>(query: &QualityQuery<'_, D>, axis: &Vector3<f64>) ->
     };
     let each: Vec<_> = (0..grasp.num_contacts()).map(moved).collect();
     let center = query.center.map_or(0.0, |(_, center)| (map * center).norm());
-    Some(Symmetry { map, deviation: 2.0 * (center + total(query.set.criterion(), &each)) })
+    Some(Symmetry { map, deviation: 2.0 * (stretched + center + total(query.set.criterion(), &each)) })
 }

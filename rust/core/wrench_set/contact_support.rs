@@ -17,12 +17,20 @@ use crate::wrench_set::cone::{cone_slope, cone_support};
 use crate::wrench_set::edge_blocks::{
     EdgeBlock, collect_edge_blocks, edge, edges_reaching, furthest_edge, longest_edge,
 };
+use crate::wrench_set::soft_lattice::SoftLattice;
 
 /// The wrenches of one contact in a linear map, ready for products with a direction.
 #[derive(Debug, Clone)]
 pub(crate) enum ContactSupport<const R: usize> {
-    /// The wrenches of extreme forces in blocks; these forces are `count` of those of the grasp, from `first` on.
-    Finite { blocks: Vec<EdgeBlock<R>>, forces: Arc<Vec<ContactForce>>, first: usize, count: usize },
+    /// The wrenches of extreme forces in blocks; these forces are `count` of those of the grasp, from `first` on. Where
+    /// they lie on a lattice, few of them need a look.
+    Finite {
+        blocks: Vec<EdgeBlock<R>>,
+        lattice: Option<SoftLattice<R>>,
+        forces: Arc<Vec<ContactForce>>,
+        first: usize,
+        count: usize,
+    },
     /// `A G_i f^U` with the limit `f^U` and the friction coefficients `mu` and `gamma`.
     Cone { map: SMatrix<f64, R, 4>, limit: f64, mu: f64, gamma: f64 },
 }
@@ -35,7 +43,7 @@ impl<const R: usize> ContactSupport<R> {
         first: usize,
     ) -> Self {
         let (forces, count) = (Arc::clone(grasp.shared_forces()), wrenches.len());
-        Self::Finite { blocks: collect_edge_blocks(wrenches), forces, first, count }
+        Self::Finite { blocks: collect_edge_blocks(wrenches), lattice: None, forces, first, count }
     }
 
     /// A true cone under the map `A G_i`, with normal forces up to `limit`.
@@ -51,7 +59,11 @@ impl<const R: usize> ContactSupport<R> {
     ) -> Self {
         if let Some(range) = grasp.edges(i) {
             let first = range.start;
-            return Self::finite(grasp.finite_wrenches()[range].iter().map(map), grasp, first);
+            let mut contact = Self::finite(grasp.finite_wrenches()[range].iter().map(&map), grasp, first);
+            if let Self::Finite { blocks, lattice, .. } = &mut contact {
+                *lattice = SoftLattice::of_contact(grasp, i, map, blocks);
+            }
+            return contact;
         }
         let contact = &grasp.contacts()[i];
         let mut mapped = SMatrix::<f64, R, 4>::zeros();
@@ -65,7 +77,10 @@ impl<const R: usize> ContactSupport<R> {
     #[inline]
     pub(crate) fn furthest(&self, z: &SVector<f64, R>) -> (f64, usize) {
         match self {
-            Self::Finite { blocks, .. } => furthest_edge(blocks, z),
+            Self::Finite { blocks, lattice: None, .. } => furthest_edge(blocks, z),
+            Self::Finite { blocks, lattice: Some(lattice), .. } => {
+                lattice.furthest(blocks, z).unwrap_or_else(|| furthest_edge(blocks, z))
+            }
             Self::Cone { map, mu, gamma, .. } => {
                 let h = map.tr_mul(z);
                 (h[0] + cone_slope(&h, *mu, *gamma), 0)
@@ -78,7 +93,7 @@ impl<const R: usize> ContactSupport<R> {
     pub(crate) fn support(&self, z: &SVector<f64, R>) -> (f64, SVector<f64, R>) {
         match self {
             Self::Finite { blocks, .. } => {
-                let (value, number) = furthest_edge(blocks, z);
+                let (value, number) = self.furthest(z);
                 (value, edge(blocks, number))
             }
             Self::Cone { map, mu, gamma, .. } => {

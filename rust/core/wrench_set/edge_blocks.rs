@@ -88,6 +88,17 @@ pub(crate) fn edges_reaching<const R: usize>(
     blocks.iter().enumerate().flat_map(reaching).filter(move |&edge| edge < count)
 }
 
+/// How far the wrench of this number reaches along `z`, by the products of [`furthest_edge`].
+#[inline]
+pub(crate) fn edge_value<const R: usize>(blocks: &[EdgeBlock<R>], number: usize, z: &SVector<f64, R>) -> f64 {
+    let (block, lane) = (&blocks[number / LANES], number % LANES);
+    let mut value = 0.0;
+    for (row, component) in block.iter().zip(z.iter()) {
+        value += row[lane] * component;
+    }
+    value
+}
+
 /// The wrench of this number.
 #[inline]
 pub(crate) fn edge<const R: usize>(blocks: &[EdgeBlock<R>], number: usize) -> SVector<f64, R> {

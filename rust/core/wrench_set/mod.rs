@@ -12,6 +12,7 @@
 //! | [`contact_support`] | the support oracle of one contact, finite or a true cone, in a linear map |
 //! | [`cone`] | the support of a friction cone in its contact frame |
 //! | [`edge_blocks`] | the furthest of many wrenches, in vector registers |
+//! | [`soft_lattice`] | the furthest of a soft finger's wrenches, from its latitude and longitude |
 //! | [`criterion`] | which of both sets is meant |
 //! | [`minkowski_sum`] | Algorithm 1: all points of the Minkowski sum, one by one |
 
@@ -20,6 +21,7 @@ pub(crate) mod contact_support;
 pub(crate) mod criterion;
 pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
+pub(crate) mod soft_lattice;
 
 pub(crate) use cone::cone_support;
 pub use criterion::Criterion;

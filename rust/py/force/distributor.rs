@@ -3,7 +3,6 @@
 use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{Criterion, DEFAULT_MAX_POINTS, DistributionOptions, ForceDistributor, Grasp, Method};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
@@ -13,16 +12,17 @@ use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
 use crate::convert::scalars::{Given, choice, flag, instance, shown};
 use crate::force::batch::PyForceBatch;
+use crate::force::construction::{check_distributor, distributor, refuse_beside_squares};
 use crate::force::distribution_options::{distribution_options, parse_objective};
 use crate::force::nearest::{nearest, nearest_into};
+use crate::force::query::ForceQuery;
 use crate::force::shared::SharedDistributor;
-use crate::force::solution::{ForceQuery, PyForceSolution};
+use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
 use crate::force::squares_arguments::SquaresArguments;
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
-use crate::runtime::memory::{Work, check_points, check_work};
 
 type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
 
@@ -97,14 +97,7 @@ impl PyForceDistributor {
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         let (weight, rtol) = (options.weight, options.rtol);
         if criterion.is_none() {
-            let excluded = [
-                ("method", options.method != Method::Implicit),
-                ("weight", weight != 0.0),
-                ("samples", !samples.is_empty()),
-            ];
-            if let Some((name, _)) = excluded.iter().find(|(_, given)| *given) {
-                return Err(refused(format!("{name}: the objective \"squares\" does not take it")));
-            }
+            refuse_beside_squares(&options).map_err(refused)?;
         }
         let inner = map_dimension!(&grasp.get().inner, of => {
             check_distributor(py, of, options.method)?;
@@ -402,26 +395,4 @@ impl PyForceDistributor {
 
 fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
     given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))
-}
-
-/// A distributor of either kind.
-fn distributor<const D: usize>(
-    grasp: &Grasp<D>,
-    criterion: Option<Criterion>,
-    options: DistributionOptions,
-    squares: &SquaresArguments,
-) -> graspforce::Result<ForceDistributor<D>> {
-    match criterion {
-        Some(criterion) => ForceDistributor::with_options(grasp, criterion, options),
-        None => ForceDistributor::squares(grasp, squares.options(grasp, options.min_normal, options.rtol)?),
-    }
-}
-
-/// Bytes for a point of an enumeration and for one of its entries, with the solver's copies.
-const LISTED: (usize, usize) = (208, 8);
-
-/// Refuses a distributor that memory would not hold.
-fn check_distributor<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, method: Method) -> PyResult<()> {
-    check_work(py, grasp, Work::Distributor)?;
-    if method == Method::Implicit { Ok(()) } else { check_points(py, grasp, DEFAULT_MAX_POINTS, LISTED) }
 }

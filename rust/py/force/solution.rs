@@ -1,6 +1,6 @@
 //! `graspforce.ForceSolution`.
 
-use graspforce::{ContactForce, Distribution, Wrench};
+use graspforce::{ContactForce, Distribution};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -12,7 +12,9 @@ use crate::convert::errors::invalid_input;
 use crate::convert::restored;
 use crate::convert::scalars::{Given, choice};
 use crate::convert::significant::significant;
+use crate::force::distribution_state::DistributionState;
 use crate::force::joint_torques::joint_torques;
+use crate::force::query::{ForceQuery, Pickled};
 use crate::grasp::PyGrasp;
 use crate::runtime::memory::{Work, check_work};
 
@@ -44,12 +46,13 @@ use crate::runtime::memory::{Work, check_work};
 ///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
 ///     ``slack`` has a price.
 /// balanced : bool
-///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without ``slack``.
+///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without
+///     ``slack``.
 /// distance : float
 ///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
-///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
+///     method reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
@@ -71,17 +74,6 @@ pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
     distribution: AnyDistribution,
     query: ForceQuery,
-}
-
-/// What was asked.
-pub struct ForceQuery {
-    pub external_wrench: Vec<f64>,
-    /// "max", "sum" or "squares".
-    pub objective: &'static str,
-    pub weight: f64,
-    pub rtol: f64,
-    /// The largest lower bound of the shares.
-    pub least_share: f64,
 }
 
 pub type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
@@ -186,38 +178,7 @@ impl PyForceSolution {
         by_dimension!(&self.distribution, of => of.distance)
     }
 
-    /// Joint torques that exert the forces, at rest: ``coupling.T @ sum_i J_i.T @ F_i``.
-    ///
-    /// Parameters
-    /// ----------
-    /// jacobians : sequence of array_like
-    ///     One for each contact, all for the same n joints: (3, n) for the velocity of the contact point, or (6, n) with
-    ///     the angular velocity below it. In the plane (2, n) or (3, n). Contacts with torsion need the angular part.
-    /// coupling : array_like, optional
-    ///     (n, q) matrix from the velocities of q independent joints to those of all n.
-    /// frame : {"world", "contact"}, optional
-    ///     Axes of the rows of all Jacobians: the world's, or those of each contact, ``(n, o, t)`` (in the plane
-    ///     ``(n, t)``).
-    ///
-    /// Returns
-    /// -------
-    /// numpy.ndarray
-    ///     (n,) torques in N m (forces in N of sliding joints); with ``coupling`` (q,).
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     A Jacobian has the wrong shape, or a contact's torsion has no row to act on.
-    ///
-    /// Examples
-    /// --------
-    /// A slider pushes along x, and a lever of 0.1 m along y.
-    ///
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
-    /// >>> solution.joint_torques([[[1, 0], [0, 0.1]], [[0, 0], [0, 0]]]).round(9).tolist()
-    /// [1.0, 0.05]
+    #[doc = include_str!("docs/joint_torques.rst")]
     #[pyo3(
         signature = (jacobians, coupling=None, frame=Given::default()),
         text_signature = "($self, jacobians, coupling=None, frame='world')"
@@ -333,14 +294,14 @@ impl PyForceSolution {
         wrenches: [Vec<f64>; 2],
         numbers: (f64, f64, f64, f64, f64, usize, f64),
         answers: (bool, bool),
-        query: (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
+        query: Pickled<'_>,
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
         let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len(), query.0.len()];
         if lengths != [contacts, contacts, d, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
-        let state = State { forces, shares, wrenches, numbers, answers };
+        let state = DistributionState { forces, shares, wrenches, numbers, answers };
         let distribution = match d {
             3 => Dimensional::Planar(state.distribution()),
             _ => Dimensional::Spatial(state.distribution()),
@@ -357,8 +318,8 @@ impl PyForceSolution {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         this.check_arrays(py)?;
-        let State { forces, shares, wrenches, numbers, answers } =
-            by_dimension!(&this.distribution, distribution => State::of(distribution));
+        let DistributionState { forces, shares, wrenches, numbers, answers } =
+            by_dimension!(&this.distribution, distribution => DistributionState::of(distribution));
         let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.query.state());
         let state = state.into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
@@ -386,73 +347,5 @@ impl PyForceSolution {
 
     fn contact_forces(&self) -> &[ContactForce] {
         by_dimension!(&self.distribution, distribution => &distribution.forces)
-    }
-}
-
-impl ForceQuery {
-    fn state(&self) -> (Vec<f64>, &'static str, f64, f64, f64) {
-        (self.external_wrench.clone(), self.objective, self.weight, self.rtol, self.least_share)
-    }
-
-    fn restored(
-        (external_wrench, objective, weight, rtol, least_share): (Vec<f64>, Bound<'_, PyAny>, f64, f64, f64),
-    ) -> restored::Checked<Self> {
-        restored::finite("external_wrench", &external_wrench)?;
-        let objective = choice("state: objective", &objective, &["max", "sum", "squares"])?;
-        restored::within("weight", weight, 0.0..=f64::MAX)?;
-        restored::within("rtol", rtol, 0.0..=1.0)?;
-        restored::within("least share", least_share, 0.0..=f64::MAX)?;
-        Ok(Self { external_wrench, objective, weight, rtol, least_share })
-    }
-}
-
-/// A distribution as it is pickled.
-struct State {
-    forces: Vec<[f64; 4]>,
-    shares: Vec<f64>,
-    /// The multipliers and the residual.
-    wrenches: [Vec<f64>; 2],
-    /// The objective, the largest share, their sum, the gap, its tolerance, the pivots and the distance.
-    numbers: (f64, f64, f64, f64, f64, usize, f64),
-    /// Whether another solver answered, and whether the forces are unique.
-    answers: (bool, bool),
-}
-
-impl State {
-    fn of<const D: usize>(distribution: &Distribution<D>) -> Self {
-        Self {
-            forces: distribution.forces.iter().map(|&force| force.into()).collect(),
-            shares: distribution.shares.clone(),
-            wrenches: [distribution.dual.as_slice().to_vec(), distribution.residual.as_slice().to_vec()],
-            numbers: (
-                distribution.sigma,
-                distribution.sigma_max,
-                distribution.sigma_sum,
-                distribution.gap,
-                distribution.tolerance,
-                distribution.pivots,
-                distribution.distance,
-            ),
-            answers: (distribution.fell_back, distribution.unique),
-        }
-    }
-
-    fn distribution<const D: usize>(self) -> Distribution<D> {
-        let [dual, residual] = self.wrenches.map(Wrench::from_vec);
-        Distribution {
-            forces: self.forces.into_iter().map(ContactForce::from).collect(),
-            shares: self.shares,
-            sigma: self.numbers.0,
-            sigma_max: self.numbers.1,
-            sigma_sum: self.numbers.2,
-            dual,
-            gap: self.numbers.3,
-            pivots: self.numbers.5,
-            residual,
-            distance: self.numbers.6,
-            tolerance: self.numbers.4,
-            fell_back: self.answers.0,
-            unique: self.answers.1,
-        }
     }
 }

@@ -75,7 +75,7 @@ fn limits_give_the_answers_of_a_grasp_with_these_limits() {
                         }
                     }
                     (Err(found), Err(expected)) => {
-                        assert_eq!(found.is_infeasible(), expected.is_infeasible())
+                        assert_eq!(found.is_infeasible(), expected.is_infeasible());
                     }
                     (found, expected) => panic!("{found:?} {expected:?}"),
                 }

@@ -147,7 +147,7 @@ fn the_nearest_forces_are_those_of_solve_where_it_succeeds() {
             if solved.sigma_max > 1.0 {
                 continue;
             }
-            let size = solved.forces.iter().map(|f| f.norm()).fold(0.0, f64::max);
+            let size = solved.forces.iter().map(graspforce::ContactForce::norm).fold(0.0, f64::max);
             for (a, b) in nearest.forces.iter().zip(&solved.forces) {
                 assert!((a - b).norm() <= 1e-3 * size, "{a} {b}");
             }

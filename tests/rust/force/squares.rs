@@ -66,8 +66,7 @@ fn price(value: f64) -> Metric<6> {
 
 /// References, weights, lower bounds or a price, in turn.
 fn options(random: &mut Random, grasp: &Grasp<6>, turn: usize) -> (SquaresOptions<6>, Option<f64>) {
-    let mut options = SquaresOptions::default();
-    options.limits = turn.is_multiple_of(2);
+    let mut options = SquaresOptions { limits: turn.is_multiple_of(2), ..SquaresOptions::default() };
     match turn / 2 % 4 {
         0 => return (options, None),
         1 => {
@@ -239,7 +238,9 @@ fn degenerate(random: &mut Random, turn: usize, kind: Kind) -> Grasp<6> {
             vec![(u * 0.3, -u), (v * 0.3, -v), (u.cross(&up) * 0.3, -u.cross(&up).normalize())]
         }
     };
-    points.iter_mut().for_each(|(p, _)| *p *= scale);
+    for (point, _) in &mut points {
+        *point *= scale;
+    }
     let contacts: Vec<Contact> = points
         .iter()
         .enumerate()

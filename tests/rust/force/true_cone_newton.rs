@@ -100,7 +100,7 @@ fn forces_depend_on_the_wrench_alone() {
         for objective in OBJECTIVES {
             let external = pick(&mut random);
             let Ok(expected) = distributor(&grasp, objective).solve(&external) else { continue };
-            let largest = expected.forces.iter().map(|f| f.amax()).fold(0.0, f64::max);
+            let largest = expected.forces.iter().map(graspforce::ContactForce::amax).fold(0.0, f64::max);
             for past in 0..3 {
                 let distributor = distributor(&grasp, objective);
                 let other = pick(&mut random);

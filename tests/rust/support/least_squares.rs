@@ -7,6 +7,7 @@ use graspforce::{ContactForce, Grasp, SquaresOptions, Wrench};
 /// `min sum_i weight_i |f_i - reference_i|^2 / 2` with balance; with `price`, plus `price |residual|^2 / 2` instead.
 /// Returns the forces and the objective; an error
 /// where the solver finds the wrench infeasible (true), or stops short.
+#[allow(clippy::too_many_lines, reason = "one program, row by row")]
 pub fn least_squares<const D: usize>(
     grasp: &Grasp<D>,
     options: &SquaresOptions<D>,

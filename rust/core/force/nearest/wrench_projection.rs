@@ -15,7 +15,7 @@ use crate::grasp::{Grasp, Wrench};
 
 /// Weights of the first proximal steps, relative to the strongest contact; the last is that of all others. Steps shrink the
 /// error by about this, and lose as many digits of the forces.
-const PROXIMAL: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-5];
+const PROXIMAL: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-3, 1e-3, 1e-5];
 
 /// Proximal steps at most; two to four are usual.
 const MAX_STEPS: usize = 40;
@@ -75,9 +75,11 @@ impl<const D: usize> WrenchProjection<D> {
         let mut steps = 0;
         let mut best: Option<Nearest<D>> = None;
         let mut stalled = 0;
-        for step in 0..MAX_STEPS {
+        let last = PROXIMAL.len() - 1;
+        let mut at = 0;
+        for _ in 0..MAX_STEPS {
             for contact in &mut self.dual.contacts {
-                contact.weight = PROXIMAL[step.min(PROXIMAL.len() - 1)] * self.strength;
+                contact.weight = PROXIMAL[at] * self.strength;
             }
             let ContactForces { forces: f, shares, .. } = forces;
             let start = self.dual.at(&y, &target, f, shares);
@@ -87,12 +89,17 @@ impl<const D: usize> WrenchProjection<D> {
             let gap = found.distance - found.lower;
             // The last forces are kept: the distance of each is no larger than of those before, up to rounding.
             let improved = best.is_none_or(|best| gap < 0.7 * (best.distance - best.lower));
-            let lower = best.map_or(found.lower, |best| best.lower.max(found.lower));
+            // Without limits a bound holds for forces that are not much stronger than those of its step.
+            let earlier = best.filter(|_| self.limits).map_or(0.0, |best| best.lower);
+            let lower = found.lower.max(earlier);
             best = Some(Nearest { lower: lower.min(found.distance), ..found });
             stalled = if improved { 0 } else { stalled + 1 };
-            if gap <= EXACT * size || (stalled >= 2 && step >= PROXIMAL.len()) {
+            let exact = gap <= EXACT * size;
+            if at == last && (exact || stalled >= 2) {
                 break;
             }
+            // The gap is as small as the square of the error of the forces: the last step makes them exact, too.
+            at = if exact { last } else { (at + 1).min(last) };
             for (contact, force) in self.dual.contacts.iter_mut().zip(&forces.forces) {
                 contact.reference = *force;
             }

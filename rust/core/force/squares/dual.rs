@@ -233,7 +233,8 @@ impl<const D: usize> DualContact<D> {
             ForceSet::Zero => return 0.0,
         };
         let furthest = self.furthest(h);
-        furthest * if furthest > 0.0 { high.min(strongest * self.unit) } else { low }
+        let most = if high.is_finite() { high } else { strongest * self.unit };
+        furthest * if furthest > 0.0 { most } else { low }
     }
 
     /// `(T G_i)^T y`.

@@ -117,7 +117,7 @@ impl<const D: usize> OptimalitySystem<D> {
             (0..row).for_each(|k| mirror[k] = 0.0);
             mirror[row] += mirror.norm().copysign(mirror[row]);
             mirror *= (2.0 / mirror.norm_squared()).sqrt();
-            for column in order[row..].iter() {
+            for column in &order[row..] {
                 reflect(&mirror, &mut columns[*column]);
             }
             for t in curvature.iter_mut() {
@@ -182,7 +182,7 @@ impl<const D: usize> OptimalitySystem<D> {
         }
     }
 
-    /// The step of the multiplier for the missing balance; [`Self::step_of`] then gives the steps of the unknowns.
+    /// The step of the multiplier for the missing balance; [`Self::step`] then gives the steps of the unknowns.
     pub(crate) fn solve(&mut self, missing_balance: &SVector<f64, D>) -> SVector<f64, D> {
         let rank = self.rank;
         let mut balance = *missing_balance;
@@ -251,4 +251,60 @@ impl<const D: usize> OptimalitySystem<D> {
 fn reflect<const D: usize>(mirror: &SVector<f64, D>, x: &mut SVector<f64, D>) {
     let share = mirror.dot(x);
     x.axpy(-share, mirror, 1.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    #[test]
+    fn a_step_solves_the_conditions_and_leaves_dependent_forces_alone() {
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        for case in 0..500 {
+            let (columns, dependent) = (1 + case % 6, case % 3);
+            let mut system = OptimalitySystem::<6>::new(4);
+            let mut wrenches: Vec<SVector<f64, 6>> =
+                (0..columns).map(|_| SVector::from_fn(|_, _| next())).collect();
+            let z = SVector::<f64, 6>::from_fn(|_, _| next());
+            for _ in 0..dependent {
+                let mixed = wrenches[..columns].iter().map(|w| w * next()).sum();
+                wrenches.push(mixed);
+            }
+            system.missing = wrenches.iter().map(|w| w.dot(&z)).collect();
+            for (contact, wrench) in wrenches.iter().enumerate() {
+                system.push(Unknown::Share { contact }, *wrench);
+            }
+            let mut matrix = DMatrix::<f64>::zeros(6, 6);
+            for _ in 0..6 - columns {
+                let t = SVector::<f64, 6>::from_fn(|_, _| next());
+                matrix += t * t.transpose();
+                system.bend(t);
+            }
+            let balance = SVector::<f64, 6>::from_fn(|_, _| next());
+            system.factorise();
+            assert_eq!(system.free_directions(), dependent, "{case}");
+            let dz = system.solve(&balance);
+            let size = dz.amax().max(system.step().iter().fold(1.0, |most: f64, x| most.max(x.abs())));
+            for (wrench, missing) in wrenches.iter().zip(&system.missing) {
+                assert!((wrench.dot(&dz) - missing).abs() <= 1e-9 * size, "{case}");
+            }
+            let moved: DVector<f64> = matrix * DVector::from_column_slice(dz.as_slice());
+            let forces: SVector<f64, 6> = wrenches.iter().zip(system.step()).map(|(w, x)| w * *x).sum();
+            let rest = balance - forces - SVector::<f64, 6>::from_column_slice(moved.as_slice());
+            assert!(rest.amax() <= 1e-8 * size, "{case} {:e} of {size:e}", rest.amax());
+            let mut along = Vec::new();
+            for which in 0..dependent {
+                system.null_vector(which, &mut along);
+                let nothing: SVector<f64, 6> = wrenches.iter().zip(&along).map(|(w, x)| w * *x).sum();
+                let longest = along.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                assert!(nothing.amax() <= 1e-11 * longest, "{case}");
+            }
+        }
+    }
 }
