@@ -97,7 +97,7 @@ def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., 
         # Typer reads both.
         run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        del run.__wrapped__  # type: ignore[attr-defined]
+        del run.__wrapped__
         return run
 
     return decorated

@@ -149,7 +149,7 @@ fn unused_friction(force: &ContactForce, mu: f64, gamma: f64) -> f64 {
 const ABOVE_LIMITS: f64 = 1e-9;
 
 /// Beyond it forces are not the least in any useful sense.
-const MAX_RTOL: f64 = 1e-3;
+pub(crate) const MAX_RTOL: f64 = 1e-3;
 
 /// Beyond it the maximum's share of the objective is within its tolerance.
 const MAX_WEIGHT: f64 = 1e6;

@@ -33,7 +33,7 @@ REFUSED = {
     "directions, row 1: [0.0, 0.0, 0.0] has no direction": lambda: DISC.resistance([DOWN, [0, 0, 0]]),
     "grasp: None is not a Grasp": lambda: gf.ForceDistributor(None),
     "grasp: 5 is not a Grasp": lambda: DISTRIBUTOR.update(5),
-    "objective: None is neither 'max' nor 'sum'": lambda: gf.ForceDistributor(DISC, None),
+    "objective: None is none of 'max', 'sum' and 'squares'": lambda: gf.ForceDistributor(DISC, None),
     "method: 'fast' is none of 'implicit', 'enumerated' and 'reduced'": lambda: gf.ForceDistributor(
         DISC, method="fast"
     ),
