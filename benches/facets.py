@@ -1,8 +1,8 @@
 """Print what the argument `max_facets` costs, and how narrow the bracket gets: `python benches/facets.py`.
 
 The grasp has four soft contacts with true cones on a tetrahedron. Their friction differs: no symmetry helps.
-`python benches/facets.py solids` prints the brackets of soft contacts on solids and rings: with true cones and a
-torque origin off the centre, and with linearised cones that point anywhere.
+`python benches/facets.py solids` prints the brackets of soft contacts on solids and rings: with true cones
+and a torque origin off the centre, and with linearised cones that point anywhere.
 """
 
 from __future__ import annotations

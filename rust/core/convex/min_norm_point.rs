@@ -4,7 +4,7 @@
 //! The support plane at the current point bounds the distance from below, its norm from above.
 
 use crate::convex::rounding::{Rounding, along};
-use crate::grasp::{Wrench, length};
+use crate::grasp::{REPRESENTABLE, Wrench, length, unit};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
@@ -79,7 +79,8 @@ pub(crate) fn nearest_point<const D: usize>(
         {
             break;
         }
-        let z = point / -norm;
+        // Of a point whose squares vanish, the length is no divisor.
+        let z = if norm > REPRESENTABLE.start { point / -norm } else { -unit(&point) };
         let support = oracle(&z);
         best.supports += 1;
         if -support.value > best.lower {
