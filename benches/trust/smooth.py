@@ -88,7 +88,7 @@ def compare(count: int) -> tuple[int, int, int]:
     asked = missed = wrong = 0
     for grasp, criterion in random_grasps(count):
         unique = grasp.quality(criterion).gradient.unique
-        smooth = is_smooth(grasp, criterion, 1e-10 if grasp.to_dict()["edges"] is None else 1e-12)
+        smooth = is_smooth(grasp, criterion, 1e-10 if grasp.to_dict().get("edges", 2) is None else 1e-12)
         asked += 1
         missed += bool(smooth) and not unique
         wrong += not smooth and unique

@@ -17,11 +17,11 @@ pub enum Error {
         reason: String,
     },
     /// An argument of a query (a wrench, a tolerance, a step) is unusable.
-    #[error("{}", located(argument, "row", *row, reason))]
+    #[error("{}", located(argument, if *argument == "min_normal" { "contact" } else { "row" }, *row, reason))]
     InvalidInput {
         /// Name of the offending argument, as callers spell it.
         argument: &'static str,
-        /// Zero-based row, if one is to blame.
+        /// Zero-based row, of `min_normal` contact, if one is to blame.
         row: Option<usize>,
         /// What is wrong, with the value.
         reason: String,

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import reprlib
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +21,6 @@ from graspforce.errors import InvalidGraspError
 from graspforce.typing import GRASP_ARGUMENTS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from graspforce._core import (
@@ -122,6 +122,8 @@ def grasp_dict(grasp: Grasp) -> dict[str, Any]:
 
 def grasp_of(given: Mapping[str, Any]) -> Grasp:
     """Build the grasp whose dictionary this is; `Grasp.from_dict` calls this."""
+    if not isinstance(given, Mapping):
+        raise InvalidGraspError(f"given: {reprlib.repr(given)} is not the dictionary of a grasp")
     for name in given:
         if name not in GRASP_ARGUMENTS and name not in _DIMENSIONS:
             raise InvalidGraspError(f"{name}: no argument of a grasp; known are {', '.join(GRASP_ARGUMENTS)}")
@@ -140,6 +142,11 @@ def quality_dict(quality: Quality) -> dict[str, Any]:
     """Everything a quality knows but its gradient."""
     return {
         "criterion": quality.criterion,
+        "external_wrench": _plain(quality.external_wrench),
+        "metric": _plain(quality.metric),
+        "length_scale": quality.grasp.length_scale if quality.metric is None else None,
+        "rtol": quality.rtol,
+        "max_facets": quality.max_facets,
         "rho": quality.rho,
         "epsilon": quality.epsilon,
         "epsilon_lower": quality.epsilon_lower,
@@ -189,6 +196,10 @@ def minkowski_dict(points: MinkowskiSum) -> dict[str, Any]:
 def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     """Collect the forces of one wrench with their certificate; None for a margin that is not defined."""
     return {
+        "external_wrench": solution.external_wrench.tolist(),
+        "objective": solution.objective,
+        "weight": solution.weight,
+        "rtol": solution.rtol,
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
         "balanced": solution.balanced,
@@ -226,6 +237,7 @@ def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
     """Collect what a distributor was made of."""
     optional = {
         "min_normal": distributor.min_normal,
+        "samples": distributor.samples,
         "reference": distributor.reference,
         "weights": distributor.weights,
         "slack": distributor.slack,
@@ -235,7 +247,7 @@ def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
         "objective": distributor.objective,
         "method": distributor.method,
         "weight": distributor.weight,
-        **{name: None if value is None else value.tolist() for name, value in optional.items()},
+        **{name: _plain(value) for name, value in optional.items()},
         "limits": distributor.limits,
         "max_normal_force": distributor.max_normal_force.tolist(),
         "rtol": distributor.rtol,

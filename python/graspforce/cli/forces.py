@@ -13,16 +13,7 @@ from graspforce._internal.html import FORCE_COMPONENTS
 from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE
-from .grasp_options import (
-    At,
-    Edges,
-    Friction,
-    GraspArgument,
-    MaxNormalForce,
-    Unit,
-    grasp_from,
-    wrench_of,
-)
+from .grasp_options import about_a_grasp, wrench_of
 from .output import AsJson, Objective, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
@@ -35,8 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["forces"]
 
 
+@about_a_grasp("friction", "max_normal_force", "edges")
 def forces(
-    grasp: GraspArgument,
+    file: GraspFile,
     wrench: Annotated[
         str | None, typer.Option(help="External wrench in N and N m: fx,fy,tau or fx,fy,fz,tx,ty,tz.")
     ] = None,
@@ -60,11 +52,6 @@ def forces(
         Path | None,
         typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
-    at: At = None,
-    unit: Unit = None,
-    friction: Friction = None,
-    max_normal_force: MaxNormalForce = None,
-    edges: Edges = None,
 ) -> None:
     """Compute the least contact forces that balance one or many external wrenches.
 
@@ -72,7 +59,6 @@ def forces(
     """
     if (wrench is None) == (wrenches is None):
         raise typer.BadParameter("give either --wrench or --wrenches")
-    file = grasp_from(grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges)
     distributor = ForceDistributor(file.grasp, objective)
     if wrench is not None:
         against = wrench_of("--wrench", wrench, file.grasp.wrench_dim)
@@ -105,7 +91,7 @@ def _one(
     sought = "nearest forces" if nearest else f"least {objective}"
     title = f"{file.name}: {sought} against {vector(wrench)}"
     if as_json:
-        print_json({"external_wrench": wrench.tolist(), **solution.to_dict()})
+        print_json(solution.to_dict())
     else:
         columns = zip(solution.forces, solution.shares, solution.slip_margin, strict=True)
         scale = float(np.abs(solution.forces).max())

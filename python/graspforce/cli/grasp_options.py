@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,14 +21,14 @@ from graspforce.files.wrench_file import numbers_of, parse_wrench
 from graspforce.files.yaml_document import Document
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     import numpy as np
     from numpy.typing import NDArray
 
 __all__ = [
     "PANEL", "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit",
-    "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file", "wrench_of",
+    "about_a_grasp", "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file", "wrench_of",
 ]  # fmt: skip
 
 PANEL = "With a mesh in place of a file"
@@ -64,6 +66,41 @@ LengthScale = Annotated[
         help="Length in m by which torques are divided in the norm of wrenches.", rich_help_panel=PANEL
     ),
 ]
+
+
+_OPTIONS: dict[str, Any] = {
+    "friction": Friction, "max_normal_force": MaxNormalForce, "edges": Edges, "length_scale": LengthScale,
+}  # fmt: skip
+
+
+def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command of a `GraspFile` the argument GRASP and the options of a mesh in its place.
+
+    The command's first parameter is the file that is read. `names` are those of the options that it takes
+    beside ``--at`` and ``--unit``.
+    """
+    added = {"at": At, "unit": Unit, **{name: _OPTIONS[name] for name in names}}
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def run(grasp: Path, at: list[str] | None, unit: str | None, **options: Any) -> None:
+            given = {name: options.pop(name) for name in names}
+            command(grasp_from(grasp, at, unit, **given), **options)
+
+        _, *own = inspect.signature(command, eval_str=True).parameters.values()
+        kind = inspect.Parameter.KEYWORD_ONLY
+        parameters = [
+            inspect.Parameter("grasp", kind, annotation=GraspArgument),
+            *(parameter.replace(kind=kind) for parameter in own),
+            *(inspect.Parameter(n, kind, default=None, annotation=option) for n, option in added.items()),
+        ]
+        # Typer reads both.
+        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        del run.__wrapped__
+        return run
+
+    return decorated
 
 
 def is_mesh(path: Path) -> bool:

@@ -11,25 +11,16 @@ from graspforce._core import Quality
 from graspforce.files import GraspFile
 from graspforce.files.wrench_file import COLUMNS
 
-from .grasp_options import (
-    At,
-    Edges,
-    Friction,
-    GraspArgument,
-    LengthScale,
-    MaxNormalForce,
-    Unit,
-    grasp_from,
-    wrench_of,
-)
-from .output import AsJson, in_a_folder, print_json, print_table, save
+from .grasp_options import about_a_grasp, wrench_of
+from .output import AsJson, in_a_folder, print_json, print_table, save, vector
 from .progress import progress
 
 __all__ = ["quality"]
 
 
+@about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
 def quality(
-    grasp: GraspArgument,
+    file: GraspFile,
     external_wrench: Annotated[
         str | None,
         typer.Option(
@@ -44,21 +35,11 @@ def quality(
         Path | None,
         typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder),
     ] = None,
-    at: At = None,
-    unit: Unit = None,
-    friction: Friction = None,
-    max_normal_force: MaxNormalForce = None,
-    edges: Edges = None,
-    length_scale: LengthScale = None,
 ) -> None:
     """Compute the quality of a grasp by both criteria: the largest wrench it resists in the worst direction.
 
     Example: `graspforce quality cup.yaml --external-wrench 0,0,-3,0,0,0 --plot cup.png`
     """
-    file = grasp_from(
-        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
-        length_scale=length_scale,
-    )  # fmt: skip
     wrench = None
     if external_wrench is not None:
         wrench = wrench_of("--external-wrench", external_wrench, file.grasp.wrench_dim)
@@ -66,7 +47,10 @@ def quality(
         found = [file.grasp.quality(criterion, rtol, wrench) for criterion in ("max", "sum")]
     if as_json:
         numbers = {f"rho_{q.criterion}": q.to_dict() for q in found}
-        print_json({"file": str(grasp), "grasp": file.grasp.to_dict(), **numbers})
+        given = None if wrench is None else wrench.tolist()
+        print_json(
+            {"file": str(file.path), "grasp": file.grasp.to_dict(), "external_wrench": given, **numbers}
+        )
     else:
         _print(file, found)
     if plot is not None:
@@ -90,6 +74,8 @@ def _print(file: GraspFile, found: list[Quality]) -> None:
         rows.append((label, *(f"{round(float(q.direction[i]), 6) + 0.0:.6f}" for q in found)))
     kind = "planar" if grasp.wrench_dim == 3 else "spatial"
     title = f"{file.name}: {kind}, {grasp.num_contacts} contacts, length scale {grasp.length_scale:g} m"
+    if found[0].external_wrench is not None:
+        title += f", on top of {vector(found[0].external_wrench)}"
     print_table(title, ("", "max", "sum"), rows)
     if found[0].hint is not None:
         print(f"hint: {found[0].hint}")

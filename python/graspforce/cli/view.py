@@ -8,25 +8,17 @@ from typing import Annotated
 
 import typer
 
-from graspforce.files import load_mesh, load_wrenches
+from graspforce.files import GraspFile, load_mesh, load_wrenches
 
-from .grasp_options import (
-    At,
-    Edges,
-    Friction,
-    GraspArgument,
-    LengthScale,
-    MaxNormalForce,
-    Unit,
-    grasp_from,
-)
+from .grasp_options import about_a_grasp
 from .output import note
 
 __all__ = ["view"]
 
 
+@about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
 def view(
-    grasp: GraspArgument,
+    file: GraspFile,
     mesh: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
@@ -41,12 +33,6 @@ def view(
     port: Annotated[
         int, typer.Option(min=1, max=65535, help="Port of the page; the next free port if it is taken.")
     ] = 8080,
-    at: At = None,
-    unit: Unit = None,
-    friction: Friction = None,
-    max_normal_force: MaxNormalForce = None,
-    edges: Edges = None,
-    length_scale: LengthScale = None,
 ) -> None:
     """Show a spatial grasp in the browser, with sliders for friction and limits and contacts to drag.
 
@@ -57,10 +43,6 @@ def view(
     from graspforce.viewer import scene  # noqa: PLC0415 - viser only where it is asked for
     from graspforce.viewer.guard import is_loopback  # noqa: PLC0415 - the same
 
-    file = grasp_from(
-        grasp, at, unit, friction=friction, max_normal_force=max_normal_force, edges=edges,
-        length_scale=length_scale,
-    )  # fmt: skip
     surface = file.object_mesh() if mesh is None else load_mesh(mesh)
     given = None if wrenches is None else load_wrenches(wrenches, file.grasp.wrench_dim).wrenches
     with warnings.catch_warnings(action="ignore"):

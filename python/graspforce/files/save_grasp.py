@@ -110,10 +110,13 @@ def _fields(grasp: Grasp) -> dict[str, Any]:
     numbers = ["friction", "max_normal_force"]
     if any(given["torsion"]):
         numbers.append("torsion")
-    if given["edges"] is None:
+    if grasp.wrench_dim == 3:
+        # Planar cones have no number of edges.
+        pass
+    elif given["edges"] is None:
         shared["edges"] = None
-    elif grasp.wrench_dim == 6 and given["extreme_forces"] is None:
-        # Planar cones, and forces that are listed, have edges of their own, whatever was asked for.
+    elif given["extreme_forces"] is None:
+        # Forces that are listed have edges of their own, whatever was asked for.
         numbers.append("edges")
     for name in numbers:
         alike = len(set(given[name])) == 1

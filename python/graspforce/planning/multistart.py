@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast, get_args
 
 import numpy as np
@@ -91,7 +92,7 @@ class PlanSet(Record):
         )
         expect_array("epsilon", self.epsilon, (rows,), finite=False)
         expect(not np.isinf(self.epsilon).any(), "epsilon", "finite numbers or NaN")
-        expect_instance("failures", self.failures, dict)
+        expect_instance("failures", self.failures, MappingProxyType)
         for row, reason in self.failures.items():
             expect(type(row) is int and 0 <= row < rows, "failures", "rows of the starts")
             expect_instance("failures", reason, str)

@@ -64,9 +64,10 @@ impl<const D: usize> Grasp<D> {
             }
         }
         let mut multiple = |(row, direction): (usize, &Wrench<D>)| {
-            let unusable = direction.amax() == 0.0 || direction.iter().any(|x| !x.is_finite());
-            if unusable {
-                let reason = format!("{:?} has no direction", direction.as_slice());
+            let finite = direction.iter().all(|x| x.is_finite());
+            if !finite || direction.amax() == 0.0 {
+                let wrong = if finite { "has no direction" } else { "is not finite" };
+                let reason = format!("{:?} {wrong}", direction.as_slice());
                 return Err(Error::InvalidInput { argument: "directions", row: Some(row), reason });
             }
             interrupt::check()?;

@@ -33,7 +33,7 @@ pub struct DistributionOptions {
     /// Weight of the sum: the objective is `sigma_max + weight * sigma_sum`. Zero means
     /// the maximum alone and, among its optima, the least sum. Only with [`Criterion::Max`].
     pub weight: f64,
-    /// Largest relative gap that counts as solved. Multipliers too large for double precision to keep it (limits or
+    /// Largest relative gap that counts as solved, above 0 and at most 1e-3. Multipliers too large for double precision to keep it (limits or
     /// strengths of directions spread over many orders) loosen it to what rounding leaves, at most to 1e-6.
     pub rtol: f64,
     /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
@@ -100,9 +100,9 @@ pub struct Distribution<const D: usize> {
 }
 
 impl<const D: usize> Distribution<D> {
-    /// Whether every normal force keeps its upper bound, up to the tolerance of the gap: `sigma_max <= 1 + rtol`.
+    /// Whether every normal force keeps its upper bound, whatever the tolerance of the gap: `sigma_max <= 1 + 1e-9`.
     pub fn within_limits(&self) -> bool {
-        self.sigma_max <= 1.0 + self.tolerance
+        self.sigma_max <= 1.0 + ABOVE_LIMITS
     }
 
     /// The wrench `G_i f_i` of each contact (Eq. 8). They sum to `-w_ext`.
@@ -145,6 +145,12 @@ fn unused_friction(force: &ContactForce, mu: f64, gamma: f64) -> f64 {
     1.0 - used / force[0]
 }
 
+/// Part of its limit by which rounding may lift a normal force that lies at the limit.
+const ABOVE_LIMITS: f64 = 1e-9;
+
+/// Beyond it forces are not the least in any useful sense.
+pub(crate) const MAX_RTOL: f64 = 1e-3;
+
 /// Beyond it the maximum's share of the objective is within its tolerance.
 const MAX_WEIGHT: f64 = 1e6;
 
@@ -165,8 +171,8 @@ pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion)
         return Err(Error::input("samples", "only the method \"reduced\" chooses points by them"));
     }
     let rtol = options.rtol;
-    if !(rtol > 0.0 && rtol.is_finite()) {
-        return Err(Error::input("rtol", format!("{rtol} must be finite and positive")));
+    if !(rtol > 0.0 && rtol <= MAX_RTOL) {
+        return Err(Error::input("rtol", format!("{rtol} must lie above 0 and be at most {MAX_RTOL}")));
     }
     Ok(())
 }

@@ -10,7 +10,7 @@
 //!   the smallest rotation;
 //! - `n_i . (F_i x v_i)` by rad that the frame spins about the normal, which edges feel and true cones do not.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
 use crate::convex::min_norm_point::nearest_point;
 use crate::error::Result;
@@ -45,7 +45,7 @@ impl<const D: usize> Grasp<D> {
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, Grasp, QualityOptions, QualityWorkspace};
-    /// use nalgebra::{DVector, Vector3};
+    /// use nalgebra::{SVector, Vector3};
     ///
     /// let fingers = [(-1.0, 0.1), (1.0, 0.0)].map(|(x, y): (f64, f64)| {
     ///     Contact::new(Vector3::new(x, y, 0.0), Vector3::new(-x, 0.0, 0.0)).friction(0.5)
@@ -271,12 +271,10 @@ impl<'a, const D: usize> Faces<'a, D> {
             let v = a + b.cross(&(contact.position - grasp.options().origin));
             let n = contact.normal;
             let turned = world.cross(&v);
-            let mut gradient = DVector::zeros(PARTS * grasp.num_contacts());
             let parts = [world.cross(&b), turned, force[3] * (b - n * n.dot(&b))];
-            for (k, part) in parts.iter().flat_map(Vector3::iter).enumerate() {
-                gradient[PARTS * i + k] = *part;
-            }
-            Shift { wrench: self.query.metric.to_euclidean(&(grasp.maps()[i] * force)), gradient }
+            let part = Part::from_iterator(parts.iter().flatten().copied());
+            let wrench = self.query.metric.to_euclidean(&(grasp.maps()[i] * force));
+            Shift { wrench, gradient: vec![(i, part)] }
         };
         let mut all = Span {
             basis: Vec::new(),
@@ -307,18 +305,31 @@ impl<'a, const D: usize> Faces<'a, D> {
     }
 }
 
-/// Components of a contact's part of the gradient.
-const PARTS: usize = 9;
+/// A contact's part of the gradient.
+type Part = SVector<f64, 9>;
 
 /// How the wrench and the gradient change along an edge of a face.
 struct Shift<const D: usize> {
     wrench: Wrench<D>,
-    gradient: DVector<f64>,
+    /// The parts of those contacts that have one: a few beside the edge's own, however many there are.
+    gradient: Vec<(usize, Part)>,
 }
 
 impl<const D: usize> Shift<D> {
-    fn less(self, other: &Self, by: f64) -> Self {
-        Self { wrench: self.wrench - other.wrench * by, gradient: self.gradient - &other.gradient * by }
+    fn less(mut self, other: &Self, by: f64) -> Self {
+        self.wrench -= other.wrench * by;
+        for (contact, part) in &other.gradient {
+            match self.gradient.iter_mut().find(|(own, _)| own == contact) {
+                Some((_, own)) => *own -= part * by,
+                None => self.gradient.push((*contact, -part * by)),
+            }
+        }
+        self
+    }
+
+    /// The length of the gradient.
+    fn slope(&self) -> f64 {
+        self.gradient.iter().map(|(_, part)| part.norm_squared()).sum::<f64>().sqrt()
     }
 }
 
@@ -331,19 +342,21 @@ struct Span<const D: usize> {
 impl<const D: usize> Span<D> {
     /// Adds an edge; false where its wrench lies in the span already but its gradient is another than the others'.
     fn admit(&mut self, edge: Shift<D>) -> bool {
-        let (length, mut size) = (edge.wrench.norm(), edge.gradient.norm());
+        let (length, mut size) = (edge.wrench.norm(), edge.slope());
         let mut rest = edge;
         for direction in &self.basis {
             let along = direction.wrench.dot(&rest.wrench);
-            size += along.abs() * direction.gradient.norm();
+            size += along.abs() * direction.slope();
             rest = rest.less(direction, along);
         }
         let left = rest.wrench.norm();
         if left > INDEPENDENT_SHIFT * length {
-            self.basis.push(Shift { wrench: rest.wrench / left, gradient: rest.gradient / left });
+            rest.wrench /= left;
+            rest.gradient.iter_mut().for_each(|(_, part)| *part /= left);
+            self.basis.push(rest);
             return true;
         }
-        rest.gradient.norm() <= self.same * size
+        rest.slope() <= self.same * size
     }
 }
 

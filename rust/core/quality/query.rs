@@ -37,8 +37,10 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
         let max_facets = options.max_facets.unwrap_or(DEFAULT_MAX_FACETS);
         let limits = Limits { max_facets, polish, ..Limits::new(rtol) };
         let longest = set.longest();
-        let reason =
-            |norm: f64| format!("wrenches of norm {norm:e} lie outside 1e-140 to 1e140; check the units");
+        let reason = |norm: f64| {
+            let size = if norm.is_finite() { format!("of norm {norm:e}") } else { "beyond float64".into() };
+            format!("wrenches {size} lie outside 1e-140 to 1e140; check the units")
+        };
         if !REPRESENTABLE.contains(&longest) {
             return Err(match options.metric {
                 Some(_) => Error::input("metric", reason(longest)),
@@ -46,8 +48,11 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
             });
         }
         let weight = center.map_or(0.0, |(_, center)| center.norm());
-        if weight >= REPRESENTABLE.end {
-            return Err(Error::input("external_wrench", reason(weight)));
+        if let Some((given, _)) = center
+            && weight >= REPRESENTABLE.end
+        {
+            let reason = format!("{:?} is longer than 1e140; check the units", given.as_slice());
+            return Err(Error::input("external_wrench", reason));
         }
         let lost = center
             .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);

@@ -9,7 +9,7 @@ use numpy::{
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::convert::errors::to_python;
 pub use crate::convert::read_only::read_only;
@@ -38,7 +38,8 @@ pub fn float_array<'py>(
         {
             return Err(PyValueError::new_err("some of its entries are masked"));
         }
-        let array = numpy.call_method1(intern!(value.py(), "asarray"), (value,))?;
+        let array = numpy.call_method1(intern!(value.py(), "asarray"), (value,));
+        let array = array.map_err(|error| ragged(argument, value, &numpy).unwrap_or(error))?;
         let dtype = array.getattr("dtype")?;
         let kind: String = dtype.getattr("kind")?.extract()?;
         if !matches!(kind.as_str(), "i" | "u" | "f") {
@@ -65,8 +66,43 @@ pub fn float_array<'py>(
         quiet.call_method1("__exit__", (value.py().None(), value.py().None(), value.py().None()))?;
         Ok(copy?.cast_into()?)
     };
-    let array = converted().map_err(|error| format!("{argument}: {}", reason(value.py(), error)))?;
+    let array = converted().map_err(|error| {
+        let reason = reason(value.py(), error);
+        // A place comes before the colon: "positions, contact 1: ...".
+        let placed = reason.starts_with("row ") || reason.starts_with("contact ");
+        format!("{argument}{} {reason}", if placed { "," } else { ":" })
+    })?;
     array.try_readonly().map_err(|error| format!("{argument}: {error}"))
+}
+
+/// Arguments whose innermost rows belong to contacts.
+const OF_CONTACTS: [&str; 3] = ["positions", "normals", "tangents"];
+
+/// The first item of nested lists whose shape is not that of the items before it, as an error; `None` where all agree.
+fn ragged(argument: &str, value: &Bound<'_, PyAny>, numpy: &Bound<'_, PyModule>) -> Option<PyErr> {
+    let shape_of = |item: &Bound<'_, PyAny>| -> Option<Vec<usize>> {
+        numpy.call_method1("shape", (item,)).ok()?.extract().ok()
+    };
+    if !value.is_instance_of::<PyList>() && !value.is_instance_of::<PyTuple>() {
+        return None;
+    }
+    let mut first = None;
+    for (row, item) in value.try_iter().ok()?.enumerate() {
+        let item = item.ok()?;
+        let Some(shape) = shape_of(&item) else {
+            let inner = ragged(argument, &item, numpy)?;
+            return Some(PyValueError::new_err(format!("row {row}, {}", inner.value(value.py()))));
+        };
+        let expected = first.get_or_insert_with(|| shape.clone());
+        if *expected != shape {
+            let one = expected.len().max(shape.len()) < 2;
+            let what = if one && OF_CONTACTS.contains(&argument) { "contact" } else { "row" };
+            let (shape, expected) = (shaped(&shape), shaped(expected));
+            let message = format!("{what} {row}: shape {shape}, but {what} 0 has {expected}");
+            return Some(PyValueError::new_err(message));
+        }
+    }
+    None
 }
 
 /// The same for a vector of known length.

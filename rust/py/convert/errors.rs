@@ -21,8 +21,9 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     };
     let raised = raise(py, class, &error.to_string());
     if let Error::InfeasibleWrench { direction, .. } | Error::BeyondLimits { direction } = error
-        && let Err(failed) =
-            raised.value(py).setattr(intern!(py, "direction"), read_only(PyArray1::from_slice(py, direction)))
+        && let Err(failed) = raised
+            .value(py)
+            .setattr(intern!(py, "direction"), read_only(PyArray1::from_vec(py, direction.clone())))
     {
         return failed;
     }
@@ -49,6 +50,25 @@ pub fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
 /// An object that another thread is using.
 pub fn busy(py: Python<'_>) -> PyErr {
     raise(py, "BusyError", "in use by another thread; give each thread a copy of its own")
+}
+
+/// Has an error of ours about one `argument` say which row of `all` it was; other errors stay as they are.
+pub fn say_which_row(py: Python<'_>, error: PyErr, argument: &str, all: &str, row: usize) -> PyErr {
+    let ours = || -> PyResult<bool> {
+        let errors = py.import("graspforce.errors")?;
+        let busy = error.is_instance(py, &errors.getattr("BusyError")?);
+        Ok(!busy && error.is_instance(py, &errors.getattr("GraspForceError")?))
+    };
+    if !ours().unwrap_or(false) {
+        return error;
+    }
+    let text = error.value(py).to_string();
+    let rest = text.strip_prefix(argument).and_then(|rest| rest.strip_prefix(": ")).unwrap_or(&text);
+    let message = format!("{all}, row {row}: {rest}");
+    match error.value(py).setattr(intern!(py, "args"), (message,)) {
+        Ok(()) => error,
+        Err(failed) => failed,
+    }
 }
 
 fn raise(py: Python<'_>, class: &str, message: &str) -> PyErr {

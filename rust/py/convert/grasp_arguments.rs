@@ -1,17 +1,18 @@
 //! The arguments of `Grasp(...)` and of batches of grasps: shapes, broadcasting, and contacts out of them.
 
-use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, check_room, room};
+use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, MAX_EDGES, check_room, room};
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use numpy::PyUntypedArrayMethods;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyString};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::convert::arrays::{contents, copied, float_array, large, matrix, shaped, vector};
 use crate::convert::broadcast::Broadcast;
 use crate::convert::raw_arguments::{NAMES, Raw};
+use crate::convert::scalars::{number, shown, whole};
 use crate::runtime::interrupt::reason;
 
 /// One or many grasps of the same number of contacts, in plain memory.
@@ -84,7 +85,7 @@ impl Arguments {
             friction: scalar("friction", raw.given("friction"), 0.5)?,
             max_normal_force: scalar("max_normal_force", raw.given("max_normal_force"), 1.0)?,
             torsion: scalar("torsion", raw.optional("torsion"), 0.0)?,
-            edges: parse_edges(raw.positions.py(), raw.given("edges"), contacts)?,
+            edges: parse_edges(raw, dim, contacts)?,
             extreme_forces: raw
                 .optional("extreme_forces")
                 .map(|value| parse_forces(value, contacts, dim))
@@ -177,6 +178,10 @@ impl Arguments {
         ];
         let arguments = PyDict::new(py);
         for (name, value) in NAMES.iter().zip(values) {
+            // Planar cones have no number of edges to choose.
+            if self.dim == 2 && *name == "edges" {
+                continue;
+            }
             arguments.set_item(name, value)?;
         }
         Ok(arguments)
@@ -225,8 +230,7 @@ type Options = (GraspOptions, Option<Vec<f64>>, Option<Vec<f64>>);
 fn parse_options(raw: &Raw<'_>, dim: usize, batch: Option<usize>) -> Result<Options, String> {
     let mut options = GraspOptions::default();
     if let Some(value) = raw.given("friction_margin") {
-        options.friction_margin =
-            value.extract().map_err(|error| format!("friction_margin: {}", reason(value.py(), error)))?;
+        options.friction_margin = number("friction_margin", value)?;
     }
     let (mut origins, mut length_scales) = (None, None);
     if let Some(value) = raw.optional("origin") {
@@ -254,30 +258,39 @@ fn parse_options(raw: &Raw<'_>, dim: usize, batch: Option<usize>) -> Result<Opti
     Ok((options, origins, length_scales))
 }
 
-fn parse_edges(py: Python<'_>, given: Option<&Bound<'_, PyAny>>, contacts: usize) -> Result<Edges, String> {
-    let all = |count| {
-        let mut edges = large("edges", py, contacts)?;
-        edges.resize(contacts, count);
-        Ok(Edges::Each(edges))
-    };
-    let value = match given {
-        None => return all(8),
+/// Edges that are given where nobody says otherwise.
+const DEFAULT_EDGES: usize = 8;
+
+/// Planar cones have two edges, whatever is asked for: what is given is looked at and dropped.
+fn parse_edges(raw: &Raw<'_>, dim: usize, contacts: usize) -> Result<Edges, String> {
+    let given = given_edges(raw, dim, contacts)?;
+    if dim == 3 { Ok(given) } else { all_with(raw.positions.py(), contacts, DEFAULT_EDGES) }
+}
+
+fn all_with(py: Python<'_>, contacts: usize, count: usize) -> Result<Edges, String> {
+    let mut edges = large("edges", py, contacts)?;
+    edges.resize(contacts, count);
+    Ok(Edges::Each(edges))
+}
+
+fn given_edges(raw: &Raw<'_>, dim: usize, contacts: usize) -> Result<Edges, String> {
+    let all = |count| all_with(raw.positions.py(), contacts, count);
+    let value = match raw.given("edges") {
+        None => return all(DEFAULT_EDGES),
         Some(value) if value.is_none() => return Ok(Edges::Cone),
         Some(value) => value,
     };
+    let least = if dim == 2 { 1 } else { 3 };
     let count = |contact: usize, edges: &Bound<'_, PyAny>| {
-        // `__index__` tells integers of every kind from floats.
-        let index = edges.call_method0("__index__").ok();
-        let number = index.and_then(|index| index.extract::<usize>().ok());
-        match number {
-            Some(number) if number >= 1 => Ok(number),
-            _ => Err(format!("edges, contact {contact}: {edges} is not a positive whole number")),
-        }
+        whole(&format!("edges, contact {contact}"), edges, least..=MAX_EDGES)
     };
     if value.call_method0("__index__").is_ok() {
         return all(count(0, value)?);
     }
-    let items = value.try_iter().map_err(|_| format!("edges: {value} is neither None nor whole numbers"))?;
+    let items = if value.is_instance_of::<PyString>() { None } else { value.try_iter().ok() };
+    let items = items.ok_or_else(|| {
+        format!("edges: {} is no whole number, none for each contact, and not None", shown(value))
+    })?;
     let items: Vec<_> = items
         .take(contacts + 1)
         .collect::<PyResult<_>>()

@@ -3,6 +3,7 @@
 //! - [`raw_arguments`]: the arguments that describe a grasp, by name; [`grasp_arguments`]: their shapes and values;
 //!   [`broadcast`]: values that contacts share; [`quality_options`]: the arguments of a quality query.
 //! - [`arrays`]: views of NumPy arrays; [`read_only`]: arrays that results own; [`restored`]: checks of pickles.
+//! - [`scalars`]: single values, refused by name; [`significant`]: numbers as far as they are proven.
 //! - [`dimension`]: planar and spatial behind one name; [`errors`]: the core's errors as Python's exceptions.
 
 pub(crate) mod arrays;
@@ -14,3 +15,5 @@ pub(crate) mod quality_options;
 pub(crate) mod raw_arguments;
 pub(crate) mod read_only;
 pub(crate) mod restored;
+pub(crate) mod scalars;
+pub(crate) mod significant;

@@ -61,23 +61,44 @@ pub fn worst(rho: f64, direction: &[f64], wrench: &[f64], d: usize) -> Checked {
 }
 
 /// Refuses forces whose numbers contradict each other.
-pub fn forces<const D: usize>(found: &Distribution<D>, grasp: &Grasp<D>) -> Checked {
-    finite("forces", found.forces.iter().flatten())?;
-    finite("shares", &found.shares)?;
-    finite("dual", found.dual.iter())?;
-    finite("residual", found.residual.iter())?;
-    expect(found.tolerance.is_finite(), "tolerance", found.tolerance, "a finite number")?;
-    finite("distance", &[found.distance])?;
-    finite("numbers", &[found.sigma, found.sigma_max, found.sigma_sum])?;
-    expect(found.gap.is_finite() && found.gap >= 0.0, "gap", found.gap, "a number from 0")?;
-    let largest = found.shares.iter().copied().fold(0.0, f64::max);
-    expect(close(largest, found.sigma_max), "sigma_max", found.sigma_max, "the largest of the shares")?;
-    let sum: f64 = found.shares.iter().sum();
-    expect(close(sum, found.sigma_sum), "sigma_sum", found.sigma_sum, "the sum of the shares")?;
+pub fn forces<const D: usize>(
+    distribution: &Distribution<D>,
+    grasp: &Grasp<D>,
+    external_wrench: &[f64],
+) -> Checked {
+    finite("forces", distribution.forces.iter().flatten())?;
+    finite("shares", &distribution.shares)?;
+    finite("dual", distribution.dual.iter())?;
+    finite("residual", distribution.residual.iter())?;
+    expect(distribution.tolerance.is_finite(), "tolerance", distribution.tolerance, "a finite number")?;
+    finite("distance", &[distribution.distance])?;
+    finite("numbers", &[distribution.sigma, distribution.sigma_max, distribution.sigma_sum])?;
+    expect(
+        distribution.gap.is_finite() && distribution.gap >= 0.0,
+        "gap",
+        distribution.gap,
+        "a number from 0",
+    )?;
+    let largest = distribution.shares.iter().copied().fold(0.0, f64::max);
+    expect(
+        close(largest, distribution.sigma_max),
+        "sigma_max",
+        distribution.sigma_max,
+        "the largest of the shares",
+    )?;
+    let sum: f64 = distribution.shares.iter().sum();
+    expect(close(sum, distribution.sigma_sum), "sigma_sum", distribution.sigma_sum, "the sum of the shares")?;
     let known = grasp.force_components();
     let stray = |force: &[f64]| force.iter().enumerate().any(|(k, &x)| x != 0.0 && !known.contains(&k));
-    let strays = found.forces.iter().any(|force| stray(force.as_slice()));
-    expect(!strays, "forces", "with more components", "only those of the grasp's contacts")
+    let strays = distribution.forces.iter().any(|force| stray(force.as_slice()));
+    expect(!strays, "forces", "with more components", "only those of the grasp's contacts")?;
+    let wrenches = distribution.contact_wrenches(grasp);
+    let balanced = (0..D).all(|row| {
+        let parts = wrenches.iter().map(|wrench| wrench[row]).chain([external_wrench[row]]);
+        let size: f64 = parts.clone().map(f64::abs).sum();
+        (parts.sum::<f64>() - distribution.residual[row]).abs() <= ROUNDING * size
+    });
+    expect(balanced, "residual", "elsewhere", "external_wrench + sum_i G_i f_i")
 }
 
 /// Refuses a number outside a range.

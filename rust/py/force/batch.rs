@@ -126,10 +126,10 @@ impl PyForceBatch {
     pub fn new<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, batch: DistributionBatch) -> PyResult<Self> {
         let shape = [batch.status.len(), grasp.num_contacts(), grasp.force_dim()];
         Ok(Self {
-            forces: read_only(PyArray1::from_vec(py, batch.forces).reshape(shape)?).unbind(),
+            forces: read_only(PyArray1::from_vec(py, batch.forces)).reshape(shape)?.unbind(),
             sigma_max: read_only(PyArray1::from_vec(py, batch.sigma_max)).unbind(),
             sigma_sum: read_only(PyArray1::from_vec(py, batch.sigma_sum)).unbind(),
-            residual: read_only(PyArray1::from_vec(py, batch.residual).reshape([shape[0], D])?).unbind(),
+            residual: read_only(PyArray1::from_vec(py, batch.residual)).reshape([shape[0], D])?.unbind(),
             status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
         })
     }

@@ -6,27 +6,30 @@ use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, shaped};
 use crate::convert::errors::to_python;
+use crate::convert::scalars::{Given, choice, number};
 use crate::runtime::interrupt::keep;
+
+/// The words for them; the first is the default.
+const METHODS: [&str; 3] = ["implicit", "enumerated", "reduced"];
 
 /// The core's options, and the name of the method; `contacts` is how many the grasp has.
 pub fn distribution_options(
-    method: &str,
-    weight: f64,
+    method: &Given<'_>,
+    weight: &Given<'_>,
     min_normal: Option<&Bound<'_, PyAny>>,
     samples: Option<&Bound<'_, PyAny>>,
-    rtol: f64,
+    rtol: &Given<'_>,
     contacts: usize,
 ) -> Result<(DistributionOptions, &'static str), String> {
     let mut options = DistributionOptions::default();
-    let (method, name) = match method {
-        "implicit" => (Method::Implicit, "implicit"),
-        "enumerated" => (Method::Enumerated, "enumerated"),
-        "reduced" => (Method::Reduced, "reduced"),
-        other => {
-            return Err(format!("method: {other:?} is none of \"implicit\", \"enumerated\" and \"reduced\""));
-        }
+    let name = method.or(METHODS[0], |value| choice("method", value, &METHODS))?;
+    options.method = match name {
+        "enumerated" => Method::Enumerated,
+        "reduced" => Method::Reduced,
+        _ => Method::Implicit,
     };
-    (options.method, options.weight, options.rtol) = (method, weight, rtol);
+    options.weight = weight.or(options.weight, |value| number("weight", value))?;
+    options.rtol = rtol.or(options.rtol, |value| number("rtol", value))?;
     if let Some(min_normal) = min_normal {
         options.min_normal = lower_bounds(min_normal, contacts)?;
     }
@@ -37,13 +40,14 @@ pub fn distribution_options(
 }
 
 /// The name of an objective, and the criterion that it minimises: none for least squares.
-pub fn parse_objective(objective: &str) -> Result<(&'static str, Option<Criterion>), String> {
-    match objective {
-        "max" => Ok(("max", Some(Criterion::Max))),
-        "sum" => Ok(("sum", Some(Criterion::Sum))),
-        "squares" => Ok(("squares", None)),
-        other => Err(format!("objective: {other:?} is none of \"max\", \"sum\" and \"squares\"")),
-    }
+pub fn parse_objective(given: &Given<'_>) -> Result<(&'static str, Option<Criterion>), String> {
+    let word = given.or("max", |given| choice("objective", given, &["max", "sum", "squares"]))?;
+    let criterion = match word {
+        "max" => Some(Criterion::Max),
+        "sum" => Some(Criterion::Sum),
+        _ => None,
+    };
+    Ok((word, criterion))
 }
 
 /// One number for all contacts, or one for each.

@@ -3,17 +3,19 @@
 use std::iter::repeat_n;
 use std::sync::{RwLock, RwLockReadGuard, TryLockError};
 
-use graspforce::{Criterion, DEFAULT_MAX_POINTS, DistributionOptions, ForceDistributor, Grasp, Method};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyTuple, PyType};
 
-use crate::convert::arrays::{float_vector, read_only, vector};
+use crate::convert::arrays::{float_vector, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
+use crate::convert::scalars::{Given, choice, flag, instance, shown};
 use crate::force::batch::PyForceBatch;
+use crate::force::construction::{check_distributor, distributor, refuse_beside_squares};
 use crate::force::distribution_options::{distribution_options, parse_objective};
 use crate::force::nearest::{nearest, nearest_into};
+use crate::force::query::ForceQuery;
 use crate::force::shared::SharedDistributor;
 use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
@@ -21,7 +23,6 @@ use crate::force::solve_iter::PyForceSteps;
 use crate::force::squares_arguments::SquaresArguments;
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
-use crate::runtime::memory::{Work, check_points, check_work};
 
 type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
 
@@ -58,24 +59,32 @@ pub struct PyForceDistributor {
 #[pymethods]
 impl PyForceDistributor {
     #[new]
-    #[pyo3(signature = (grasp, objective="max", method="implicit", weight=0.0, min_normal=None, samples=None, rtol=1e-9, reference=None, weights=None, slack=None, limits=false))]
+    #[pyo3(
+        signature = (grasp, objective=Given::default(), method=Given::default(), weight=Given::default(),
+            min_normal=None, samples=None, rtol=Given::default(), reference=None, weights=None, slack=None,
+            limits=Given::default()),
+        text_signature = "(grasp, objective='max', method='implicit', weight=0.0, min_normal=None, samples=None, \
+            rtol=1e-9, reference=None, weights=None, slack=None, limits=False)"
+    )]
     #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
     fn new(
         py: Python<'_>,
-        grasp: Py<PyGrasp>,
-        objective: &str,
-        method: &str,
-        weight: f64,
+        grasp: &Bound<'_, PyAny>,
+        objective: Given<'_>,
+        method: Given<'_>,
+        weight: Given<'_>,
         min_normal: Option<&Bound<'_, PyAny>>,
         samples: Option<&Bound<'_, PyAny>>,
-        rtol: f64,
+        rtol: Given<'_>,
         reference: Option<&Bound<'_, PyAny>>,
         weights: Option<&Bound<'_, PyAny>>,
         slack: Option<&Bound<'_, PyAny>>,
-        limits: bool,
+        limits: Given<'_>,
     ) -> PyResult<Self> {
         let refused = |message: String| invalid_input(py, message);
-        let (objective, criterion) = parse_objective(objective).map_err(refused)?;
+        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(refused)?.clone().unbind();
+        let (objective, criterion) = parse_objective(&objective).map_err(refused)?;
+        let limits = limits.or(false, |value| flag("limits", value)).map_err(refused)?;
         let sizes = by_dimension!(&grasp.get().inner, g => [g.num_contacts(), g.force_dim()]);
         let sizes = [sizes[0], sizes[1], grasp.get().inner.wrench_dim()];
         let squares = match criterion {
@@ -83,18 +92,12 @@ impl PyForceDistributor {
             None => SquaresArguments::parse(reference, weights, slack, limits, sizes),
         };
         let squares = squares.map_err(refused)?;
-        let options = distribution_options(method, weight, min_normal, samples, rtol, sizes[0]);
+        let options = distribution_options(&method, &weight, min_normal, samples, &rtol, sizes[0]);
         let (options, method) = options.map_err(refused)?;
         let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
+        let (weight, rtol) = (options.weight, options.rtol);
         if criterion.is_none() {
-            let excluded = [
-                ("method", options.method != Method::Implicit),
-                ("weight", weight != 0.0),
-                ("samples", !samples.is_empty()),
-            ];
-            if let Some((name, _)) = excluded.iter().find(|(_, given)| *given) {
-                return Err(refused(format!("{name}: the objective \"squares\" does not take it")));
-            }
+            refuse_beside_squares(&options).map_err(refused)?;
         }
         let inner = map_dimension!(&grasp.get().inner, of => {
             check_distributor(py, of, options.method)?;
@@ -130,6 +133,14 @@ impl PyForceDistributor {
             }
             ref each => Some(vector(py, "min_normal", each.len(), each.iter().copied())?),
         })
+    }
+
+    /// (S, d) external wrenches that chose the points of "reduced"; ``None`` without.
+    #[getter]
+    fn samples<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let Some(first) = self.samples.first() else { return Ok(None) };
+        let numbers = self.samples.iter().flatten().copied();
+        matrix(py, self.samples.len(), first.len(), numbers).map(Some)
     }
 
     /// (m, k) forces that "squares" stays close to; ``None`` for zero.
@@ -181,9 +192,9 @@ impl PyForceDistributor {
     #[doc = include_str!("docs/solve.rst")]
     pub fn solve(&self, py: Python<'_>, external_wrench: &Bound<'_, PyAny>) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        let found = map_dimension!(&state.inner, of => solve(py, of, external_wrench)?);
-        let held = self.min_normal.iter().copied().fold(0.0, f64::max);
-        Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
+        let query = self.query(py, &state, external_wrench)?;
+        let distribution = map_dimension!(&state.inner, of => solve(py, of, &query.external_wrench)?);
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }
 
     #[doc = include_str!("docs/solve_into.rst")]
@@ -198,31 +209,41 @@ impl PyForceDistributor {
     }
 
     #[doc = include_str!("docs/nearest.rst")]
-    #[pyo3(signature = (external_wrench, metric=None, limits=true))]
+    #[pyo3(
+        signature = (external_wrench, metric=None, limits=Given::default()),
+        text_signature = "($self, external_wrench, metric=None, limits=True)"
+    )]
     fn nearest(
         &self,
         py: Python<'_>,
         external_wrench: &Bound<'_, PyAny>,
         metric: Option<&Bound<'_, PyAny>>,
-        limits: bool,
+        limits: Given<'_>,
     ) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
-        let found = map_dimension!(&state.inner, of => nearest(py, of, external_wrench, metric, limits)?);
-        let held = self.min_normal.iter().copied().fold(0.0, f64::max);
-        Ok(PyForceSolution::new(state.grasp.clone_ref(py), found, held))
+        let query = self.query(py, &state, external_wrench)?;
+        let limits = limits_flag(py, &limits)?;
+        let distribution = map_dimension!(&state.inner, of => {
+            nearest(py, of, &query.external_wrench, metric, limits)?
+        });
+        Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }
 
     #[doc = include_str!("docs/nearest_into.rst")]
-    #[pyo3(signature = (external_wrench, forces, metric=None, limits=true))]
+    #[pyo3(
+        signature = (external_wrench, forces, metric=None, limits=Given::default()),
+        text_signature = "($self, external_wrench, forces, metric=None, limits=True)"
+    )]
     fn nearest_into(
         &self,
         py: Python<'_>,
         external_wrench: &Bound<'_, PyAny>,
         forces: &Bound<'_, PyAny>,
         metric: Option<&Bound<'_, PyAny>>,
-        limits: bool,
+        limits: Given<'_>,
     ) -> PyResult<f64> {
         let state = self.state(py)?;
+        let limits = limits_flag(py, &limits)?;
         by_dimension!(&state.inner, of => nearest_into(py, of, external_wrench, forces, metric, limits))
     }
 
@@ -242,33 +263,37 @@ impl PyForceDistributor {
     }
 
     #[doc = include_str!("docs/solve_many.rst")]
-    #[pyo3(signature = (external_wrenches, parallel=false, infeasible="raise"))]
+    #[pyo3(
+        signature = (external_wrenches, parallel=Given::default(), infeasible=Given::default()),
+        text_signature = "($self, external_wrenches, parallel=False, infeasible='raise')"
+    )]
     fn solve_many(
         &self,
         py: Python<'_>,
         external_wrenches: &Bound<'_, PyAny>,
-        parallel: bool,
-        infeasible: &str,
+        parallel: Given<'_>,
+        infeasible: Given<'_>,
     ) -> PyResult<PyForceBatch> {
-        let nearest = match infeasible {
-            "raise" => false,
-            "nearest" => true,
-            other => {
-                let message = format!("infeasible: {other:?} is neither \"raise\" nor \"nearest\"");
-                return Err(invalid_input(py, message));
-            }
-        };
+        let refused = |message: String| invalid_input(py, message);
+        let parallel = parallel.or(false, |value| flag("parallel", value)).map_err(refused)?;
+        let infeasible = infeasible.or("raise", |value| choice("infeasible", value, &["raise", "nearest"]));
+        let nearest = infeasible.map_err(refused)? == "nearest";
         let state = self.state(py)?;
         by_dimension!(&state.inner, of => solve_many(py, of, external_wrenches, parallel, nearest))
     }
 
     #[doc = include_str!("docs/solve_iter.rst")]
     fn solve_iter(slf: Py<Self>, external_wrenches: &Bound<'_, PyAny>) -> PyResult<PyForceSteps> {
-        Ok(PyForceSteps { distributor: slf.into_any(), wrenches: external_wrenches.try_iter()?.unbind() })
+        let wrenches = external_wrenches.try_iter().map_err(|_| {
+            let given = shown(external_wrenches);
+            invalid_input(external_wrenches.py(), format!("external_wrenches: {given} is not iterable"))
+        })?;
+        Ok(PyForceSteps::new(slf.into_any(), wrenches.unbind()))
     }
 
     #[doc = include_str!("docs/update.rst")]
-    fn update(&self, py: Python<'_>, grasp: Py<PyGrasp>) -> PyResult<()> {
+    fn update(&self, py: Python<'_>, grasp: &Bound<'_, PyAny>) -> PyResult<()> {
+        let grasp = instance::<PyGrasp>("grasp", grasp).map_err(|message| invalid_input(py, message))?;
         let mut state = match self.state.try_write() {
             Ok(state) => state,
             Err(TryLockError::WouldBlock) => return Err(busy(py)),
@@ -280,7 +305,7 @@ impl PyForceDistributor {
             check_distributor(py, grasp, shared.distributor.options().method)?;
             detached(py, || shared.update(grasp))?.map_err(|error| to_python(py, &error))?;
         });
-        state.grasp = grasp;
+        state.grasp = grasp.clone().unbind();
         Ok(())
     }
 
@@ -345,6 +370,19 @@ impl PyForceDistributor {
 }
 
 impl PyForceDistributor {
+    /// What is asked about a wrench.
+    fn query(&self, py: Python<'_>, state: &State, wrench: &Bound<'_, PyAny>) -> PyResult<ForceQuery> {
+        let external_wrench = float_vector("external_wrench", wrench, state.inner.wrench_dim())
+            .map_err(|message| invalid_input(py, message))?;
+        Ok(ForceQuery {
+            external_wrench,
+            objective: self.objective,
+            weight: self.weight,
+            rtol: self.rtol,
+            least_share: self.min_normal.iter().copied().fold(0.0, f64::max),
+        })
+    }
+
     fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
         match self.state.try_read() {
             Ok(state) => Ok(state),
@@ -355,24 +393,6 @@ impl PyForceDistributor {
     }
 }
 
-/// A distributor of either kind.
-fn distributor<const D: usize>(
-    grasp: &Grasp<D>,
-    criterion: Option<Criterion>,
-    options: DistributionOptions,
-    squares: &SquaresArguments,
-) -> graspforce::Result<ForceDistributor<D>> {
-    match criterion {
-        Some(criterion) => ForceDistributor::with_options(grasp, criterion, options),
-        None => ForceDistributor::squares(grasp, squares.options(grasp, options.min_normal, options.rtol)?),
-    }
-}
-
-/// Bytes for a point of an enumeration and for one of its entries, with the solver's copies.
-const LISTED: (usize, usize) = (208, 8);
-
-/// Refuses a distributor that memory would not hold.
-fn check_distributor<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, method: Method) -> PyResult<()> {
-    check_work(py, grasp, Work::Distributor)?;
-    if method == Method::Implicit { Ok(()) } else { check_points(py, grasp, DEFAULT_MAX_POINTS, LISTED) }
+fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
+    given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))
 }

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, shaped};
 
-/// `C^T sum_i J_i^T F_i` for contact Jacobians of the joints, with the force (and the torsion as a torque about the normal)
-/// of each contact in world axes or in its contact frame.
+/// `C^T sum_i J_i^T F_i` for contact Jacobians of the joints, with the force of each contact (and its torsion as a
+/// torque about the normal) in world axes or in its contact frame.
 pub fn joint_torques<const D: usize>(
     grasp: &Grasp<D>,
     forces: &[ContactForce],

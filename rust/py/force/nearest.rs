@@ -8,6 +8,7 @@ use crate::convert::arrays::{float_vector, shaped};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::quality_options::parse_metric;
 use crate::force::shared::{SharedDistributor, unless_busy};
+use crate::force::solve::described;
 use crate::runtime::interrupt::watched;
 
 /// The options of `nearest`, or what is wrong with them.
@@ -24,13 +25,12 @@ pub fn nearest_options<const D: usize>(
 pub fn nearest<const D: usize>(
     py: Python<'_>,
     shared: &SharedDistributor<D>,
-    external_wrench: &Bound<'_, PyAny>,
+    external_wrench: &[f64],
     metric: Option<&Bound<'_, PyAny>>,
     limits: bool,
 ) -> PyResult<Distribution<D>> {
     let refused = |message: String| invalid_input(py, message);
-    let wrench = float_vector("external_wrench", external_wrench, D).map_err(refused)?;
-    let wrench = Wrench::<D>::from_column_slice(&wrench);
+    let wrench = Wrench::<D>::from_column_slice(external_wrench);
     let options = nearest_options(metric, limits).map_err(refused)?;
     let work = || shared.solve(|distributor, workspace| distributor.nearest(workspace, &wrench, &options));
     unless_busy(py, watched(work)?)?.map_err(|error| to_python(py, &error))
@@ -52,7 +52,8 @@ pub fn nearest_into<const D: usize>(
     let grasp = shared.distributor.grasp();
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
     let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
-        return Err(refused("forces: not a two-dimensional float64 array".into()));
+        let given = described(forces);
+        return Err(refused(format!("forces: {given}, expected a float64 array of shape ({m}, {k})")));
     };
     if forces.shape() != [m, k] {
         return Err(refused(format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));

@@ -1,6 +1,6 @@
 //! `graspforce.ForceSolution`.
 
-use graspforce::{ContactForce, Distribution, Wrench};
+use graspforce::{ContactForce, Distribution};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,7 +10,11 @@ use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
 use crate::convert::errors::invalid_input;
 use crate::convert::restored;
+use crate::convert::scalars::{Given, choice};
+use crate::convert::significant::significant;
+use crate::force::distribution_state::DistributionState;
 use crate::force::joint_torques::joint_torques;
+use crate::force::query::{ForceQuery, Pickled};
 use crate::grasp::PyGrasp;
 use crate::runtime::memory::{Work, check_work};
 
@@ -42,37 +46,43 @@ use crate::runtime::memory::{Work, check_work};
 ///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
 ///     ``slack`` has a price.
 /// balanced : bool
-///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without ``slack``.
+///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without
+///     ``slack``.
 /// distance : float
 ///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
 /// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's method
-///     reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
+///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
+///     method reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
 /// fell_back : bool
 ///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
 /// unique : bool
 ///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
 ///     make in several ways (soft fingers) do not count as such.
 /// within_limits : bool
-///     ``sigma_max <= 1 + rtol``: no contact's share exceeds one by more than the tolerance of the gap.
+///     ``sigma_max <= 1 + 1e-9``, whatever ``rtol`` is: no contact's share exceeds one, but for rounding.
+/// external_wrench : numpy.ndarray
+///     (d,) the wrench that was given, in N and N m.
+/// objective : {"max", "sum", "squares"}
+///     What was minimised.
+/// weight, rtol : float
+///     Those of the `ForceDistributor`: the weight of the sum beside the maximum, and the largest relative gap.
 /// slip_margin : numpy.ndarray
 ///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
 ///     on the edge of slip; NaN for general extreme forces.
 #[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
-    found: AnyDistribution,
-    /// The largest lower bound of the shares.
-    held: f64,
+    distribution: AnyDistribution,
+    query: ForceQuery,
 }
 
 pub type AnyDistribution = Dimensional<Distribution<3>, Distribution<6>>;
 
 /// Runs the same expression on a distribution and its grasp, where they are of one dimension.
 macro_rules! with_both {
-    ($py:expr, $solution:expr, |$found:ident, $grasp:ident| $body:expr) => {
-        match $solution.found.as_ref().with($solution.grasp.get().inner.as_ref()) {
-            Some(both) => by_dimension!(both, ($found, $grasp) => $body),
+    ($py:expr, $solution:expr, |$distribution:ident, $grasp:ident| $body:expr) => {
+        match $solution.distribution.as_ref().with($solution.grasp.get().inner.as_ref()) {
+            Some(both) => by_dimension!(both, ($distribution, $grasp) => $body),
             None => return Err(invalid_input($py, "the forces belong to a grasp of another dimension")),
         }
     };
@@ -84,6 +94,31 @@ impl PyForceSolution {
     #[getter]
     fn grasp(&self, py: Python<'_>) -> Py<PyGrasp> {
         self.grasp.clone_ref(py)
+    }
+
+    /// (d,) the external wrench that was given, in N and N m.
+    #[getter]
+    fn external_wrench<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let given = &self.query.external_wrench;
+        vector(py, "external_wrench", given.len(), given.iter().copied())
+    }
+
+    /// "max", "sum" or "squares": what was minimised.
+    #[getter]
+    fn objective(&self) -> &'static str {
+        self.query.objective
+    }
+
+    /// Weight of the sum beside the maximum.
+    #[getter]
+    fn weight(&self) -> f64 {
+        self.query.weight
+    }
+
+    /// Largest relative gap that counted as solved.
+    #[getter]
+    fn rtol(&self) -> f64 {
+        self.query.rtol
     }
 
     /// (m, k) contact forces in the contact frames, in N (torsion in N m).
@@ -98,12 +133,12 @@ impl PyForceSolution {
     /// (m, dim) contact forces in world axes, without torsion, in N.
     #[getter]
     fn world_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let dim = match self.found {
+        let dim = match self.distribution {
             Dimensional::Planar(_) => 2,
             Dimensional::Spatial(_) => 3,
         };
         self.check_arrays(py)?;
-        let world = with_both!(py, self, |found, grasp| found.world_forces(grasp));
+        let world = with_both!(py, self, |distribution, grasp| distribution.world_forces(grasp));
         let values = world.iter().flat_map(|force| force.iter().copied().take(dim));
         matrix(py, world.len(), dim, values).map(read_only)
     }
@@ -112,79 +147,54 @@ impl PyForceSolution {
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.check_arrays(py)?;
-        with_both!(py, self, |found, grasp| {
-            let wrenches = found.contact_wrenches(grasp);
-            matrix(py, wrenches.len(), found.dual.len(), wrenches.iter().flatten().copied()).map(read_only)
+        with_both!(py, self, |distribution, grasp| {
+            let wrenches = distribution.contact_wrenches(grasp);
+            matrix(py, wrenches.len(), distribution.dual.len(), wrenches.iter().flatten().copied())
+                .map(read_only)
         })
     }
 
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.dual.as_slice())))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.dual.as_slice())))
     }
 
     /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        read_only(PyArray1::from_slice(py, by_dimension!(&self.found, found => found.residual.as_slice())))
+        read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.residual.as_slice())))
     }
 
     /// Whether the forces balance the wrench: the residual is within `FEASIBILITY_TOLERANCE`.
     #[getter]
     fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(with_both!(py, self, |found, grasp| found.balanced(grasp, self.held)))
+        Ok(with_both!(py, self, |distribution, grasp| distribution.balanced(grasp, self.query.least_share)))
     }
 
     /// Norm of the residual in the metric of `ForceDistributor.nearest`; zero from `solve`.
     #[getter]
     fn distance(&self) -> f64 {
-        by_dimension!(&self.found, found => found.distance)
+        by_dimension!(&self.distribution, of => of.distance)
     }
 
-    /// Joint torques that exert the forces, at rest: ``coupling.T @ sum_i J_i.T @ F_i``.
-    ///
-    /// Parameters
-    /// ----------
-    /// jacobians : sequence of array_like
-    ///     One for each contact, all for the same n joints: (3, n) for the velocity of the contact point, or (6, n) with
-    ///     the angular velocity below it. In the plane (2, n) or (3, n). Contacts with torsion need the angular part.
-    /// coupling : array_like, optional
-    ///     (n, q) matrix from the velocities of q independent joints to those of all n.
-    /// frame : {"world", "contact"}, optional
-    ///     Axes of the rows of all Jacobians: the world's, or those of each contact, ``(n, o, t)`` (in the plane
-    ///     ``(n, t)``).
-    ///
-    /// Returns
-    /// -------
-    /// numpy.ndarray
-    ///     (n,) torques in N m (forces in N of sliding joints); with ``coupling`` (q,).
-    ///
-    /// Raises
-    /// ------
-    /// InvalidInputError
-    ///     A Jacobian has the wrong shape, or a contact's torsion has no row to act on.
-    ///
-    /// Examples
-    /// --------
-    /// A slider pushes along x, and a lever of 0.1 m along y.
-    ///
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
-    /// >>> solution = gf.ForceDistributor(grasp).solve([0, -1, 0])
-    /// >>> solution.joint_torques([[[1, 0], [0, 0.1]], [[0, 0], [0, 0]]]).round(9).tolist()
-    /// [1.0, 0.05]
-    #[pyo3(signature = (jacobians, coupling=None, frame="world"))]
+    #[doc = include_str!("docs/joint_torques.rst")]
+    #[pyo3(
+        signature = (jacobians, coupling=None, frame=Given::default()),
+        text_signature = "($self, jacobians, coupling=None, frame='world')"
+    )]
     fn joint_torques<'py>(
         &self,
         py: Python<'py>,
         jacobians: &Bound<'py, PyAny>,
         coupling: Option<&Bound<'py, PyAny>>,
-        frame: &str,
+        frame: Given<'py>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let torques = with_both!(py, self, |found, grasp| joint_torques(
+        let frame = frame.or("world", |value| choice("frame", value, &["world", "contact"]));
+        let frame = frame.map_err(|message| invalid_input(py, message))?;
+        let torques = with_both!(py, self, |distribution, grasp| joint_torques(
             grasp,
-            &found.forces,
+            &distribution.forces,
             jacobians,
             coupling,
             frame
@@ -196,7 +206,7 @@ impl PyForceSolution {
     /// (m,) normalised normal force of each contact: its share of its limit.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let shares = by_dimension!(&self.found, found => &found.shares);
+        let shares = by_dimension!(&self.distribution, distribution => &distribution.shares);
         vector(py, "shares", shares.len(), shares.iter().copied())
     }
 
@@ -204,50 +214,50 @@ impl PyForceSolution {
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.check_arrays(py)?;
-        let margins = with_both!(py, self, |found, grasp| found.slip_margin(grasp));
+        let margins = with_both!(py, self, |distribution, grasp| distribution.slip_margin(grasp));
         Ok(read_only(PyArray1::from_vec(py, margins)))
     }
 
     /// Largest normalised normal force (Eq. 7).
     #[getter]
     fn sigma_max(&self) -> f64 {
-        by_dimension!(&self.found, found => found.sigma_max)
+        by_dimension!(&self.distribution, distribution => distribution.sigma_max)
     }
 
     /// Sum of normalised normal forces (Eq. 6).
     #[getter]
     fn sigma_sum(&self) -> f64 {
-        by_dimension!(&self.found, found => found.sigma_sum)
+        by_dimension!(&self.distribution, distribution => distribution.sigma_sum)
     }
 
     /// Relative distance between the objective and its proven lower bound.
     #[getter]
     fn gap(&self) -> f64 {
-        by_dimension!(&self.found, found => found.gap)
+        by_dimension!(&self.distribution, distribution => distribution.gap)
     }
 
     /// Simplex pivots this solve took.
     #[getter]
     fn pivots(&self) -> usize {
-        by_dimension!(&self.found, found => found.pivots)
+        by_dimension!(&self.distribution, distribution => distribution.pivots)
     }
 
     /// Another solver than the method's own had to give this answer.
     #[getter]
     fn fell_back(&self) -> bool {
-        by_dimension!(&self.found, found => found.fell_back)
+        by_dimension!(&self.distribution, distribution => distribution.fell_back)
     }
 
     /// The objective and its tie-break alone determine the forces.
     #[getter]
     fn unique(&self) -> bool {
-        by_dimension!(&self.found, found => found.unique)
+        by_dimension!(&self.distribution, distribution => distribution.unique)
     }
 
-    /// ``sigma_max <= 1 + rtol``: no normal force exceeds its upper bound by more than the tolerance of the gap.
+    /// ``sigma_max <= 1 + 1e-9``: no normal force exceeds its upper bound, but for rounding.
     #[getter]
     fn within_limits(&self) -> bool {
-        by_dimension!(&self.found, found => found.within_limits())
+        by_dimension!(&self.distribution, distribution => distribution.within_limits())
     }
 
     /// Everything as plain Python numbers and lists, ready for JSON; None in place of NaN.
@@ -284,48 +294,51 @@ impl PyForceSolution {
         wrenches: [Vec<f64>; 2],
         numbers: (f64, f64, f64, f64, f64, usize, f64),
         answers: (bool, bool),
-        held: f64,
+        query: Pickled<'_>,
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
-        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len()];
-        if lengths != [contacts, contacts, d, d] {
+        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len(), query.0.len()];
+        if lengths != [contacts, contacts, d, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
-        let state = State { forces, shares, wrenches, numbers, answers };
-        let found = match d {
+        let state = DistributionState { forces, shares, wrenches, numbers, answers };
+        let distribution = match d {
             3 => Dimensional::Planar(state.distribution()),
             _ => Dimensional::Spatial(state.distribution()),
         };
-        restored::within("held", held, 0.0..=f64::MAX).map_err(|message| invalid_input(py, message))?;
-        let restored = Self { grasp, found, held };
-        with_both!(py, restored, |found, grasp| restored::forces(found, grasp))
-            .map_err(|message| invalid_input(py, message))?;
+        let wrong = |message: String| invalid_input(py, message);
+        let query = ForceQuery::restored(query).map_err(wrong)?;
+        let restored = Self { grasp, distribution, query };
+        let wrench = &restored.query.external_wrench;
+        with_both!(py, restored, |distribution, grasp| restored::forces(distribution, grasp, wrench))
+            .map_err(wrong)?;
         Ok(restored)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         this.check_arrays(py)?;
-        let State { forces, shares, wrenches, numbers, answers } =
-            by_dimension!(&this.found, found => State::of(found));
-        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.held).into_pyobject(py)?;
+        let DistributionState { forces, shares, wrenches, numbers, answers } =
+            by_dimension!(&this.distribution, distribution => DistributionState::of(distribution));
+        let state = (&this.grasp, forces, shares, wrenches, numbers, answers, this.query.state());
+        let state = state.into_pyobject(py)?;
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
     fn __repr__(&self) -> String {
         format!(
-            "ForceSolution(sigma_max={:.6}, sigma_sum={:.6}, gap={:.1e})",
-            self.sigma_max(),
-            self.sigma_sum(),
+            "ForceSolution(sigma_max={}, sigma_sum={}, gap={:.1e})",
+            significant(self.sigma_max(), 6),
+            significant(self.sigma_sum(), 6),
             self.gap()
         )
     }
 }
 
 impl PyForceSolution {
-    /// Forces of a grasp, each of whose contacts had to press with at least the share `held` of its limit.
-    pub fn new(grasp: Py<PyGrasp>, found: AnyDistribution, held: f64) -> Self {
-        Self { grasp, found, held }
+    /// The answer about a grasp.
+    pub fn new(grasp: Py<PyGrasp>, distribution: AnyDistribution, query: ForceQuery) -> Self {
+        Self { grasp, distribution, query }
     }
 
     fn check_arrays(&self, py: Python<'_>) -> PyResult<()> {
@@ -333,57 +346,6 @@ impl PyForceSolution {
     }
 
     fn contact_forces(&self) -> &[ContactForce] {
-        by_dimension!(&self.found, found => &found.forces)
-    }
-}
-
-/// A distribution as it is pickled.
-struct State {
-    forces: Vec<[f64; 4]>,
-    shares: Vec<f64>,
-    /// The multipliers and the residual.
-    wrenches: [Vec<f64>; 2],
-    /// The objective, the largest share, their sum, the gap, its tolerance, the pivots and the distance.
-    numbers: (f64, f64, f64, f64, f64, usize, f64),
-    /// Whether another solver answered, and whether the forces are unique.
-    answers: (bool, bool),
-}
-
-impl State {
-    fn of<const D: usize>(found: &Distribution<D>) -> Self {
-        Self {
-            forces: found.forces.iter().map(|&force| force.into()).collect(),
-            shares: found.shares.clone(),
-            wrenches: [found.dual.as_slice().to_vec(), found.residual.as_slice().to_vec()],
-            numbers: (
-                found.sigma,
-                found.sigma_max,
-                found.sigma_sum,
-                found.gap,
-                found.tolerance,
-                found.pivots,
-                found.distance,
-            ),
-            answers: (found.fell_back, found.unique),
-        }
-    }
-
-    fn distribution<const D: usize>(self) -> Distribution<D> {
-        let [dual, residual] = self.wrenches.map(Wrench::from_vec);
-        Distribution {
-            forces: self.forces.into_iter().map(ContactForce::from).collect(),
-            shares: self.shares,
-            sigma: self.numbers.0,
-            sigma_max: self.numbers.1,
-            sigma_sum: self.numbers.2,
-            dual,
-            gap: self.numbers.3,
-            pivots: self.numbers.5,
-            residual,
-            distance: self.numbers.6,
-            tolerance: self.numbers.4,
-            fell_back: self.answers.0,
-            unique: self.answers.1,
-        }
+        by_dimension!(&self.distribution, distribution => &distribution.forces)
     }
 }

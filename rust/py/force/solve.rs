@@ -1,11 +1,12 @@
 //! Calls of a distributor: wrenches in, forces out.
 
 use graspforce::{Distribution, Method, NearestOptions, Wrench};
-use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::convert::arrays::{contents, float_array, float_vector, shaped, vectors};
+use crate::convert::arrays::{contents, float_array, shaped, vectors};
 use crate::convert::errors::{invalid_input, to_python};
+use crate::convert::scalars::shown;
 use crate::force::batch::PyForceBatch;
 use crate::force::shared::{SharedDistributor, unless_busy};
 use crate::runtime::interrupt::{detached, on_all_cores, watched};
@@ -15,11 +16,9 @@ use crate::runtime::memory::{Work, check_work};
 pub fn solve<const D: usize>(
     py: Python<'_>,
     shared: &SharedDistributor<D>,
-    external_wrench: &Bound<'_, PyAny>,
+    external_wrench: &[f64],
 ) -> PyResult<Distribution<D>> {
-    let wrench =
-        float_vector("external_wrench", external_wrench, D).map_err(|message| invalid_input(py, message))?;
-    let wrench = Wrench::<D>::from_column_slice(&wrench);
+    let wrench = Wrench::<D>::from_column_slice(external_wrench);
     check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let work = || shared.solve(|distributor, workspace| distributor.solve(workspace, &wrench));
     // Listed points take long enough for others to want the interpreter.
@@ -48,7 +47,10 @@ pub fn solve_into<const D: usize>(
     let grasp = shared.distributor.grasp();
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
     let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
-        return Err(refused("forces: not a two-dimensional float64 array"));
+        return Err(refused(&format!(
+            "forces: {}, expected a float64 array of shape ({m}, {k})",
+            described(forces)
+        )));
     };
     if forces.shape() != [m, k] {
         return Err(refused(&format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));
@@ -67,6 +69,14 @@ pub fn solve_into<const D: usize>(
     };
     let solve = || shared.solve(|distributor, workspace| distributor.solve_into(workspace, &wrench, forces));
     unless_busy(py, watched(solve)?)?.map_err(|error| to_python(py, &error))
+}
+
+/// What was passed in place of an array for the forces.
+pub fn described(given: &Bound<'_, PyAny>) -> String {
+    match given.cast::<PyUntypedArray>() {
+        Ok(array) => format!("dtype {} and shape {}", array.dtype(), shaped(array.shape())),
+        Err(_) => shown(given),
+    }
 }
 
 /// The forces for many wrenches.

@@ -1,7 +1,11 @@
 //! The iterator that `graspforce.ForceDistributor.solve_iter` returns.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
+
+use crate::convert::errors::say_which_row;
 
 /// What `ForceDistributor.solve_iter` returns: an iterator of solutions.
 ///
@@ -10,8 +14,16 @@ use pyo3::types::{PyIterator, PyTuple};
 #[pyclass(name = "ForceSteps", module = "graspforce", frozen)]
 pub struct PyForceSteps {
     /// A `ForceDistributor`.
-    pub distributor: Py<PyAny>,
-    pub wrenches: Py<PyIterator>,
+    distributor: Py<PyAny>,
+    wrenches: Py<PyIterator>,
+    /// Wrenches that were taken.
+    taken: AtomicUsize,
+}
+
+impl PyForceSteps {
+    pub fn new(distributor: Py<PyAny>, wrenches: Py<PyIterator>) -> Self {
+        Self { distributor, wrenches, taken: AtomicUsize::new(0) }
+    }
 }
 
 #[pymethods]
@@ -20,15 +32,23 @@ impl PyForceSteps {
         slf
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __setstate__(&self, taken: usize) {
+        self.taken.store(taken, Ordering::Relaxed);
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>, usize)> {
         let (py, this) = (slf.py(), slf.get());
         let solve_iter = this.distributor.bind(py).getattr("solve_iter")?;
-        Ok((solve_iter, (&this.wrenches,).into_pyobject(py)?))
+        Ok((solve_iter, (&this.wrenches,).into_pyobject(py)?, this.taken.load(Ordering::Relaxed)))
     }
 
     fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let mut wrenches = self.wrenches.bind(py).clone();
-        let wrench = wrenches.next().transpose()?;
-        wrench.map(|wrench| self.distributor.bind(py).call_method1("solve", (wrench,))).transpose()
+        let Some(wrench) = wrenches.next().transpose()? else { return Ok(None) };
+        let row = self.taken.fetch_add(1, Ordering::Relaxed);
+        let solved = self.distributor.bind(py).call_method1("solve", (wrench,));
+        solved
+            .map(Some)
+            .map_err(|error| say_which_row(py, error, "external_wrench", "external_wrenches", row))
     }
 }

@@ -16,8 +16,9 @@ use crate::convert::arrays::read_only;
 use crate::convert::dimension::{AnyGrasp, by_dimension, map_dimension};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python, warn};
 use crate::convert::grasp_arguments::Arguments;
-use crate::convert::quality_options::{Asked, quality_options};
+use crate::convert::quality_options::{Query, RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
+use crate::convert::scalars::{Given, whole};
 use crate::grasp::minkowski_sum::PyMinkowskiSum;
 use crate::quality::PyQuality;
 use crate::quality::gradient::PyGradient;
@@ -205,34 +206,38 @@ impl PyGrasp {
     }
 
     #[doc = include_str!("quality.rst")]
-    #[pyo3(signature = (criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None))]
+    #[pyo3(
+        signature = (criterion=Given::default(), rtol=None, external_wrench=None, metric=None, max_facets=None),
+        text_signature = "($self, criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None)"
+    )]
     fn quality(
         slf: &Bound<'_, Self>,
-        criterion: &str,
-        rtol: Option<f64>,
+        criterion: Given<'_>,
+        rtol: Option<&Bound<'_, PyAny>>,
         external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
-        max_facets: Option<usize>,
+        max_facets: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyQuality> {
-        let py = slf.py();
-        let wrong = |message: String| invalid_input(py, message);
-        let this = slf.get();
-        let asked = map_dimension!(&this.inner, _ => {
-            Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?
+        let given = RawOptions { rtol, external_wrench, metric, max_facets };
+        let query = map_dimension!(&slf.get().inner, _ => {
+            Query::parse(&criterion, given).map_err(|message| invalid_input(slf.py(), message))?
         });
-        PyQuality::of(py, slf.clone().unbind(), asked)
+        PyQuality::of(slf.py(), slf.clone().unbind(), query)
     }
 
     #[doc = include_str!("resistance.rst")]
-    #[pyo3(signature = (directions, criterion="max", external_wrench=None))]
+    #[pyo3(
+        signature = (directions, criterion=Given::default(), external_wrench=None),
+        text_signature = "($self, directions, criterion='max', external_wrench=None)"
+    )]
     fn resistance<'py>(
         &self,
         py: Python<'py>,
         directions: &Bound<'py, PyAny>,
-        criterion: &str,
+        criterion: Given<'py>,
         external_wrench: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        resistance::resistance(py, &self.inner, directions, criterion, external_wrench)
+        resistance::resistance(py, &self.inner, directions, &criterion, external_wrench)
     }
 
     /// Compute the other numbers a grasp is judged by: singular values, isotropy, volumes.
@@ -253,17 +258,20 @@ impl PyGrasp {
     }
 
     /// The gradient alone, in one solve: what `quality(...).gradient` returns, for loops that need nothing else.
-    #[pyo3(signature = (criterion="max", external_wrench=None, metric=None))]
+    #[pyo3(
+        signature = (criterion=Given::default(), external_wrench=None, metric=None),
+        text_signature = "($self, criterion='max', external_wrench=None, metric=None)"
+    )]
     fn _gradient(
         &self,
-        criterion: &str,
+        criterion: Given<'_>,
         external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
         py: Python<'_>,
     ) -> PyResult<Py<PyGradient>> {
-        let wrong = |message: String| invalid_input(py, message);
+        let given = RawOptions { external_wrench, metric, ..RawOptions::default() };
         by_dimension!(&self.inner, grasp => {
-            let options = quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
+            let options = quality_options(&criterion, given).map_err(|message| invalid_input(py, message))?;
             PyGradient::of(py, grasp, &options)
         })
     }
@@ -277,8 +285,10 @@ impl PyGrasp {
     }
 
     #[doc = include_str!("minkowski_sum.rst")]
-    #[pyo3(signature = (max_points=DEFAULT_MAX_POINTS), text_signature = "($self, max_points=2000000)")]
-    fn minkowski_sum(&self, py: Python<'_>, max_points: u128) -> PyResult<PyMinkowskiSum> {
+    #[pyo3(signature = (max_points=Given::default()), text_signature = "($self, max_points=2000000)")]
+    fn minkowski_sum(&self, py: Python<'_>, max_points: Given<'_>) -> PyResult<PyMinkowskiSum> {
+        let max_points = max_points.or(DEFAULT_MAX_POINTS, points);
+        let max_points = max_points.map_err(|message| invalid_input(py, message))?;
         by_dimension!(&self.inner, grasp => {
             check_points(py, grasp, max_points, ENUMERATED)?;
             let sum = detached(py, || MinkowskiSum::with_limit(grasp, max_points))?;
@@ -297,60 +307,13 @@ impl PyGrasp {
         slf.py().import("graspforce._internal.to_dict")?.call_method1("grasp_dict", (slf,))
     }
 
-    /// Make the grasp whose dictionary `to_dict` returned, also after a trip through JSON.
-    ///
-    /// Parameters
-    /// ----------
-    /// given : dict
-    ///     Arguments of `Grasp` by name. ``wrench_dim``, ``num_contacts``, ``force_dim`` and ``num_edges`` follow from
-    ///     them and may be there, too; they must then agree.
-    ///
-    /// Returns
-    /// -------
-    /// Grasp
-    ///     It equals the grasp that wrote the dictionary. It does not warn.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidGraspError
-    ///     A field is unknown, contradicts the others, or is no argument of a grasp.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import json
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
-    /// >>> gf.Grasp.from_dict(json.loads(json.dumps(grasp.to_dict()))) == grasp
-    /// True
+    #[doc = include_str!("from_dict.rst")]
     #[staticmethod]
     fn from_dict<'py>(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         given.py().import("graspforce._internal.to_dict")?.call_method1("grasp_of", (given,))
     }
 
-    /// Make the same grasp with other arguments.
-    ///
-    /// Parameters
-    /// ----------
-    /// **changes
-    ///     Arguments of `Grasp` by name. A number that all contacts share (friction, limit, torsion, edges) stays
-    ///     when ``positions`` and ``normals`` bring another number of contacts.
-    ///
-    /// Returns
-    /// -------
-    /// Grasp
-    ///     A new grasp. It warns only where ``positions`` or ``normals`` are new.
-    ///
-    /// Raises
-    /// ------
-    /// InvalidGraspError, TypeError
-    ///     As for `Grasp`.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import graspforce as gf
-    /// >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
-    /// >>> grasp.replace(friction=0.25).friction.tolist()
-    /// [0.25, 0.25]
+    #[doc = include_str!("replace.rst")]
     #[pyo3(signature = (**changes))]
     fn replace<'py>(
         &self,
@@ -396,4 +359,9 @@ impl PyGrasp {
         });
         format!("Grasp({kind}, {contacts} contact{s}, {forces})")
     }
+}
+
+/// The largest number of points that a sum may list, which may be more than memory has addresses for.
+fn points(value: &Bound<'_, PyAny>) -> Result<u128, String> {
+    value.extract().or_else(|_| whole("max_points", value, 0..=usize::MAX).map(|limit| limit as u128))
 }

@@ -8,6 +8,7 @@ use crate::convert::arrays::{float_array, float_vector, shaped, vectors};
 use crate::convert::dimension::{AnyGrasp, by_dimension};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::quality_options::parse_criterion;
+use crate::convert::scalars::Given;
 use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_work};
 
@@ -16,7 +17,7 @@ pub fn resistance<'py>(
     py: Python<'py>,
     grasp: &AnyGrasp,
     directions: &Bound<'py, PyAny>,
-    criterion: &str,
+    criterion: &Given<'py>,
     external_wrench: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let wrong = |message: String| invalid_input(py, message);

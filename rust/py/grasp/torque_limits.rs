@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, matrix, shaped};
 use crate::convert::errors::{invalid_input, to_python};
+use crate::convert::scalars::{Given, number, whole};
 use crate::runtime::interrupt::detached;
 
 /// Extreme forces that joint torques and friction both allow, for ``Grasp(extreme_forces=...)``.
@@ -47,26 +48,35 @@ use crate::runtime::interrupt::detached;
 /// >>> forces.shape, forces[:, 0].round(9).tolist()
 /// ((4, 3), [5.0, 5.0, 5.0, 5.0])
 #[pyfunction]
-#[pyo3(signature = (jacobian, torque_limits, friction=0.5, max_normal_force=1.0, edges=8))]
+#[pyo3(
+    signature = (jacobian, torque_limits, friction=Given::default(), max_normal_force=Given::default(),
+        edges=Given::default()),
+    text_signature = "(jacobian, torque_limits, friction=0.5, max_normal_force=1.0, edges=8)"
+)]
 pub fn torque_limited_forces<'py>(
     py: Python<'py>,
     jacobian: &Bound<'py, PyAny>,
     torque_limits: &Bound<'py, PyAny>,
-    friction: f64,
-    max_normal_force: f64,
-    edges: i64,
+    friction: Given<'py>,
+    max_normal_force: Given<'py>,
+    edges: Given<'py>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let columns = columns(jacobian).map_err(|message| invalid_input(py, message))?;
-    let (lower, upper) =
-        limits(torque_limits, columns.len()).map_err(|message| invalid_input(py, message))?;
-    let edges = usize::try_from(edges)
-        .map_err(|_| invalid_input(py, format!("edges: {edges} is not between 3 and 256")))?;
+    let wrong = |message: String| invalid_input(py, message);
+    let columns = columns(jacobian).map_err(wrong)?;
+    let (lower, upper) = limits(torque_limits, columns.len()).map_err(wrong)?;
+    let friction = friction.or(0.5, |value| number("friction", value)).map_err(wrong)?;
+    let max_normal_force =
+        max_normal_force.or(1.0, |value| number("max_normal_force", value)).map_err(wrong)?;
+    let edges = edges.or(8, |value| whole("edges", value, EDGES)).map_err(wrong)?;
     let forces = detached(py, || {
         graspforce::torque_limited_forces(&columns, &lower, &upper, friction, max_normal_force, edges)
     })?
     .map_err(|error| to_python(py, &error))?;
     matrix(py, forces.len(), 3, forces.iter().flat_map(|force| [force[0], force[1], force[2]]))
 }
+
+/// As the core allows them.
+const EDGES: std::ops::RangeInclusive<usize> = 3..=256;
 
 fn columns(jacobian: &Bound<'_, PyAny>) -> Result<Vec<Vector3<f64>>, String> {
     let array = float_array("jacobian", jacobian)?;

@@ -11,8 +11,9 @@ use crate::convert::arrays::{contents, float_array};
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
 use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
-use crate::convert::quality_options::quality_options;
+use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
+use crate::convert::scalars::{Given, whole};
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::memory::check_rows;
 use crate::runtime::thread_pool::lock;
@@ -44,17 +45,22 @@ pub struct PyBoxBound {
 #[pymethods]
 impl PyBoxBound {
     #[new]
-    #[pyo3(signature = (dim, criterion="max", external_wrench=None, metric=None))]
+    #[pyo3(
+        signature = (dim, criterion=Given::default(), external_wrench=None, metric=None),
+        text_signature = "(dim, criterion='max', external_wrench=None, metric=None)"
+    )]
     fn new(
         py: Python<'_>,
-        dim: usize,
-        criterion: &str,
+        dim: &Bound<'_, PyAny>,
+        criterion: Given<'_>,
         external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
+        let given = RawOptions { external_wrench, metric, ..RawOptions::default() };
+        let dim = whole("dim", dim, 2..=3).map_err(wrong)?;
         let inner = map_dimension!(Dimension::of(dim).map_err(wrong)?, () => {
-            let options = quality_options(criterion, None, external_wrench, metric, None).map_err(wrong)?;
+            let options = quality_options(&criterion, given).map_err(wrong)?;
             BoxBound::new(options).map_err(|error| to_python(py, &error))?
         });
         Ok(Self { inner: Mutex::new(inner) })

@@ -9,8 +9,9 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
 use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
-use crate::convert::quality_options::quality_options;
+use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
+use crate::convert::scalars::{Given, flag, whole};
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::memory::check_rows;
 use crate::runtime::thread_pool::lock;
@@ -46,19 +47,26 @@ pub struct PyCandidateSearch {
 #[pymethods]
 impl PyCandidateSearch {
     #[new]
-    #[pyo3(signature = (dim, criterion="max", rtol=None, external_wrench=None, metric=None, *, prune=true))]
+    #[pyo3(
+        signature = (dim, criterion=Given::default(), rtol=None, external_wrench=None, metric=None, *,
+            prune=Given::default()),
+        text_signature = "(dim, criterion='max', rtol=None, external_wrench=None, metric=None, *, prune=True)"
+    )]
     fn new(
         py: Python<'_>,
-        dim: usize,
-        criterion: &str,
-        rtol: Option<f64>,
+        dim: &Bound<'_, PyAny>,
+        criterion: Given<'_>,
+        rtol: Option<&Bound<'_, PyAny>>,
         external_wrench: Option<&Bound<'_, PyAny>>,
         metric: Option<&Bound<'_, PyAny>>,
-        prune: bool,
+        prune: Given<'_>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
+        let given = RawOptions { rtol, external_wrench, metric, max_facets: None };
+        let prune = prune.or(true, |value| flag("prune", value)).map_err(wrong)?;
+        let dim = whole("dim", dim, 2..=3).map_err(wrong)?;
         let inner = map_dimension!(Dimension::of(dim).map_err(wrong)?, ()  => {
-            let options = quality_options(criterion, rtol, external_wrench, metric, None).map_err(wrong)?;
+            let options = quality_options(&criterion, given).map_err(wrong)?;
             CandidateSearch::new(options, prune).map_err(|error| to_python(py, &error))?
         });
         Ok(Self { inner: Mutex::new(inner) })

@@ -13,9 +13,10 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use crate::convert::arrays::{as_array, vector};
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
-use crate::convert::quality_options::quality_options;
+use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::restored::{self, Checked, expect, within};
+use crate::convert::scalars::{Given, shown};
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::memory::check_rows;
 
@@ -273,7 +274,7 @@ impl PyQualityBatch {
 /// [-1, 1, 1]
 #[pyfunction]
 #[pyo3(
-    signature = (*arguments, criterion="max", rtol=None, external_wrench=None, metric=None, max_facets=None,
+    signature = (*arguments, criterion=Given::default(), rtol=None, external_wrench=None, metric=None, max_facets=None,
         progress=None, **options),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
@@ -283,21 +284,25 @@ impl PyQualityBatch {
 pub fn quality_many<'py>(
     py: Python<'py>,
     arguments: &Bound<'py, PyTuple>,
-    criterion: &str,
-    rtol: Option<f64>,
+    criterion: Given<'py>,
+    rtol: Option<&Bound<'py, PyAny>>,
     external_wrench: Option<&Bound<'py, PyAny>>,
     metric: Option<&Bound<'py, PyAny>>,
-    max_facets: Option<usize>,
+    max_facets: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<PyQualityBatch> {
     let raw = Raw::new("quality_many", arguments, options)?;
     let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
     let wrong = |message: String| invalid_input(py, message);
+    let given = RawOptions { rtol, external_wrench, metric, max_facets };
+    if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
+        return Err(wrong(format!("progress: {} is not callable", shown(progress))));
+    }
     macro_rules! run {
         ($d:literal) => {{
-            let options = quality_options::<$d>(criterion, rtol, external_wrench, metric, max_facets);
-            run(py, &arguments, &options.map_err(wrong)?, progress)
+            let options = quality_options::<$d>(&criterion, given).map_err(wrong)?;
+            run(py, &arguments, &options, progress)
         }};
     }
     if arguments.dim == 2 { run!(3) } else { run!(6) }

@@ -4,7 +4,7 @@ pub(crate) mod batch;
 pub(crate) mod gradient;
 
 use graspforce::Closure;
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
@@ -12,8 +12,10 @@ use pyo3::types::PyTuple;
 use crate::convert::arrays::read_only;
 use crate::convert::dimension::{by_dimension, map_dimension};
 use crate::convert::errors::invalid_input;
-use crate::convert::quality_options::{AnyAsked, Asked, criterion_name};
+use crate::convert::quality_options::{AnyQuery, Query, RawOptions, criterion_name};
 use crate::convert::restored;
+use crate::convert::scalars::Given;
+use crate::convert::significant::proven;
 use crate::grasp::PyGrasp;
 use crate::quality::gradient::PyGradient;
 use crate::runtime::workspace::quality_of;
@@ -28,6 +30,14 @@ use crate::runtime::workspace::quality_of;
 ///     Whose quality it is.
 /// criterion : {"max", "sum"}
 ///     What is limited to 1: each normalised normal force, or their sum.
+/// external_wrench : numpy.ndarray or None
+///     (d,) the external wrench that was given.
+/// metric : numpy.ndarray or None
+///     (d, d) the metric that was given; None where the norm is that of ``grasp.length_scale``.
+/// rtol : float or None
+///     The relative width of the bracket that was asked for; None for the default.
+/// max_facets : int or None
+///     The largest number of facets that was allowed; None for the default.
 /// rho : float
 ///     -epsilon, with the paper's sign: negative means force closure, smaller is better.
 /// epsilon : float
@@ -64,7 +74,7 @@ pub struct PyQuality {
     /// "max" or "sum".
     #[pyo3(get)]
     criterion: &'static str,
-    asked: AnyAsked,
+    query: AnyQuery,
     gradient: PyOnceLock<Py<PyGradient>>,
     /// -epsilon, with the paper's sign: negative means force closure, smaller is better.
     #[pyo3(get)]
@@ -109,6 +119,30 @@ impl PyQuality {
         0.0 - self.lower
     }
 
+    /// (d,) the external wrench that was given, or None.
+    #[getter]
+    fn external_wrench<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        self.query.external_wrench(py)
+    }
+
+    /// (d, d) the metric that was given; None where the norm is that of the grasp's length scale.
+    #[getter]
+    fn metric<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        self.query.metric(py)
+    }
+
+    /// Relative width of the bracket that was asked for; None for the default.
+    #[getter]
+    fn rtol(&self) -> Option<f64> {
+        self.query.rtol()
+    }
+
+    /// Largest number of facets that was allowed; None for the default.
+    #[getter]
+    fn max_facets(&self) -> Option<usize> {
+        self.query.max_facets()
+    }
+
     /// Advice where the length scale is ten times the contacts' extent or more, else None.
     ///
     /// The extent is the largest distance between two contacts. With a ``metric`` of its own there is no hint.
@@ -123,7 +157,7 @@ impl PyQuality {
     /// "the length scale of 1 m is 12 times the contac"
     #[getter]
     fn hint(&self) -> Option<String> {
-        if !self.asked.by_length_scale() {
+        if !self.query.by_length_scale() {
             return None;
         }
         by_dimension!(&self.grasp.get().inner, grasp => grasp.length_scale_hint())
@@ -159,10 +193,10 @@ impl PyQuality {
             return Ok(known.clone_ref(py));
         }
         // Not inside the cell: a signal handler that runs meanwhile may ask for the same gradient.
-        let asked = self.grasp.get().inner.as_ref().with(self.asked.as_ref());
-        let asked =
-            asked.ok_or_else(|| invalid_input(py, "the quality belongs to a grasp of another dimension"))?;
-        let computed = by_dimension!(asked, (grasp, asked) => PyGradient::of(py, grasp, &asked.options)?);
+        let both = self.grasp.get().inner.as_ref().with(self.query.as_ref());
+        let both =
+            both.ok_or_else(|| invalid_input(py, "the quality belongs to a grasp of another dimension"))?;
+        let computed = by_dimension!(both, (grasp, query) => PyGradient::of(py, grasp, &query.options)?);
         Ok(self.gradient.get_or_init(py, || computed).clone_ref(py))
     }
 
@@ -186,44 +220,43 @@ impl PyQuality {
     #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
     fn _restore(
         grasp: Py<PyGrasp>,
-        criterion: &str,
-        rtol: Option<f64>,
-        external_wrench: Option<Bound<'_, PyAny>>,
-        metric: Option<Bound<'_, PyAny>>,
-        max_facets: Option<usize>,
+        criterion: Given<'_>,
+        rtol: Option<&Bound<'_, PyAny>>,
+        external_wrench: Option<&Bound<'_, PyAny>>,
+        metric: Option<&Bound<'_, PyAny>>,
+        max_facets: Option<&Bound<'_, PyAny>>,
         bracket: (f64, f64, f64),
-        found: (bool, String, usize),
+        answer: (bool, String, usize),
         direction: Vec<f64>,
         wrench: Vec<f64>,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let wrong = |message: String| invalid_input(py, message);
-        let (external_wrench, metric) = (external_wrench.as_ref(), metric.as_ref());
-        let asked = map_dimension!(&grasp.get().inner, _ => {
-            Asked::parse(criterion, rtol, external_wrench, metric, max_facets).map_err(wrong)?
-        });
+        let given = RawOptions { rtol, external_wrench, metric, max_facets };
+        let query = map_dimension!(&grasp.get().inner, _ => Query::parse(&criterion, given).map_err(wrong)?);
+        let (converged, class, supports) = answer;
         let (rho, lower, upper) = bracket;
         let d = grasp.get().inner.wrench_dim();
         restored::bracket(rho, lower, upper)
             .and_then(|()| restored::worst(rho, &direction, &wrench, d))
             // The class is the grasp's own, whatever the external wrench.
             .and_then(|()| {
-                if external_wrench.is_none() { restored::closure(&found.1, lower, upper) } else { Ok(()) }
+                if external_wrench.is_none() { restored::closure(&class, lower, upper) } else { Ok(()) }
             })
             .map_err(wrong)?;
         let classes = [Closure::Force, Closure::Partial, Closure::None].map(closure_name);
-        let closure = classes.into_iter().find(|name| *name == found.1);
+        let closure = classes.into_iter().find(|name| *name == class);
         Ok(Self {
             grasp,
-            criterion: criterion_name(asked.criterion()),
-            asked,
+            criterion: criterion_name(query.criterion()),
+            query,
             gradient: PyOnceLock::new(),
             rho,
             lower,
             upper,
-            converged: found.0,
-            closure: closure.ok_or_else(|| wrong(format!("closure: {:?} is not a class", found.1)))?,
-            supports: found.2,
+            converged,
+            closure: closure.ok_or_else(|| wrong(format!("closure: {class:?} is not a class")))?,
+            supports,
             direction,
             wrench,
         })
@@ -231,14 +264,13 @@ impl PyQuality {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let (rtol, external_wrench, metric, max_facets) = this.asked.numbers();
         let state = (
             this.grasp.clone_ref(py),
             this.criterion,
-            rtol,
-            external_wrench,
-            metric,
-            max_facets,
+            this.query.rtol(),
+            this.query.external_wrench(py)?,
+            this.query.metric(py)?,
+            this.query.max_facets(),
             (this.rho, this.lower, this.upper),
             (this.converged, this.closure, this.supports),
             this.direction.clone(),
@@ -253,7 +285,7 @@ impl PyQuality {
         format!(
             "Quality({}, epsilon={}, closure='{}', width={:.1e}{open}{hint})",
             self.criterion,
-            self.epsilon(),
+            proven(self.epsilon(), self.upper - self.lower),
             self.closure,
             self.upper - self.lower
         )
@@ -271,13 +303,13 @@ pub fn closure_name(closure: Closure) -> &'static str {
 
 impl PyQuality {
     /// The answer to a query about a grasp of its dimension.
-    pub fn of(py: Python<'_>, grasp: Py<PyGrasp>, asked: AnyAsked) -> PyResult<Self> {
-        let query = grasp.get().inner.as_ref().with(asked.as_ref());
-        let query = query.ok_or_else(|| invalid_input(py, "the query belongs to another dimension"))?;
-        by_dimension!(query, (of, options) => {
-            let quality = quality_of(py, of, &options.options)?;
+    pub fn of(py: Python<'_>, grasp: Py<PyGrasp>, query: AnyQuery) -> PyResult<Self> {
+        let both = grasp.get().inner.as_ref().with(query.as_ref());
+        let both = both.ok_or_else(|| invalid_input(py, "the query belongs to another dimension"))?;
+        by_dimension!(both, (of, about) => {
+            let quality = quality_of(py, of, &about.options)?;
             Ok(Self {
-                criterion: criterion_name(asked.criterion()),
+                criterion: criterion_name(query.criterion()),
                 gradient: PyOnceLock::new(),
                 rho: quality.rho,
                 lower: quality.lower,
@@ -288,7 +320,7 @@ impl PyQuality {
                 direction: quality.direction.as_slice().to_vec(),
                 wrench: quality.wrench.as_slice().to_vec(),
                 grasp: grasp.clone_ref(py),
-                asked,
+                query,
             })
         })
     }

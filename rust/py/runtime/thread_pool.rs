@@ -11,8 +11,8 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Looks at a lock that is held for a moment before it counts as never to be released.
-const PATIENCE: usize = 10_000;
+/// Attempts to take the lock, each after the others' threads had a turn, before a new pool is made without it.
+const LOCK_ATTEMPTS: usize = 10_000;
 
 /// Threads of a pool at most, or four for each core where that is more: with thousands, as `RAYON_NUM_THREADS` may ask
 /// for, they spend their time looking for work and a call never ends.
@@ -23,7 +23,7 @@ static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
 /// This process's pool.
 pub fn pool() -> PyResult<Arc<ThreadPool>> {
-    let attempts = (0..PATIENCE).find_map(|_| {
+    let attempts = (0..LOCK_ATTEMPTS).find_map(|_| {
         let held = POOL.try_lock().ok();
         if held.is_none() {
             thread::yield_now();

@@ -165,6 +165,8 @@ def test_nothing_is_printed_beside_the_result(call):
 
 def test_quality_about_a_weight_is_another(call):
     found = json.loads(call("quality", CUP, "--external-wrench", "0,0,-5,0,0,0", "--json").out)
+    assert found["external_wrench"] == found["rho_max"]["external_wrench"] == [0, 0, -5, 0, 0, 0]
+    assert "on top of [0, 0, -5, 0, 0, 0]" in call("quality", CUP, "--external-wrench", "0,0,-5,0,0,0").out
     plain = json.loads(call("quality", CUP, "--json").out)
     assert found["rho_max"]["epsilon"] < plain["rho_max"]["epsilon"]
     assert plain["grasp"]["num_contacts"] == 3

@@ -97,5 +97,5 @@ def test_torque_limits_make_extreme_forces():
         gf.torque_limited_forces(jacobian[:2], [0.2, 0.3, 0.4])
     with pytest.raises(gf.InvalidInputError, match="torque_limits"):
         gf.torque_limited_forces(jacobian, [0.2])
-    with pytest.raises(gf.InvalidInputError, match="lower"):
+    with pytest.raises(gf.InvalidInputError, match="torque_limits: joint 2"):
         gf.torque_limited_forces(jacobian, [0.2, 0.3, -0.1])

@@ -76,7 +76,7 @@ def test_integer_grasps_with_a_contact_at_the_origin_are_solved():
 
 
 def test_lower_bounds_above_a_limit_are_refused_by_contact():
-    with pytest.raises(gf.InvalidInputError, match=r"min_normal, row 1: 1\.5 is a share"):
+    with pytest.raises(gf.InvalidInputError, match=r"min_normal, contact 1: 1\.5 is a share"):
         gf.ForceDistributor(feet(0), min_normal=[0, 1.5, 0, 0])
 
 
@@ -96,6 +96,24 @@ def test_shares_at_the_limit_are_within_limits():
     for scale in np.linspace(0.1, 10, 50):
         grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=scale)
         assert gf.ForceDistributor(grasp).solve([0, -scale, 0]).within_limits
+
+
+@pytest.mark.parametrize("rtol", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("edges", [8, None])
+def test_limits_are_limits_whatever_the_tolerance_of_the_gap(rtol, edges):
+    corners = [(0.04, 0, 0), (-0.02, 0.035, 0), (-0.02, -0.035, 0)]
+    grasp = gf.Grasp(corners, -np.array(corners), max_normal_force=20, edges=edges)
+    most = gf.ForceDistributor(grasp, rtol=1e-9).solve([0, 0, -1, 0, 0, 0]).sigma_max
+    for excess, within in ((1 - 2 * rtol, True), (1 + 2 * rtol, False), (1.3889, False)):
+        solution = gf.ForceDistributor(grasp, rtol=rtol).solve([0, 0, -excess / most, 0, 0, 0])
+        assert solution.within_limits is within, excess
+        assert solution.within_limits == (solution.sigma_max <= 1 + 1e-9)
+
+
+@pytest.mark.parametrize("rtol", [0, -1e-9, 2e-3, 0.5, np.inf, np.nan])
+def test_a_tolerance_that_would_loosen_the_answer_is_refused_by_name(rtol):
+    with pytest.raises(gf.InvalidInputError, match=r"^rtol: .* must lie above 0 and be at most 0\.001"):
+        gf.ForceDistributor(feet(0), rtol=rtol)
 
 
 def test_a_limit_that_cannot_be_computed_with_is_named():

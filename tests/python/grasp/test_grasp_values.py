@@ -96,15 +96,38 @@ def test_zero_and_minus_zero_are_one_grasp():
     ("changes", "message"),
     [
         ({"normals": None}, "normals"),
+        ({"num_edges": [2]}, r"num_edges: \[2\], but the contacts make it \[8, 8, 8, 8\]"),
+        ({"friction": [0.4, -1, 0.4, 0.4]}, "friction, contact 1: -1"),
         ({"wrench_dim": 3}, "wrench_dim: 3, but the contacts make it 6"),
         ({"num_contacts": 3}, "num_contacts: 3, but the contacts make it 4"),
-        ({"fiction": 0.5}, "fiction: no argument of a grasp"),
+        ({"fiction": 0.5}, "fiction: no argument of a grasp; known are positions"),
         ({"friction": [0.5]}, "friction: shape"),
     ],
 )
 def test_a_dictionary_that_contradicts_itself_is_refused_by_field(changes, message):
     with pytest.raises(gf.InvalidGraspError, match=message):
         gf.Grasp.from_dict({**gf.Grasp(BALL, -BALL).to_dict(), **changes})
+
+
+@pytest.mark.parametrize("given", [None, 5, "grasp", [("positions", BALL)]])
+def test_what_is_no_dictionary_is_refused(given):
+    with pytest.raises(gf.InvalidGraspError, match=r"given: .* is not the dictionary of a grasp"):
+        gf.Grasp.from_dict(given)
+
+
+def test_a_dictionary_without_a_needed_field_names_it():
+    with pytest.raises(gf.InvalidGraspError, match="normals: missing"):
+        gf.Grasp.from_dict({"positions": BALL})
+
+
+@pytest.mark.parametrize("edges", [None, 3, [5, 9]])
+def test_planar_cones_have_no_edges_to_differ_in(edges):
+    planar = {"positions": [(-1, 0), (1, 0)], "normals": [(1, 0), (-1, 0)]}
+    grasp, default = gf.Grasp(**planar, edges=edges), gf.Grasp(**planar)
+    assert grasp == default
+    assert grasp.to_dict() == default.to_dict()
+    assert "edges" not in grasp.to_dict()
+    assert grasp.replace(edges=6) == gf.Grasp.from_dict(grasp.to_dict()) == default
 
 
 @pytest.mark.parametrize(

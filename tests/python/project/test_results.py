@@ -146,6 +146,44 @@ def test_a_tampered_pickle_is_refused():
         restore(*state[:7], (True, "half", 1), *state[8:])
 
 
+def test_results_say_what_was_asked():
+    grasp, wrench, metric = planar_grasp(), [0, -0.1, 0], np.diag([1, 1, 4.0])
+    quality = grasp.quality("sum", 1e-6, wrench, metric, 500)
+    plain = grasp.quality()
+    distributor = gf.ForceDistributor(grasp, "max", weight=0.5, rtol=1e-6)
+    for again in (quality, pickle.loads(pickle.dumps(quality))):
+        asked = again.to_dict()
+        assert (again.external_wrench.tolist(), again.metric.tolist()) == (wrench, metric.tolist())
+        assert (again.rtol, again.max_facets) == (1e-6, 500)
+        assert (asked["external_wrench"], asked["metric"], asked["length_scale"]) == (
+            wrench,
+            metric.tolist(),
+            None,
+        )
+    assert plain.external_wrench is plain.metric is plain.rtol is plain.max_facets is None
+    assert plain.to_dict()["length_scale"] == 1.0
+    solution = distributor.solve(wrench)
+    for again in (solution, pickle.loads(pickle.dumps(solution))):
+        asked = again.to_dict()
+        assert asked["external_wrench"] == again.external_wrench.tolist() == wrench
+        assert asked["objective"] == again.objective == "max"
+        assert (asked["weight"], asked["rtol"]) == (again.weight, again.rtol) == (0.5, 1e-6)
+    assert distributor.samples is distributor.to_dict()["samples"] is None
+    reduced = gf.ForceDistributor(grasp, method="reduced", samples=[wrench, [0, -1, 0]])
+    assert reduced.samples.tolist() == reduced.to_dict()["samples"] == [wrench, [0, -1, 0]]
+
+
+def test_an_epsilon_is_printed_as_far_as_it_is_proven():
+    assert "epsilon=0.577350269," in repr(gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).quality())
+    for rtol in (1e-2, 1e-4, 1e-9):
+        quality = spatial_grasp(edges=None).quality("max", rtol=rtol)
+        shown = repr(quality).split("epsilon=")[1].split(",")[0]
+        width = quality.upper - quality.lower
+        assert len(shown.replace(".", "").lstrip("0")) <= 9
+        assert 10.0 ** -len(shown.partition(".")[2]) >= 0.1 * width
+        assert float(shown) == pytest.approx(quality.epsilon, abs=10 * width, rel=1e-8)
+
+
 def test_threads_may_share_a_grasp_and_its_quality():
     quality = spatial_grasp().quality("max")
     with ThreadPoolExecutor(8) as pool:

@@ -72,6 +72,19 @@ def test_arrays_of_results_cannot_be_written(result, again):
         assert not array.flags.writeable, name
 
 
+@pytest.mark.parametrize("result", RESULTS, ids=lambda result: type(result).__name__)
+def test_arrays_of_compiled_results_stay_as_they_are_whatever_their_flags_are_set_to(result):
+    if type(result).__module__ != "graspforce" or isinstance(result, gf.PlanSet):
+        pytest.skip("of Python")
+    before = {name: array.copy() for name, array in use(result).items()}
+    for array in use(result).values():
+        with contextlib.suppress(ValueError):
+            array.flags.writeable = True
+            array[...] = 7
+    for name, array in use(result).items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
 def test_arrays_of_python_results_cannot_be_written_and_their_makers_still_can_write():
     given = np.ones((3, 4))
     reading = ContactReading(SPATIAL, given, (0, 1, 2))

@@ -1,6 +1,7 @@
 //! The options of least squares, and what a [`crate::ForceDistributor`] checks of them.
 
 use crate::error::{Error, Result};
+use crate::force::solution::MAX_RTOL;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE};
@@ -77,8 +78,8 @@ pub(crate) fn checked<const D: usize>(
         }
     }
     let rtol = options.rtol;
-    if !(rtol > 0.0 && rtol.is_finite()) {
-        return refused("rtol", None, format!("{rtol} must be finite and positive"));
+    if !(rtol > 0.0 && rtol <= MAX_RTOL) {
+        return refused("rtol", None, format!("{rtol} must lie above 0 and be at most {MAX_RTOL}"));
     }
     Ok((weights, reference))
 }
