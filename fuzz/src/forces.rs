@@ -66,7 +66,10 @@ fn bounded<const D: usize>(distributor: &ControlLoop<D>, external: &Wrench<D>, f
     }
     assert_proven(distributor.grasp(), external, found, 2.0 * found.gap);
     if options.weight == 0.0 {
-        let set = WrenchSet::new(distributor.grasp(), distributor.objective().expect("the targets minimise a criterion"));
+        let set = WrenchSet::new(
+            distributor.grasp(),
+            distributor.objective().expect("the targets minimise a criterion"),
+        );
         assert_reaches_one(&set, distributor.grasp(), found);
     }
 }
