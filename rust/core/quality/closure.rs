@@ -150,6 +150,8 @@ struct Shape {
     centroid: Vector3<f64>,
     /// From the torque origin to the contacts' centroid.
     shift: Vector3<f64>,
+    /// The largest coordinate of a position.
+    reach: f64,
     /// The unit of torques; infinite where contacts that coincide exert none.
     unit: f64,
 }
@@ -219,7 +221,7 @@ impl Shape {
         // Contacts that all coincide exert no torque about their centroid; rounding must not become one.
         let reach = contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
         let unit = if spread.sqrt() > COINCIDENT_CONTACTS * reach { spread.sqrt() } else { f64::INFINITY };
-        Self { centroid, shift: centroid - grasp.options().origin, unit }
+        Self { centroid, shift: centroid - grasp.options().origin, reach, unit }
     }
 
     /// More than [`CLEAR_CLOSURE`] and what [`Twin::uncertain`] takes along any unit direction, without the twin.
@@ -228,18 +230,17 @@ impl Shape {
     /// tangential forces may hide by as much as the lever: `6 + 7 |lever|`. A tangent near the normal makes them larger
     /// by what it keeps of its length.
     fn clear<const D: usize>(&self, grasp: &Grasp<D>) -> f64 {
-        let mut placed: f64 = 0.0;
         let mut kept: f64 = 1.0;
         for (contact, frame) in grasp.contacts().iter().zip(grasp.frames()) {
-            let lever = (contact.position - self.centroid).norm();
-            placed = placed.max(lever + contact.position.norm() * ROUNDED_POSITION);
             if let (6, Some(tangent)) = (D, &contact.tangent) {
                 let along = frame.column(0).dot(tangent) / tangent.norm();
                 kept = kept.min((1.0 - along * along).max(LEAST_TANGENT).sqrt());
             }
         }
+        // No lever is longer than the root of the sum of their squares, no position than twice its largest coordinate.
+        let levers = (grasp.num_contacts() as f64).sqrt() + 2.0 * ROUNDED_POSITION * self.reach / self.unit;
         // The square root of six components is less than 3.
-        CLEAR_CLOSURE + 3.0 * ROUNDED_POINT * (6.0 + 7.0 * placed / self.unit) * 1.5 / kept
+        CLEAR_CLOSURE + 3.0 * ROUNDED_POINT * (6.0 + 7.0 * levers) * 1.5 / kept
     }
 
     /// The unit of torques where it is one.

@@ -26,7 +26,7 @@ pub(crate) enum ContactSupport<const R: usize> {
     /// they lie on a lattice, few of them need a look.
     Finite {
         blocks: Vec<EdgeBlock<R>>,
-        lattice: Option<SoftLattice<R>>,
+        lattice: Option<Box<SoftLattice<R>>>,
         forces: Arc<Vec<ContactForce>>,
         first: usize,
         count: usize,
@@ -61,7 +61,7 @@ impl<const R: usize> ContactSupport<R> {
             let first = range.start;
             let mut contact = Self::finite(grasp.finite_wrenches()[range].iter().map(&map), grasp, first);
             if let Self::Finite { blocks, lattice, .. } = &mut contact {
-                *lattice = SoftLattice::of_contact(grasp, i, map, blocks);
+                *lattice = SoftLattice::of_contact(grasp, i, map, blocks).map(Box::new);
             }
             return contact;
         }
