@@ -80,7 +80,7 @@ def is_smooth(grasp: gf.Grasp, criterion: str, rtol: float) -> bool:
 def _moved(grasp: gf.Grasp, by: np.ndarray) -> gf.Grasp:
     names = ("normals", "friction", "max_normal_force", "edges", "torsion", "length_scale")
     given = grasp.to_dict()
-    return gf.Grasp(grasp.positions + by, **{name: given[name] for name in names})
+    return gf.Grasp(grasp.positions + by, **{name: given[name] for name in names if name in given})
 
 
 def compare(count: int) -> tuple[int, int, int]:

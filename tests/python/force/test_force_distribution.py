@@ -202,4 +202,5 @@ def test_answers_are_balanced_and_a_record_whose_residual_is_not_rounding_is_not
         assert make(*state).balanced
         dual, residual = state[3]
         size = max(np.abs(wrench).max(), 1e-3)
-        assert not make(*state[:3], [dual, [1e-6 * size + x for x in residual]], *state[4:]).balanced
+        with pytest.raises(gf.InvalidInputError, match="residual"):
+            make(*state[:3], [dual, [1e-6 * size + x for x in residual]], *state[4:])
