@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import graspforce as gf
-from graspforce.cli.exit_codes import BAD_FILE, DONE, MISUSED
+from graspforce.cli.exit_codes import DONE, MISUSED
 from graspforce.cli.main import main
 from graspforce.files import MeshPlanFile, load_grasp, load_problem
 from graspforce.surfaces import MeshSurface, contacts_on, cylinder, ellipsoid, plane

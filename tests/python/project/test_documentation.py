@@ -105,7 +105,9 @@ def test_the_list_of_commands_that_are_not_run_is_no_longer_than_it_must_be():
 def test_a_test_that_the_documentation_names_exists(page, command):
     _, file, *chosen = shlex.split(command)
     files = sorted((ROOT / file).rglob("test_*.py")) if (ROOT / file).is_dir() else [ROOT / file]
-    tests = [test for each in files for test in re.findall(r"^def (test_\w+)", each.read_text(), re.MULTILINE)]
+    tests = [
+        test for each in files for test in re.findall(r"^def (test_\w+)", each.read_text(), re.MULTILINE)
+    ]
     words = re.split(r" or | and ", chosen[1]) if chosen[:1] == ["-k"] else []
     for word in words:
         assert any(word in test for test in tests), f"{page}: no test of {file} is named by {word}"

@@ -134,6 +134,9 @@ MADE = {
     "graspforce.surfaces.PlanarCurve": lambda _: gf.surfaces.line((0, 0), (1, 0), object_side="left"),
     "graspforce.surfaces.ParametricSurface": lambda _: gf.surfaces.cylinder(0.1),
     "graspforce.surfaces.MeshSurface": lambda _: box(),
+    "graspforce.surfaces.Arrangement": lambda _: gf.surfaces.contacts_on(
+        *[gf.surfaces.ellipse(0.1, 0.08)] * 2
+    ),
     "graspforce.adapters.ContactReading": lambda _: gf.adapters.ContactReading(
         grasp(), np.ones((3, 3)), (4, 5, 6)
     ),
@@ -150,6 +153,7 @@ NOT_JSON = {
     "graspforce.surfaces.PlanarCurve": "made of functions",
     "graspforce.surfaces.ParametricSurface": "made of functions",
     "graspforce.surfaces.MeshSurface": "a mesh, for which there are files",
+    "graspforce.surfaces.Arrangement": "made of functions",
     "graspforce.files.GraspFile": "read from JSON or YAML; its grasp has to_dict",
     "graspforce.files.PlanFile": "read from JSON or YAML",
     "graspforce.files.MeshPlanFile": "read from JSON or YAML",
