@@ -155,7 +155,7 @@ impl<const D: usize> Grasp<D> {
         // Squares of wrenches must be representable, or no norm of them is: also of a unit normal force.
         let arm = map.amax();
         for (argument, coefficient) in [("friction", contact.friction), ("torsion", contact.torsion)] {
-            if arm * coefficient >= REPRESENTABLE.end {
+            if REPRESENTABLE.contains(&arm) && arm * coefficient >= REPRESENTABLE.end {
                 let reason =
                     format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
                 return Err(Error::contact(argument, index, reason));

@@ -57,6 +57,7 @@ NOT_RUN = {
     "cargo bench --bench force_latency": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
+    "python -m benches.trust cone_histories": LONG,
 }
 """Commands that a test cannot run, and why."""
 

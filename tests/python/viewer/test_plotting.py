@@ -124,7 +124,7 @@ def test_fans_are_convex_and_keep_the_friction_margin(case):
         square = [[2, 1, 1], [1, -0.5, -0.5], [2, 1, -1], [2, -1, 1], [1, 0.1, 0]]
         options["extreme_forces"] = [square] * 3
     grasp = spatial(**options)
-    for fan, frame in zip(plotting.spatial._fans(grasp), grasp.frames, strict=True):
+    for fan, frame in zip(plotting.planar.cone_fans(grasp), grasp.frames, strict=True):
         forces = fan @ frame.T
         slopes = forces[:, 1:] / forces[:, :1]
         sides = np.roll(slopes, -1, axis=0) - slopes

@@ -15,10 +15,10 @@
 use nalgebra::{SMatrix, SVector, Vector4};
 
 use crate::force::squares::projection::{CutCone, Projection};
+use crate::force::true_cones::choice::Choice;
 use crate::force::true_cones::contact_status::{ContactStatus, friction, load};
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
-use crate::force::true_cones::tie_break::Choice;
 
 const MAX_STEPS: usize = 60;
 const MAX_TRIALS: usize = 20;

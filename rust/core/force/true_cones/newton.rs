@@ -3,11 +3,12 @@
 
 use nalgebra::SVector;
 
+use crate::force::true_cones::choice::Choice;
 use crate::force::true_cones::contact_status::{ContactStatus, friction, load};
 use crate::force::true_cones::optimal_point::{ConeConditions, Missing, OptimalPoint};
 use crate::force::true_cones::optimality_system::OptimalitySystem;
 use crate::force::true_cones::segment::Segment;
-use crate::force::true_cones::tie_break::{Choice, TieBreak};
+use crate::force::true_cones::tie_break::TieBreak;
 
 /// Steps with one set of statuses: from a near point it takes one to three.
 const MAX_STEPS: usize = 12;

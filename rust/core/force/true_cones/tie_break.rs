@@ -3,6 +3,7 @@
 
 use nalgebra::SVector;
 
+use crate::force::true_cones::choice::Choice;
 use crate::force::true_cones::face_choice::FaceChoice;
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
@@ -10,17 +11,6 @@ use crate::force::true_cones::segment::Segment;
 
 /// Directions along which the sum changes by less, relative to their length, keep it.
 const LEVEL_SUM: f64 = 1e-9;
-
-/// What the choice found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Choice {
-    /// The objective and its tie-break determine the forces.
-    Unique,
-    /// The least norm chose.
-    LeastNorm,
-    /// Several directions are free, and cones bound them.
-    Open,
-}
 
 /// Its buffers.
 #[derive(Debug, Clone)]
