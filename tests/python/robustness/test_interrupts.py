@@ -33,12 +33,11 @@ RAISING = [
     "reduce_points",
     "minkowski_sum",
     "closest_points",
-    "refine",
     "reproduce",
 ]
 
 # Searches that have found something give it back, marked as `stopped` by the interrupt.
-RETURNING = ["plan", "plan_multistart", "plan_global", "placement"]
+RETURNING = ["plan", "plan_multistart", "plan_global", "placement", "refine"]
 
 
 def latency(call):

@@ -166,7 +166,7 @@ def plan_global():
 
 def refine():
     surface, bounds = egg(5)
-    gf.refine(surface, np.arange(10) * 0.1, bounds, edges=64, max_iterations=10**6, tolerance=1e-12)
+    return gf.refine(surface, np.arange(10) * 0.1, bounds, edges=64, max_iterations=10**6, tolerance=1e-12)
 
 
 def placement():
