@@ -260,7 +260,10 @@ def _groups_of(file: pq.ParquetFile, part: Part) -> tuple[int, list[int]]:
 
 def _decoded(file: pq.ParquetFile, path: Path, at_once: int, groups: list[int]) -> Iterator[pa.RecordBatch]:
     try:
-        yield from file.iter_batches(at_once, row_groups=groups)
+        for batch in file.iter_batches(at_once, row_groups=groups):
+            yield batch
+            # The pool keeps pages of earlier batches: without this, as much as several of them.
+            pa.default_memory_pool().release_unused()
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
 
