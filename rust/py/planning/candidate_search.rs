@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
-use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
+use crate::convert::errors::{busy, in_row, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
@@ -118,11 +118,7 @@ impl PyCandidateSearch {
         match winner {
             Ok(winner) => summary(py, &winner),
             Err((_, None)) => Err(invalid_grasp(py, "positions: not of the search's dimension")),
-            Err((row, Some(error))) => {
-                let raised = to_python(py, &error);
-                raised.value(py).setattr("row", row)?;
-                Err(raised)
-            }
+            Err((row, Some(error))) => Err(in_row(py, row, &error)),
         }
     }
 }
