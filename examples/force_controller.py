@@ -23,24 +23,27 @@ FINGERTIP = 0.005  # radius in m
 LOST = 0.02  # m
 
 
+Distribute = Callable[[np.ndarray], np.ndarray]
+
+
 # --- the controller ---
 @dataclass
 class Controller:
     """Forces of the fingers that keep an object in its place, at 1 kHz.
 
-    ``distribute`` maps an external wrench (6,) to contact forces (m, 3) in the contact frames.
+    ``distribute`` maps an external wrench (6,) to contact forces (m, 3).
     """
 
     grasp: gf.Grasp
-    distribute: Callable[[np.ndarray], np.ndarray]
+    distribute: Distribute
     inertia: np.ndarray  # (6,) mass three times, then the moments of inertia
     frequency: float = 30.0  # rad/s of the closed loop, which is critically damped
 
     def forces(self, pose: np.ndarray, velocity: np.ndarray, load: np.ndarray) -> np.ndarray:
         """Return the contact forces (m, 3) in the contact frames.
 
-        ``pose`` is a position and a quaternion, ``velocity`` that of MuJoCo's free joint, and ``load`` the
-        external wrench in world axes, as known or estimated.
+        ``pose`` is a position and a quaternion, ``velocity`` that of MuJoCo's free
+        joint. ``load`` is the external wrench in world axes, as known or estimated.
         """
         to_object = rotation(pose).T
         turned = np.empty(3)
@@ -65,7 +68,7 @@ def rotation(pose: np.ndarray) -> np.ndarray:
 
 
 # --- end of the controller ---
-def strategies(grasp: gf.Grasp, loads: np.ndarray) -> dict[str, Callable[[np.ndarray], np.ndarray]]:
+def strategies(grasp: gf.Grasp, loads: np.ndarray) -> dict[str, Distribute]:
     """Return the ways to choose forces, by name."""
     largest, total = (gf.ForceDistributor(grasp, objective) for objective in ("max", "sum"))
     squares = gf.ForceDistributor(grasp, "squares", limits=True)
@@ -76,7 +79,7 @@ def strategies(grasp: gf.Grasp, loads: np.ndarray) -> dict[str, Callable[[np.nda
     needed = (loads @ -inverse.T).reshape(len(loads), -1, 3)[:, :, 0] / grasp.max_normal_force
     share = squeeze[:, 0] / grasp.max_normal_force
 
-    def squeezing(effort: float) -> Callable[[np.ndarray], np.ndarray]:
+    def squeezing(effort: float) -> Distribute:
         constant = (effort - needed.sum(axis=1).mean()) / share.sum() * squeeze
         return lambda load: (-inverse @ load).reshape(-1, 3) + constant
 
@@ -161,7 +164,7 @@ def main() -> None:
         shares = forces[:, :, 0] / grasp.max_normal_force
         runs[name] = errors, shares.max(axis=1)
         if len(forces) < len(loads):
-            print(f"{name:34} lost after {len(forces) / 1000:.2f} s")
+            print(f"{name:34} {f'lost after {len(forces) / 1000:.2f} s':>19}")
             continue
         # The first tenth of a second is left out: the load comes at once.
         change = np.linalg.norm(np.diff(forces[100:], axis=0), axis=2).max()

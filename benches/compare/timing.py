@@ -35,7 +35,8 @@ class Call:
     """One way to ask one peer.
 
     ``make`` imports the peer and returns what answers a problem with a number. ``prepare`` turns a problem
-    into the peer's own form beforehand: neither is timed. ``tolerance`` is the relative difference to accept;
+    into the peer's own form beforehand: neither is timed. ``tolerance`` is the relative difference to accept,
+    infinite where the question is answered for other cones;
     ``reference`` marks calls of this library that peers are measured against; ``whole`` takes a block at
     once; ``apart`` asks in a process of its own, where a peer that spoils memory spoils nobody else's.
     """
