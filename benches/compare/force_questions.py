@@ -120,7 +120,7 @@ def squares(run: Run, *, nearest: bool) -> Iterator[Answers]:
     families = [("tile, 1 kHz trajectory", path), ("tile, random jumps", jumped)]
     if nearest:
         families = [
-            ("tile, twice the trajectory", [2 * wrench for wrench in path]),
+            ("tile, twice the trajectory", [2 * wrench for wrench in path[: len(jumped)]]),
             ("tile, jumps beyond the limits", [60 * wrench for wrench in jumped]),
         ]
     question = "nearest forces" if nearest else "least squares"

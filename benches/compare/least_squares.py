@@ -142,10 +142,10 @@ def daqp_kept(problem: LeastSquares) -> Solve:
     def solve(external: np.ndarray) -> float:
         low[:dim] = high[:dim] = -external
         model.update(bupper=high, blower=low)
-        x, _, flag, _ = model.solve()
+        _, value, flag, _ = model.solve()
         if flag != 1:
             raise UnsolvedError
-        return problem.answer(problem.squares @ np.square(x) / 2)
+        return problem.answer(value)
 
     return solve
 
@@ -172,7 +172,7 @@ def proxqp_kept(problem: LeastSquares, guess: str) -> Solve:
         solver.solve()
         if solver.results.info.status != proxqp.QPSolverOutput.PROXQP_SOLVED:
             raise UnsolvedError
-        return problem.answer(problem.squares @ np.square(solver.results.x) / 2)
+        return problem.answer(solver.results.info.objValue)
 
     return solve
 
@@ -194,7 +194,7 @@ def osqp_kept(problem: LeastSquares) -> Solve:
         found = solver.solve(raise_error=False)
         if found.info.status_val != 1:
             raise UnsolvedError
-        return problem.answer(problem.squares @ np.square(found.x) / 2)
+        return problem.answer(found.info.obj_val)
 
     return solve
 

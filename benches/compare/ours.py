@@ -89,7 +89,12 @@ def squares_calls(grasp: gf.Grasp, *, nearest: bool) -> list[Call]:
         distributor = made()
         if nearest:
             return lambda external: distributor.nearest(external).distance
-        return lambda external: float(np.square(distributor.solve(external).forces).sum() / 2)
+
+        def ask(external: np.ndarray) -> float:
+            forces = distributor.solve(external).forces.ravel()
+            return float(forces @ forces / 2)
+
+        return ask
 
     name = "nearest" if nearest else "solve"
     return [

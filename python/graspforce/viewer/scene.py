@@ -309,7 +309,9 @@ def _unbalanced(solution: ForceSolution) -> list[str]:
     """Return the lines about a wrench that no forces balance."""
     if solution.balanced:
         return []
-    force, torque = (np.linalg.norm(part) for part in (solution.residual[:3], solution.residual[3:]))
+    # The residual of nearest forces is as exact as its gap: digits below are rounding.
+    parts = solution.residual[:3], solution.residual[3:]
+    force, torque = (round(float(np.linalg.norm(part)), 9) for part in parts)
     return [
         "No forces balance this wrench; the nearest ones within the limits are shown.",
         f"**unbalanced** {force:.3g} N, {torque:.3g} N m",
