@@ -22,11 +22,9 @@ FRICTION = 0.72  # of the simulation; the controller counts on 0.68
 FINGERTIP = 0.005  # radius in m
 LOST = 0.02  # m
 
-
 Distribute = Callable[[np.ndarray], np.ndarray]
 
 
-# --- the controller ---
 @dataclass
 class Controller:
     """Forces of the fingers that keep an object in its place, at 1 kHz.
@@ -67,7 +65,6 @@ def rotation(pose: np.ndarray) -> np.ndarray:
     return matrix.reshape(3, 3)
 
 
-# --- end of the controller ---
 def strategies(grasp: gf.Grasp, loads: np.ndarray) -> dict[str, Distribute]:
     """Return the ways to choose forces, by name."""
     largest, total = (gf.ForceDistributor(grasp, objective) for objective in ("max", "sum"))

@@ -48,20 +48,19 @@ def model() -> mujoco.MjModel:
     </mujoco>""")
 
 
-# --- the bound ---
 def largest_jump(grasp: gf.Grasp, contact: int, step: float) -> float:
-    """Return how far the forces of "squares" move at most when one limit changes by ``step`` (N).
+    """Return how far the forces of "squares" move when one limit changes by ``step`` (N).
 
-    The bound is on the norm of the change of all forces together. It holds while the other contacts stay
-    inside their cones and limits.
+    The bound is on the norm of the change of all forces together. It holds while the
+    other contacts stay inside their cones and limits.
     """
     matrix = grasp.grasp_matrix
     internal = np.eye(matrix.shape[1]) - np.linalg.pinv(matrix) @ matrix
     own = slice(3 * contact, 3 * contact + 3)
-    return step * np.hypot(1, grasp.friction[contact]) / np.sqrt(np.linalg.eigvalsh(internal[own, own])[0])
+    smallest = np.linalg.eigvalsh(internal[own, own])[0]
+    return step * np.hypot(1, grasp.friction[contact]) / np.sqrt(smallest)
 
 
-# --- end of the bound ---
 def touch_down(step: float, seconds: float = 1.5) -> float:
     """Raise the limit of the last foot by ``step`` (N) a tick from when it touches the floor.
 
