@@ -53,6 +53,7 @@ NOT_RUN = {
     "python benches/grade.py": LONG,
     "python benches/growth.py": LONG,
     "python benches/force_sweep.py": LONG,
+    "python benches/facets.py solids": LONG,
     "python benches/global_search.py": LONG,
     "cargo bench --bench control_latency": LONG,
     "python force_controller.py --plot force_controller.png": SIMULATED,
