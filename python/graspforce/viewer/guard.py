@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
 import websockets.asyncio.server as websockets_server
+from websockets.frames import Frame, Opcode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -201,6 +202,13 @@ class _Connection(websockets_server.ServerConnection):
     def connection_lost(self, exc: Exception | None) -> None:
         self._guard.closed(self)
         super().connection_lost(exc)
+
+    def process_event(self, event: Any) -> None:
+        # Empty pieces of a message that never ends take memory and no part of its size.
+        if isinstance(event, Frame) and event.opcode is Opcode.CONT and not event.data:
+            self.transport.abort()
+        else:
+            super().process_event(event)
 
     async def recv(self, decode: bool | None = None) -> Any:
         while True:
