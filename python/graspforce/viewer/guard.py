@@ -204,11 +204,17 @@ class _Connection(websockets_server.ServerConnection):
         super().connection_lost(exc)
 
     def process_event(self, event: Any) -> None:
-        # Empty pieces of a message that never ends take memory and no part of its size.
-        if isinstance(event, Frame) and event.opcode is Opcode.CONT and not event.data:
+        if isinstance(event, Frame) and self._fills_memory(event):
             self.transport.abort()
         else:
             super().process_event(event)
+
+    def _fills_memory(self, frame: Frame) -> bool:
+        # Empty pieces of a message that never ends take memory and no part of its size.
+        if frame.opcode is Opcode.CONT:
+            return not frame.data
+        # Answers to pings wait until the client reads them.
+        return frame.opcode is Opcode.PING and self.transport.get_write_buffer_size() > MAX_MESSAGE_BYTES
 
     async def recv(self, decode: bool | None = None) -> Any:
         while True:
