@@ -13,7 +13,7 @@ use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::scalars::{Given, flag, whole};
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::check_kept_rows;
 use crate::runtime::thread_pool::lock;
 
 type Search = Dimensional<CandidateSearch<3>, CandidateSearch<6>>;
@@ -107,7 +107,7 @@ impl PyCandidateSearch {
         let raw = Raw::new("best", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
-        check_rows(py, &arguments, 1)?;
+        check_kept_rows(py, &arguments)?;
         let mut search = lock(&self.inner).ok_or_else(|| busy(py))?;
         let search = &mut *search;
         let winner = on_all_cores(py, || match (search, arguments.dim) {
