@@ -37,6 +37,9 @@ pub(crate) const DRIFTED_PLANE: f64 = 1e-13;
 /// A plane this much shorter than the two that it is combined from has lost three digits, and is computed afresh.
 pub(crate) const CANCELLED_PLANE: f64 = 1e-3;
 
+/// What a projection leaves of a column, relative to the column, is rounding: some five of them.
+pub(crate) const CANCELLED_COLUMN: f64 = 1e-15;
+
 /// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
 pub(crate) const PROVEN_PLANE: f64 = 0.5;
 

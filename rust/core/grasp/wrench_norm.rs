@@ -95,9 +95,17 @@ impl<const D: usize> Metric<D> {
         self.factor.tr_mul(z)
     }
 
+    /// `C^-T y` for functionals `y` on physical wrenches, side by side: what they are on Euclidean ones.
+    pub(crate) fn functionals_to_euclidean<const N: usize>(
+        &self,
+        functionals: &SMatrix<f64, D, N>,
+    ) -> SMatrix<f64, D, N> {
+        self.inverse.tr_mul(functionals)
+    }
+
     /// The unit direction `z` whose functional is parallel to `functional`.
     pub(crate) fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
-        unit(&self.inverse.tr_mul(functional))
+        unit(&self.functionals_to_euclidean(functional))
     }
 
     /// `|C| w` for a wrench of magnitudes: what `C` makes of a bound on every component.

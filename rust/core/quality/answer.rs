@@ -145,13 +145,13 @@ impl<const D: usize> QualityQuery<'_, D> {
         if let (Expansion::Radius(radius), None) = (first, self.center)
             && is_clear(self.grasp, &self.metric, radius.lower, self.scale)
         {
-            return self.inside(&radius, 0.0, Closure::Force);
+            return self.narrowed(self.inside(&radius, 0.0, Closure::Force));
         }
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
         match self.center {
             Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
-                Ok(radius) => self.inside(&radius, 0.0, closure),
+                Ok(radius) => self.narrowed(self.inside(&radius, 0.0, closure)),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
@@ -166,7 +166,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 };
                 // What the twin proves is little, but more than nothing.
                 let least = verdict.certain(self.grasp, &self.metric);
-                self.inside(&radius.unwrap_or_else(unknown), least, closure)
+                self.narrowed(self.inside(&radius.unwrap_or_else(unknown), least, closure))
             }
             None => self.outside(&verdict),
         }
@@ -295,7 +295,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             rho: nearest.upper,
             lower: nearest.lower.max(least).min(nearest.upper).max(0.0),
             upper: nearest.upper,
-            converged: nearest.converged,
+            converged: nearest.converged || nearest.upper - nearest.lower <= self.rtol() * nearest.upper,
             closure,
             direction,
             wrench: direction * -nearest.upper,

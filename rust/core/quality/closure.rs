@@ -14,12 +14,14 @@ use std::cmp::Ordering;
 
 use nalgebra::Vector3;
 
-use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Thinnest};
+use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
+use crate::convex::round_coordinates::{RoundSet, round_map};
 use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
+use crate::quality::thin_sets::axes_of_contacts;
 use crate::tolerances::{
     CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
     ROUNDED_POSITION, SMALLER_SIMPLEX, UNIT_WRENCHES_RTOL,
@@ -36,6 +38,9 @@ pub enum Closure {
     /// No two opposite wrenches; `rho > 0`.
     None,
 }
+
+/// Relative width of the bracket of a radius of which only the sign is asked.
+const ONLY_THE_SIGN_RTOL: f64 = 0.5;
 
 /// The class, with its witness.
 pub(crate) struct Verdict<const D: usize> {
@@ -83,8 +88,16 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         // What is thinner than rounding, no smaller simplex can tell from flat.
         let smaller = (SMALLER_SIMPLEX * size.min(upper.abs())).max(uncertain.amax());
         let thinner = smaller.partial_cmp(&size) == Some(Ordering::Less);
-        if upper <= along(&direction, &uncertain) || !thinner {
+        if upper <= along(&direction, &uncertain) {
             break verdict(Closure::Partial, &direction, 0.0);
+        }
+        // Rounding of long wrenches may have hidden that the set is not flat.
+        if !thinner {
+            break match twin.round_radius(grasp, &uncertain) {
+                Some(Ok(radius)) => verdict(Closure::Force, &radius.direction, radius.lower),
+                Some(Err(thinnest)) => verdict(Closure::Partial, &thinnest.direction, 0.0),
+                None => verdict(Closure::Partial, &direction, 0.0),
+            };
         }
         size = smaller;
     };
@@ -172,8 +185,37 @@ impl<const D: usize> Twin<D> {
                 map
             })
             .collect();
-        let set = WrenchSet::of_unit_wrenches(grasp, &maps, Criterion::Sum);
+        let set = WrenchSet::of_unit_wrenches(grasp, &maps, Criterion::Sum, |wrench| *wrench);
         Self { set, maps, shape }
+    }
+
+    /// The radius of the set in coordinates where it is round, or the direction along which it is thinnest; `None` where
+    /// it is flat.
+    fn round_radius(
+        &self,
+        grasp: &Grasp<D>,
+        uncertain: &Wrench<D>,
+    ) -> Option<Result<Radius<D>, Thinnest<D>>> {
+        let mut longest = vec![0.0_f64; self.maps.len()];
+        for (i, _, length) in self.lengths(grasp) {
+            longest[i] = longest[i].max(length);
+        }
+        let columns = axes_of_contacts(grasp, &self.maps, |i| longest[i].max(f64::MIN_POSITIVE));
+        let map = round_map(columns)?;
+        let set = WrenchSet::of_unit_wrenches(grasp, &self.maps, Criterion::Sum, |wrench| map * wrench);
+        let norm = map.transpose();
+        let round = RoundSet {
+            norm: &norm,
+            uncertain: map.abs() * uncertain,
+            longest: set.longest(),
+            oracle: |z: &Wrench<D>| set.support(z),
+        };
+        let physical = |direction: &Wrench<D>| unit(&(norm * direction));
+        let found = round.radius(&Limits::new(ONLY_THE_SIGN_RTOL));
+        Some(match found {
+            Ok(radius) => Ok(Radius { direction: physical(&radius.direction), ..radius }),
+            Err(thinnest) => Err(Thinnest { direction: physical(&thinnest.direction), ..thinnest }),
+        })
     }
 
     /// Of every wrench before it is made one of unit length, by contact: the force that exerts it and its length; of a

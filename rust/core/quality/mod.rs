@@ -10,6 +10,7 @@
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
 //! | [`gradient`] | derivatives of epsilon by positions and normals |
+//! | [`thin_sets`] | brackets of sets that are many orders longer than thick, in coordinates where they are round |
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
 //! | [`inscribed_cones`] | the symmetries of true cones, for linearised ones of many edges |
 //! | [`batch`] | many grasps on all cores |
@@ -28,6 +29,7 @@ pub(crate) mod set_rounding;
 pub(crate) mod singular_values;
 pub(crate) mod symmetric_radius;
 pub(crate) mod symmetry;
+pub(crate) mod thin_sets;
 
 pub use result::{Quality, QualityOptions, QualityWorkspace};
 

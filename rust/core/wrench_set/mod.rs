@@ -97,14 +97,20 @@ impl<const D: usize> WrenchSet<D> {
         Self::in_map(grasp, criterion, |wrench| metric.to_euclidean(wrench))
     }
 
-    fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
+    /// The wrench set in the coordinates of a linear map.
+    pub(crate) fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
         let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
         Self { criterion, contacts: contacts.collect() }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
-    /// length.
-    pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
+    /// length, in the coordinates of a linear map `through`.
+    pub(crate) fn of_unit_wrenches(
+        grasp: &Grasp<D>,
+        maps: &[ContactMap<D>],
+        criterion: Criterion,
+        through: impl Fn(&Wrench<D>) -> Wrench<D>,
+    ) -> Self {
         let contact = |(i, map): (usize, &ContactMap<D>)| {
             if let Some(range) = grasp.edges(i) {
                 let first = range.start;
@@ -112,7 +118,7 @@ impl<const D: usize> WrenchSet<D> {
                 // A force of zero is a wrench of zero; it has no direction to keep.
                 let unit = |force: &ContactForce| {
                     let wrench = map * force;
-                    if wrench.amax() > 0.0 { unit(&wrench) } else { wrench }
+                    through(&if wrench.amax() > 0.0 { unit(&wrench) } else { wrench })
                 };
                 return ContactSupport::finite(forces.iter().map(unit), grasp, first);
             }
@@ -120,7 +126,11 @@ impl<const D: usize> WrenchSet<D> {
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
             let lengths = map.column_iter().zip(axes).map(|(column, by)| by * column.norm());
             let limit = lengths.fold(0.0, f64::max).recip();
-            ContactSupport::cone(map, contact.friction, contact.torsion, limit)
+            let mut mapped = *map;
+            for (k, column) in map.column_iter().enumerate() {
+                mapped.set_column(k, &through(&column.into_owned()));
+            }
+            ContactSupport::cone(&mapped, contact.friction, contact.torsion, limit)
         };
         Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
     }

@@ -14,9 +14,11 @@
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
+pub(crate) mod plane_norm;
 pub(crate) mod ridge_table;
 
 use crate::convex::expanding_polytope::boundary::Boundary;
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::grasp::Wrench;
 use crate::interrupt;
 use crate::tolerances::{BEYOND_PLANE, RIVAL_DIRECTION, RIVAL_RADIUS};
@@ -120,7 +122,7 @@ pub(crate) enum Progress {
 pub(crate) struct Thinnest<const D: usize> {
     /// `p(direction)`: no ball around the origin inside the set is larger.
     pub(crate) upper: f64,
-    /// Of unit length.
+    /// Of unit length, or of the norm 1.
     pub(crate) direction: Wrench<D>,
     /// Calls of the oracle.
     pub(crate) supports: usize,
@@ -159,7 +161,12 @@ impl<const D: usize> Polytope<D> {
 
     /// Starts from a simplex whose vertices have length `size`.
     pub(crate) fn start(&mut self, size: f64) {
-        self.boundary.start(size);
+        self.start_in(size, PlaneNorm::Euclidean);
+    }
+
+    /// The same, with distances by a norm. The oracle is then asked for directions of the norm 1.
+    pub(crate) fn start_in(&mut self, size: f64, norm: PlaneNorm<D>) {
+        self.boundary.start(size, norm);
         self.thinnest = Thinnest::unknown();
     }
 
@@ -185,7 +192,7 @@ impl<const D: usize> Polytope<D> {
                 return Progress::Done(lower);
             }
             let plane = self.boundary.plane(nearest.facet);
-            let z = plane.normalize();
+            let z = self.boundary.normal(&plane);
             let support = self.ask(&z, oracle);
             if interrupt::stopped() || self.settled(lower, rtol, limits) {
                 return Progress::Done(lower);
@@ -204,7 +211,7 @@ impl<const D: usize> Polytope<D> {
         }
     }
 
-    /// What an expansion proves of the radius.
+    /// What an expansion proves of the radius; a `size` of zero says that the first simplex lies in the set.
     pub(crate) fn conclude(&self, progress: Progress, size: f64, limits: &Limits) -> Expansion<D> {
         let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         let (Progress::Done(lower) | Progress::Full(lower)) = progress else {

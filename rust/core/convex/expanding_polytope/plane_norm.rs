@@ -1,0 +1,42 @@
+//! The norm of planes that ranks the facets of the expanding polytope.
+//!
+//! The distance of a plane `y . x = 1` from the origin is `1 / |y|`. Where the coordinates are not those in which
+//! distances are measured but `x = T w`, the plane measures `w` as `T^T y`, so the distance is `1 / |T^T y|`.
+
+use nalgebra::SMatrix;
+
+use crate::grasp::Wrench;
+use crate::tolerances::ROUNDED_QUOTIENT;
+
+/// `|y|`, or `|N y|` for a regular matrix `N`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PlaneNorm<const D: usize> {
+    /// The coordinates are those in which distances are measured.
+    Euclidean,
+    /// `N`, and the Frobenius norm of it.
+    Through(SMatrix<f64, D, D>, f64),
+}
+
+impl<const D: usize> PlaneNorm<D> {
+    pub(crate) fn through(matrix: SMatrix<f64, D, D>) -> Self {
+        Self::Through(matrix, matrix.norm())
+    }
+
+    /// The norm of a plane whose Euclidean length is known.
+    #[inline]
+    pub(crate) fn of(&self, plane: &Wrench<D>, length: f64) -> f64 {
+        match self {
+            Self::Euclidean => length,
+            Self::Through(matrix, _) => (matrix * plane).norm(),
+        }
+    }
+
+    /// What rounding may have taken from [`Self::of`], beside a few roundings of itself.
+    #[inline]
+    pub(crate) fn lost(&self, length: f64) -> f64 {
+        match self {
+            Self::Euclidean => 0.0,
+            Self::Through(_, size) => ROUNDED_QUOTIENT * size * length,
+        }
+    }
+}
