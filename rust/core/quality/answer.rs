@@ -290,6 +290,7 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// `least` is a lower bound of the distance that is known besides.
     fn at_distance(&self, nearest: &NearestPoint<D>, least: f64, closure: Closure) -> Quality<D> {
+        let nearest = self.turned_to(nearest);
         let direction = self.metric.to_physical(&nearest.witness);
         Quality {
             rho: nearest.upper,

@@ -16,12 +16,13 @@ use nalgebra::Vector3;
 
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
-use crate::convex::round_coordinates::{RoundSet, round_map};
-use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
+use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
+use crate::convex::rounding::{along, edge_magnitude, force_magnitude, map_magnitude};
 use crate::grasp::contact::ContactForce;
+use crate::grasp::exact_map::Wrench32;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
-use crate::quality::thin_sets::axes_of_contacts;
 use crate::tolerances::{
     CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
     ROUNDED_POSITION, SMALLER_SIMPLEX, UNIT_WRENCHES_RTOL,
@@ -200,12 +201,18 @@ impl<const D: usize> Twin<D> {
         for (i, _, length) in self.lengths(grasp) {
             longest[i] = longest[i].max(length);
         }
-        let columns = axes_of_contacts(grasp, &self.maps, |i| longest[i].max(f64::MIN_POSITIVE));
-        let map = round_map(columns)?;
+        let axes = |i: usize| force_magnitude(grasp, i, &grasp.contacts()[i]) / longest[i].max(f64::MIN_POSITIVE);
+        let columns = self.maps.iter().enumerate().flat_map(|(i, map)| {
+            let axes = axes(i);
+            std::array::from_fn::<Wrench32<D>, 4, _>(|k| {
+                std::array::from_fn(|row| (map[(row, k)] * axes[k]).into())
+            })
+        });
+        let map = matrix_of(&round_rows(columns.collect())?);
         let set = WrenchSet::of_unit_wrenches(grasp, &self.maps, Criterion::Sum, |wrench| map * wrench);
         let norm = map.transpose();
         let round = RoundSet {
-            norm: &norm,
+            norm: PlaneNorm::Through(norm, norm.norm()),
             uncertain: map.abs() * uncertain,
             longest: set.longest(),
             oracle: |z: &Wrench<D>| set.support(z),

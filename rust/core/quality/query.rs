@@ -1,7 +1,5 @@
 //! A question about the quality of one grasp: its wrench set in the coordinates where the metric is Euclidean.
 
-use nalgebra::SMatrix;
-
 use crate::convex::expanding_polytope::{DEFAULT_MAX_FACETS, Limits, POLISH};
 use crate::convex::rounding::of_contacts;
 use crate::error::{Error, Result};
@@ -60,17 +58,6 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
             .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);
         let rounding = (of_contacts(grasp, |sizes| metric.magnitude(sizes)), lost);
         Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
-    }
-
-    /// The same question with the set in the coordinates `map w` of physical wrenches `w`.
-    pub(crate) fn through(&self, map: &SMatrix<f64, D, D>) -> Self {
-        let set = WrenchSet::in_map(self.grasp, self.set.criterion(), |wrench| map * wrench);
-        let center = self.center.map(|(given, _)| (given, map * given));
-        let magnitude = |sizes: &Wrench<D>| map.abs() * sizes;
-        let lost = center.map_or_else(Wrench::zeros, |(given, _)| magnitude(&given.abs()) * ROUNDED_QUOTIENT);
-        let scale = set.longest() + center.map_or(0.0, |(_, center)| center.norm());
-        let rounding = (of_contacts(self.grasp, magnitude), lost);
-        Self { grasp: self.grasp, set, metric: self.metric, center, limits: self.limits, scale, rounding }
     }
 
     pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {

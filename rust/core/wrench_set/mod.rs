@@ -97,10 +97,23 @@ impl<const D: usize> WrenchSet<D> {
         Self::in_map(grasp, criterion, |wrench| metric.to_euclidean(wrench))
     }
 
-    /// The wrench set in the coordinates of a linear map.
-    pub(crate) fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
+    fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
         let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
         Self { criterion, contacts: contacts.collect() }
+    }
+
+    /// The set that other maps `G_i` would give.
+    pub(crate) fn of_maps(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
+        let contact = |(i, map): (usize, &ContactMap<D>)| {
+            if let Some(range) = grasp.edges(i) {
+                let first = range.start;
+                let wrenches = grasp.finite_forces()[range].iter().map(|force| map * force);
+                return ContactSupport::finite(wrenches, grasp, first);
+            }
+            let contact = &grasp.contacts()[i];
+            ContactSupport::cone(map, contact.friction, contact.torsion, contact.max_normal_force)
+        };
+        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit

@@ -13,15 +13,11 @@ use crate::tolerances::ROUNDED_QUOTIENT;
 pub(crate) enum PlaneNorm<const D: usize> {
     /// The coordinates are those in which distances are measured.
     Euclidean,
-    /// `N`, and the Frobenius norm of it.
+    /// `N`, and the size of the terms that its entries were computed from.
     Through(SMatrix<f64, D, D>, f64),
 }
 
 impl<const D: usize> PlaneNorm<D> {
-    pub(crate) fn through(matrix: SMatrix<f64, D, D>) -> Self {
-        Self::Through(matrix, matrix.norm())
-    }
-
     /// The norm of a plane whose Euclidean length is known.
     #[inline]
     pub(crate) fn of(&self, plane: &Wrench<D>, length: f64) -> f64 {
