@@ -20,7 +20,6 @@ use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
-use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
 use crate::tolerances::{
     DISTANCE_RTOL, EXACT_SYMMETRY, FIRST_SIMPLEX, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY,
@@ -89,7 +88,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             let symmetries = Symmetries::of(self, NEAR_SYMMETRY * thinnest.upper);
             let exact = symmetries.deviation() <= EXACT_SYMMETRY * limits.rtol * thinnest.upper;
             if exact {
-                known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
+                known = self.radius_by_symmetry(&symmetries, &thinnest, size, limits);
             }
             // What neither closed the bracket nor reached `max_facets` was stopped by rounding.
             if let Some(radius) = known
@@ -102,7 +101,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             }
             progress = polytope.grow(limits, &mut oracle);
             if !exact && matches!(progress, Progress::Full(_)) {
-                known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+                known = self.radius_by_symmetry(&symmetries, polytope.thinnest(), size, limits);
             }
             if matches!(progress, Progress::Full(_)) {
                 let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);

@@ -14,15 +14,17 @@ use std::f64::consts::PI;
 
 use crate::convex::expanding_polytope::{Limits, Radius, Thinnest};
 use crate::grasp::contact::{Contact, ForceModel, latitudes};
-use crate::grasp::{Grasp, GraspOptions};
+use crate::grasp::{Grasp, GraspOptions, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::QualityOptions;
-use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
 use crate::tolerances::{INSCRIBED_RTOL, NEAR_SYMMETRY, ROUNDED_QUOTIENT};
 
 /// Cones of fewer edges contain true ones that are too small to say anything.
 const FEWEST_EDGES: usize = 24;
+
+/// Subgradient steps from each direction along which the true cones are thinnest.
+const STEPS_DOWNHILL: usize = 30;
 
 impl<const D: usize> QualityQuery<'_, D> {
     /// The bracket whose lower end comes from the symmetries of the inscribed true cones; `None` where contacts are not
@@ -53,9 +55,32 @@ impl<const D: usize> QualityQuery<'_, D> {
             return None;
         }
         let limits = Limits { rtol: INSCRIBED_RTOL.max(limits.rtol), ..*limits };
-        let radius = symmetric_radius(&inner, &symmetries, &known, size, &limits)?;
-        let (upper, direction) = (thinnest.upper, thinnest.direction);
-        Some(Radius { upper, direction, converged: false, lower: radius.lower.min(upper), ..radius })
+        let radius = inner.radius_by_symmetry(&symmetries, &known, size, &limits)?;
+        let images = symmetries.maps.iter().map(|symmetry| symmetry.map * radius.direction);
+        let (mut upper, mut direction) = (thinnest.upper, thinnest.direction);
+        for image in images.chain([radius.direction]) {
+            let (value, z) = self.least_downhill(&image.normalize(), radius.lower);
+            if value < upper {
+                (upper, direction) = (value, z);
+            }
+        }
+        let lower = radius.lower.min(upper);
+        Some(Radius { upper, direction, converged: false, lower, ..radius })
+    }
+
+    /// The least support value met on the way downhill from a direction, and where.
+    fn least_downhill(&self, from: &Wrench<D>, target: f64) -> (f64, Wrench<D>) {
+        let mut best = (f64::INFINITY, *from);
+        let mut next = Some(*from);
+        for _ in 0..STEPS_DOWNHILL {
+            let Some(z) = next else { break };
+            let support = self.support(&z);
+            if support.value < best.0 {
+                best = (support.value, z);
+            }
+            next = support.downhill(&z, target);
+        }
+        best
     }
 }
 
@@ -79,7 +104,6 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::grasp::Wrench;
     use crate::wrench_set::{Criterion, WrenchSet};
 
     #[test]

@@ -21,6 +21,12 @@ use crate::tolerances::{
 };
 use crate::wrench_set::{Criterion, WrenchSet};
 
+/// How often the coordinates are turned to a better direction.
+const TURNS: usize = 4;
+
+/// A turn that leaves more than this of the bracket is the last.
+const WORTH_ANOTHER_TURN: f64 = 0.9;
+
 impl<const D: usize> QualityQuery<'_, D> {
     /// The same question with the set in the coordinates `A w` of physical wrenches `w`, for a matrix `A` given by its rows.
     fn through(&self, rows: &[Wrench32<D>; D]) -> Self {
@@ -66,7 +72,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         let functionals = matrix_of(&rows).transpose();
         let norm = self.metric.functionals_to_euclidean(&functionals);
         let set = RoundSet {
-            norm: PlaneNorm::Through(norm, self.metric.size_of_functionals(&functionals)),
+            norm: PlaneNorm::Through(vec![norm], self.metric.size_of_functionals(&functionals)),
             uncertain: round.uncertain(),
             longest: round.scale,
             oracle: |z: &Wrench<D>| round.support(z),
@@ -93,9 +99,21 @@ impl<const D: usize> QualityQuery<'_, D> {
     /// the origin.
     pub(crate) fn turned_to(&self, nearest: &NearestPoint<D>) -> NearestPoint<D> {
         let rtol = self.rtol().max(DISTANCE_RTOL);
-        if nearest.lower <= 0.0 || nearest.upper - nearest.lower <= rtol * nearest.upper {
-            return *nearest;
+        let mut best = *nearest;
+        for _ in 0..TURNS {
+            let width = best.upper - best.lower;
+            if best.lower <= 0.0 || width <= rtol * best.upper {
+                break;
+            }
+            best = self.turned_once(&best, rtol);
+            if best.upper - best.lower > WORTH_ANOTHER_TURN * width {
+                break;
+            }
         }
+        best
+    }
+
+    fn turned_once(&self, nearest: &NearestPoint<D>, rtol: f64) -> NearestPoint<D> {
         let turn = turn_to(&nearest.witness);
         let turned = self.through(&self.metric.exact_rows(&turn));
         let criterion = if self.center.is_some() { self.set.criterion() } else { Criterion::Sum };

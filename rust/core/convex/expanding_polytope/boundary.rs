@@ -76,7 +76,6 @@ impl<const D: usize> Boundary<D> {
 
     /// The boundary of a regular simplex whose vertices have length `size`, with planes ranked by a norm.
     pub(crate) fn start(&mut self, size: f64, norm: PlaneNorm<D>) {
-        self.norm = norm;
         self.points.clear();
         self.facets.clear();
         self.free.clear();
@@ -85,6 +84,7 @@ impl<const D: usize> Boundary<D> {
         self.serial = 0;
         self.proven = true;
         self.noise = ROUNDED_DISTANCE * size;
+        self.norm = norm;
         self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
@@ -94,7 +94,7 @@ impl<const D: usize> Boundary<D> {
             let facet = Facet {
                 plane,
                 length,
-                norm: norm.of(&plane, length),
+                norm: self.norm.of(&plane, length),
                 error: 64.0 * f64::EPSILON,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),

@@ -21,7 +21,7 @@ use crate::convex::expanding_polytope::boundary::Boundary;
 use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::tolerances::{BEYOND_PLANE, RIVAL_DIRECTION, RIVAL_RADIUS};
+use crate::tolerances::{BEYOND_PLANE, CLOSED_BRACKET, RIVAL_DIRECTION, RIVAL_RADIUS};
 use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
@@ -80,6 +80,11 @@ pub(crate) struct Radius<const D: usize> {
 }
 
 impl<const D: usize> Radius<D> {
+    /// The same bracket, converged if it is as narrow as asked for.
+    pub(crate) fn settled(self, rtol: f64) -> Self {
+        Self { converged: self.upper <= self.lower * (1.0 + CLOSED_BRACKET * rtol), ..self }
+    }
+
     /// What two brackets of the same radius prove together.
     pub(crate) fn intersection(&self, other: &Self, rtol: f64) -> Self {
         let Self { upper, direction, .. } = if other.upper < self.upper { *other } else { *self };

@@ -2,19 +2,20 @@
 //!
 //! The distance of a plane `y . x = 1` from the origin is `1 / |y|`. Where the coordinates are not those in which
 //! distances are measured but `x = T w`, the plane measures `w` as `T^T y`, so the distance is `1 / |T^T y|`.
+//! The largest of several such norms is the norm of the smallest set that holds all of their balls.
 
 use nalgebra::SMatrix;
 
 use crate::grasp::Wrench;
 use crate::tolerances::ROUNDED_QUOTIENT;
 
-/// `|y|`, or `|N y|` for a regular matrix `N`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// `|y|`, or the largest `|N y|` of regular matrices `N`.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum PlaneNorm<const D: usize> {
     /// The coordinates are those in which distances are measured.
     Euclidean,
-    /// `N`, and the size of the terms that its entries were computed from.
-    Through(SMatrix<f64, D, D>, f64),
+    /// All `N`, and the size of the terms that the entries of one were computed from.
+    Through(Vec<SMatrix<f64, D, D>>, f64),
 }
 
 impl<const D: usize> PlaneNorm<D> {
@@ -23,7 +24,9 @@ impl<const D: usize> PlaneNorm<D> {
     pub(crate) fn of(&self, plane: &Wrench<D>, length: f64) -> f64 {
         match self {
             Self::Euclidean => length,
-            Self::Through(matrix, _) => (matrix * plane).norm(),
+            Self::Through(matrices, _) => {
+                matrices.iter().map(|matrix| (matrix * plane).norm_squared()).fold(0.0, f64::max).sqrt()
+            }
         }
     }
 
