@@ -76,7 +76,7 @@ impl<const D: usize, O: Fn(&Wrench<D>) -> Support<D>> RoundSet<D, O> {
         let mut polytope = Polytope::new();
         polytope.allow(self.uncertain);
         let size = self.inner_ball(&mut polytope)?;
-        let limits = Limits { polish: 0, max_facets: MAX_FACETS.min(limits.max_facets), ..*limits };
+        let limits = Limits { max_facets: MAX_FACETS.min(limits.max_facets), ..*limits };
         polytope.start_in(size, self.norm.clone());
         let progress = polytope.grow(&limits, &mut |z| (self.oracle)(z));
         let thinnest = *polytope.thinnest();

@@ -97,7 +97,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                     || radius.upper < limits.stop_below)
             {
                 *symmetric = true;
-                return Expansion::Radius(radius);
+                return Expansion::Radius(self.lowered(radius, limits));
             }
             progress = polytope.grow(limits, &mut oracle);
             if !exact && matches!(progress, Progress::Full(_)) {
@@ -112,6 +112,9 @@ impl<const D: usize> QualityQuery<'_, D> {
             }
             *symmetric = known.is_some();
         }
+        if matches!(progress, Progress::Full(_)) {
+            known = known.map(|radius| self.lowered(radius, limits));
+        }
         match (polytope.conclude(progress, size, limits), known) {
             (Expansion::Radius(plain), Some(known)) => {
                 Expansion::Radius(plain.intersection(&known, limits.rtol))
@@ -119,6 +122,15 @@ impl<const D: usize> QualityQuery<'_, D> {
             (Expansion::Stopped(_) | Expansion::Pierced(_), Some(known)) => Expansion::Radius(known),
             (plain, None) => plain,
         }
+    }
+
+    /// An open bracket with its upper end from a few steps downhill.
+    fn lowered(&self, radius: Radius<D>, limits: &Limits) -> Radius<D> {
+        let (upper, direction) = self.least_downhill(&radius.direction, radius.lower);
+        if radius.converged || upper >= radius.upper {
+            return radius;
+        }
+        Radius { upper: upper.max(radius.lower), direction, ..radius }.settled(limits.rtol)
     }
 
     /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.

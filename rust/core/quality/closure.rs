@@ -14,9 +14,9 @@ use std::cmp::Ordering;
 
 use nalgebra::Vector3;
 
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
-use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
 use crate::convex::rounding::{along, edge_magnitude, force_magnitude, map_magnitude};
 use crate::grasp::contact::{ContactForce, ForceModel};

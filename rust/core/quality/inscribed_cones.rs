@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use crate::convex::expanding_polytope::{Limits, Radius, Thinnest};
 use crate::grasp::contact::{Contact, ForceModel, latitudes};
-use crate::grasp::{Grasp, GraspOptions, Wrench};
+use crate::grasp::{Grasp, GraspOptions};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::QualityOptions;
 use crate::quality::symmetry::Symmetries;
@@ -22,9 +22,6 @@ use crate::tolerances::{INSCRIBED_RTOL, NEAR_SYMMETRY, ROUNDED_QUOTIENT};
 
 /// Cones of fewer edges contain true ones that are too small to say anything.
 const FEWEST_EDGES: usize = 24;
-
-/// Subgradient steps from each direction along which the true cones are thinnest.
-const STEPS_DOWNHILL: usize = 30;
 
 impl<const D: usize> QualityQuery<'_, D> {
     /// The bracket whose lower end comes from the symmetries of the inscribed true cones; `None` where contacts are not
@@ -67,21 +64,6 @@ impl<const D: usize> QualityQuery<'_, D> {
         let lower = radius.lower.min(upper);
         Some(Radius { upper, direction, converged: false, lower, ..radius })
     }
-
-    /// The least support value met on the way downhill from a direction, and where.
-    fn least_downhill(&self, from: &Wrench<D>, target: f64) -> (f64, Wrench<D>) {
-        let mut best = (f64::INFINITY, *from);
-        let mut next = Some(*from);
-        for _ in 0..STEPS_DOWNHILL {
-            let Some(z) = next else { break };
-            let support = self.support(&z);
-            if support.value < best.0 {
-                best = (support.value, z);
-            }
-            next = support.downhill(&z, target);
-        }
-        best
-    }
 }
 
 /// The contact with the largest true cone of the same axis that its linearised one contains.
@@ -104,6 +86,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
+    use crate::grasp::Wrench;
     use crate::wrench_set::{Criterion, WrenchSet};
 
     #[test]

@@ -165,9 +165,7 @@ impl<const D: usize> Search<'_, D> {
         let furthest = if walls.is_empty() { 1.0 } else { WALL_DISTANCE } * query.scale;
         let lost = self.spread() * (deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * furthest);
         let rtol = (limits.rtol - lost / thinnest.upper).max(0.5 * limits.rtol);
-        // Downhill is along the sphere of the coordinates.
-        let polish = if self.orbits.is_some() { 0 } else { limits.polish };
-        let narrower = Limits { rtol, polish, ..*limits };
+        let narrower = Limits { rtol, ..*limits };
         let mut polytope = Polytope::<E>::new();
         polytope.start_in(size, norm);
         let progress = polytope.grow(&narrower, &mut oracle);

@@ -48,7 +48,15 @@ impl<const D: usize> QualityQuery<'_, D> {
             center.abs() * ROUNDED_QUOTIENT + matrix * given.abs() * (ROUNDED_POINT * LOST_IN_32_DIGITS)
         });
         let scale = set.longest() + center.map_or(0.0, |(_, center)| center.norm());
-        Self { grasp, set, metric: self.metric, center, limits: self.limits, scale, rounding: (rounding, lost) }
+        Self {
+            grasp,
+            set,
+            metric: self.metric,
+            center,
+            limits: self.limits,
+            scale,
+            rounding: (rounding, lost),
+        }
     }
 
     /// The answer with the bracket of a radius narrowed where rounding left it wider than asked for.

@@ -45,13 +45,23 @@ impl<const D: usize> Support<D> {
     /// Polyak's subgradient step on the sphere: from the unit `z` whose support this is, downhill as if the least of
     /// `p` were `target`. `None` where `p` is flat, or the step overflows.
     pub(crate) fn downhill(&self, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
-        let slope = self.wrench - z * self.value;
+        let next = self.step_downhill(z, z, target)?.try_normalize(0.0)?;
+        next.iter().all(|x| x.is_finite()).then_some(next)
+    }
+
+    /// The same step for any norm that is 1 at `z` and has the `gradient` there, before its length is made 1.
+    pub(crate) fn step_downhill(
+        &self,
+        z: &Wrench<D>,
+        gradient: &Wrench<D>,
+        target: f64,
+    ) -> Option<Wrench<D>> {
+        let slope = self.wrench - gradient * self.value;
         let steepness = slope.norm_squared();
         if steepness <= FLAT_SUPPORT * self.wrench.norm_squared() {
             return None;
         }
-        let next = (z - slope * ((self.value - target) / steepness)).try_normalize(0.0)?;
-        next.iter().all(|x| x.is_finite()).then_some(next)
+        Some(z - slope * ((self.value - target) / steepness))
     }
 }
 

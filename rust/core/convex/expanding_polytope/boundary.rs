@@ -145,6 +145,11 @@ impl<const D: usize> Boundary<D> {
         plane / self.norm.of(plane, plane.norm())
     }
 
+    /// The norm of planes, which are measured as directions.
+    pub(crate) fn norm(&self) -> &PlaneNorm<D> {
+        &self.norm
+    }
+
     /// Normals of the facets no further out than `distance`.
     pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
         let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.norm * distance >= 1.0);

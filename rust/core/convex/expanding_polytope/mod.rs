@@ -276,7 +276,7 @@ impl<const D: usize> Polytope<D> {
         let mut vertex = support.wrench;
         let deep = 1.0 + DEEP * (plane.dot(&vertex) - 1.0);
         for _ in 0..steps {
-            let Some(next) = support.downhill(&z, lower) else { break };
+            let Some(next) = self.boundary.norm().downhill(&support, &z, lower) else { break };
             let there = self.ask(&next, oracle);
             if there.value >= support.value {
                 break;

@@ -8,6 +8,7 @@ use nalgebra::SMatrix;
 
 use crate::grasp::Wrench;
 use crate::tolerances::ROUNDED_QUOTIENT;
+use crate::wrench_set::Support;
 
 /// `|y|`, or the largest `|N y|` of regular matrices `N`.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +29,17 @@ impl<const D: usize> PlaneNorm<D> {
                 matrices.iter().map(|matrix| (matrix * plane).norm_squared()).fold(0.0, f64::max).sqrt()
             }
         }
+    }
+
+    /// The next direction of the norm 1 on the way downhill from `z` as if the least support value were `target`.
+    pub(crate) fn downhill(&self, support: &Support<D>, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
+        let Self::Through(matrices, _) = self else { return support.downhill(z, target) };
+        let images = matrices.iter().map(|matrix| (matrix, matrix * z));
+        let (matrix, image) =
+            images.max_by(|(_, a), (_, b)| a.norm_squared().total_cmp(&b.norm_squared()))?;
+        let next = support.step_downhill(z, &matrix.tr_mul(&image), target)?;
+        let next = next / self.of(&next, next.norm());
+        next.iter().all(|x| x.is_finite()).then_some(next)
     }
 
     /// What rounding may have taken from [`Self::of`], beside a few roundings of itself.
