@@ -198,8 +198,8 @@ pub(crate) const BOX_BOUND_RTOL: f64 = 1e-3;
 /// it by more. Nothing lies in between.
 pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 
-/// What may be left over of a balance of any size because its terms were rounded, relative to the terms.
-pub(crate) const ROUNDED_TERMS: f64 = 1e-13;
+/// What rounding makes of a balance that was added up in doubles, relative to its terms: some ten roundings.
+pub(crate) const ROUNDED_TERMS: f64 = 1e-15;
 
 // Force distribution
 
@@ -299,6 +299,10 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 /// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
 /// remembered for no other wrench.
 pub(crate) const DELICATE: f64 = 1e5;
+
+/// Forces that add up to more than this beside a wrench, both in their units, are not computed anew for its multiples:
+/// their rounding comes near to [`FEASIBILITY_TOLERANCE`].
+pub(crate) const LARGE_FORCES: f64 = 1e4;
 
 /// Columns or rows of unit length that are dependent up to this do not determine the unknowns.
 pub(crate) const DEPENDENT: f64 = 1e-11;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
+use crate::force::certificate::exact_rest;
 use crate::force::limits::Limited;
 use crate::force::linear_cones::program::LinearProgram;
 use crate::force::preload::program::{PreloadProgram, checked_bounds};
@@ -15,6 +16,7 @@ use crate::force::workspace::{ForceWorkspace, Program};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::LARGE_FORCES;
 use crate::wrench_set::Criterion;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
@@ -247,7 +249,12 @@ impl<const D: usize> ForceDistributor<D> {
 
     /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-        self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
+        let contacts = self.grasp.maps().iter().zip(forces);
+        let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force.amax()));
+        if largest > LARGE_FORCES * b.amax() {
+            return -exact_rest(b, contacts.map(|(map, force)| (map, *force)));
+        }
+        contacts.fold(-b, |rest, (map, force)| rest + map * force)
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.

@@ -108,7 +108,7 @@ impl<const D: usize> ForceWorkspace<D> {
         let certificate = match solver {
             Solver::Linear(program, workspace) => {
                 let (region, _) = program.locate(workspace, b, forces)?;
-                region.forces.multiply(b, rows);
+                region.write(b, rows);
                 return Ok(region.dual.dot(b));
             }
             Solver::Cone(program, workspace) => program.solve(workspace, b, forces)?,

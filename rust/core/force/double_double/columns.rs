@@ -142,6 +142,11 @@ impl DoubleDoubleColumns {
         }
     }
 
+    /// What a column of one contact costs.
+    pub(crate) fn unit(&self) -> f64 {
+        self.objective.unit()
+    }
+
     /// What each contact adds to the cost of a column.
     pub(crate) fn weight(&self) -> f64 {
         match self.objective {
@@ -231,24 +236,27 @@ impl DoubleDoubleColumns {
             })
         };
         let pressing_gain = gain(&pressing) - fixed;
-        let mut best = (pressing_gain, pressing, fixed, false);
+        let mut best = (pressing_gain, pressing, false);
         if !self.least.is_empty() {
             let normal = |i: usize| if presses(i) && !sum { 1.0 } else { self.least[i] };
             let holding: Vec<(usize, f64)> =
                 (0..each.len()).map(|i| (i, normal(i))).filter(|(_, normal)| *normal > 0.0).collect();
             let holding_gain = gain(&holding) + z[self.dim];
             if holding_gain > best.0 {
-                best = (holding_gain, holding, DoubleDouble::ZERO, true);
+                best = (holding_gain, holding, true);
             }
         }
-        let (gain, chosen, mut cost, holds) = best;
+        let (gain, chosen, holds) = best;
+        // What it costs where prices count, even if it was found where they do not.
+        let mut cost = if holds { DoubleDouble::ZERO } else { DoubleDouble::ONE };
+        let own = DoubleDouble::from(self.weight());
         let mut wrench = [DoubleDouble::ZERO; ROWS];
         let mut shares = Vec::with_capacity(chosen.len());
         for (contact, normal) in chosen {
             for (sum, w) in wrench.iter_mut().zip(&each[contact].wrench) {
                 *sum += DoubleDouble::from(*w).times(normal);
             }
-            cost += weight.times(normal);
+            cost += own.times(normal);
             shares.push(Share { contact, normal, force: each[contact].force });
         }
         if holds {

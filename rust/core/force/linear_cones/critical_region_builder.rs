@@ -197,6 +197,11 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         mismatch(face, coefficients).1
     }
 
+    /// Whether the forces balance every wrench of a region.
+    pub(crate) fn balances_all(&self, region: &CriticalRegion<D>) -> bool {
+        region.left_over(&self.maps, self.components) <= FEASIBILITY_TOLERANCE
+    }
+
     /// How far the forces themselves, in N and N m, are from balance.
     fn imbalance(&self, region: &CriticalRegion<D>, b: &Wrench<D>, forces: &mut [f64]) -> f64 {
         region.forces.multiply(b, forces);
