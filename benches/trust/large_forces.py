@@ -175,8 +175,10 @@ def left_over(grasp, wrench, forces) -> list[Fraction]:
 
 
 def size_of(case: Case, scale) -> Fraction:
-    """The size of the wrench, or the largest lower bound."""
-    held = float(np.max(case.options.get("min_normal", 0.0)))
+    """Compute the size of the wrench, or the largest force that lower bounds ask for, in units."""
+    grasp = case.grasp
+    strength = grasp.max_normal_force * np.hypot(1, grasp.friction)
+    held = float(np.max(case.options.get("min_normal", 0.0) * strength)) / float(scale[0])
     return max([Fraction(held), *(abs(w) / s for w, s in zip(exact(case.wrench), exact(scale), strict=True))])
 
 

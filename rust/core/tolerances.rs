@@ -287,6 +287,9 @@ pub(crate) const LOOSEST_GAP: f64 = 1e-6;
 /// The gap that rounding leaves, relative to the largest term of the objective: 32 roundings.
 pub(crate) const ROUNDED_GAP: f64 = 32.0 * f64::EPSILON;
 
+/// A smaller gap is left by rounding alone, however small the multipliers are.
+pub(crate) const LEAST_DOUBTFUL_GAP: f64 = 1e-13;
+
 /// A larger gap is not left by rounding alone: the multipliers are wrong, and 32 digits decide.
 pub(crate) const DOUBTFUL_GAP: f64 = 1e-11;
 

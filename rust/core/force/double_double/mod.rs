@@ -143,17 +143,6 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         self.check_parts(wrench.b, forces, pivots)?;
         let allowed = self.tolerance.max(DOUBTFUL_GAP);
-        if std::env::var("DBG").is_ok() {
-            let (most, sum) = forces.totals();
-            eprintln!(
-                "finish: left {:e} obj {:e} gap {:e} sigma {:e} most {most:e} sum {sum:e} z {:?} size {size:e}",
-                solution.left_over(),
-                solution.objective().value(),
-                certificate.gap,
-                certificate.sigma,
-                solution.multiplier.map(DoubleDouble::value)
-            );
-        }
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
@@ -205,8 +194,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let product: f64 =
             multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
         let margin = (product - self.largest * holding.value()) / size;
-        let still = self.columns.pushing(&multiplier).is_none();
-        still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
+        !self.columns.pushes(&multiplier) && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
     fn add_up(solution: &Solution, size: f64, forces: &mut ContactForces) {

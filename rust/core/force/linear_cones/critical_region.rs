@@ -119,6 +119,9 @@ pub(crate) struct CriticalRegion<const R: usize> {
     pub(crate) reach: f64,
     /// The relative gap up to which the forces count as an answer.
     pub(crate) tolerance: f64,
+    /// The relative gap that rounding of the multipliers explains; a larger one comes from edges that are optimal but for
+    /// rounding of the wrenches.
+    pub(crate) rounded_gap: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
     /// Whether the reduced set could not give the answer.
@@ -162,6 +165,7 @@ impl<const R: usize> CriticalRegion<R> {
             dual: SVector::zeros(),
             reach: 1.0,
             tolerance: 0.0,
+            rounded_gap: 0.0,
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),

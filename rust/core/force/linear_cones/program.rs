@@ -21,7 +21,7 @@ use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::tolerances::{DOUBTFUL_GAP, NEGATIVE_IN_KNOWN_REGION};
+use crate::tolerances::NEGATIVE_IN_KNOWN_REGION;
 
 /// Regions remembered for wrenches that jump back.
 const REMEMBERED: usize = 16;
@@ -237,7 +237,7 @@ impl<const D: usize> LinearProgram<D> {
                     let known = &mut workspace.remembered[slot];
                     if self.has_third_level_in_32_digits() {
                         // Wrenches that are doubtful here are so without a past, too.
-                        known.region.tolerance = known.region.tolerance.min(DOUBTFUL_GAP);
+                        known.region.tolerance = known.region.tolerance.min(known.region.rounded_gap);
                     }
                     if !self.builder.balances_all(&known.region) {
                         self.narrow(known, b);
@@ -259,7 +259,7 @@ impl<const D: usize> LinearProgram<D> {
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
     fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
         region.is_delicate()
-            || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > DOUBTFUL_GAP)
+            || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > region.rounded_gap)
     }
 
     /// Narrows a region to the ray of one wrench.
