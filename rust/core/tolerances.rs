@@ -215,6 +215,16 @@ pub(crate) const OPTIMAL_COST: f64 = 1e-12;
 /// Columns whose first reduced cost is at most this share the optimum of the objective: above [`OPTIMAL_COST`].
 pub(crate) const TIED_COST: f64 = 1e-11;
 
+/// Columns whose reduced cost is above rounding and at most this share of the cost are optimal but for noise of the
+/// wrenches: twice what the third level may lose ([`CHOSEN_GAP`]).
+pub(crate) const NEARLY_TIED: f64 = 1e-9;
+
+/// The same of the tie-break, whose tolerance is [`TIED_GAIN`].
+pub(crate) const NEARLY_TIED_GAIN: f64 = 1e-7;
+
+/// What rounding makes of a reduced cost in which equal terms cancel, relative to the multipliers: 64 roundings.
+pub(crate) const ROUNDED_TIE: f64 = 64.0 * f64::EPSILON;
+
 /// What rounding of multipliers makes of a reduced cost, relative to their size: nine roundings.
 pub(crate) const ROUNDED_COST: f64 = 2e-15;
 

@@ -128,7 +128,7 @@ pub(crate) struct CriticalRegion<const R: usize> {
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
-    /// Whether the forces are those of one basis, because rounding hides other optimal ones.
+    /// Whether the forces are those of one basis, because rounding or noise hides other optimal ones.
     pub(crate) basic: bool,
     /// The wrench whose multiples are all of the region, where it is one ray.
     ray: Option<Box<Ray<R>>>,

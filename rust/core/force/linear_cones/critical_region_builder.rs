@@ -104,6 +104,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
             simplex.refresh_multipliers();
             mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         }
+        region.basic |= buffers.face.nearly_tied;
         // A third level that was interrupted has chosen nothing.
         interrupt::check()?;
         let z = &simplex.multipliers[0];
