@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::double_double::DoubleDoubleProgram;
-use crate::force::double_double::choice::MAX_UNKNOWNS;
+use crate::force::double_double::choice::MOST_EDGES;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::critical_region_builder::{BuilderWorkspace, CriticalRegionBuilder};
@@ -253,7 +253,7 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     fn has_third_level_in_32_digits(&self) -> bool {
-        self.columns.wrenches.len() <= MAX_UNKNOWNS
+        self.columns.wrenches.len() <= MOST_EDGES
     }
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
