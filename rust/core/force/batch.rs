@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::force::distributor::ForceDistributor;
-use crate::force::nearest::answer::NearestOptions;
+use crate::force::nearest::options::NearestOptions;
 use crate::force::workspace::ForceWorkspace;
 use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
@@ -104,18 +104,14 @@ impl<const D: usize> ForceDistributor<D> {
             let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
             self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
         }
-        let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
         batch.residual = room("residual", rows.saturating_mul(D))?;
-        batch.residual.extend(solved.flat_map(|(row, wrench)| self.residual_of_rows(row, wrench)));
-        Ok(batch)
-    }
-
-    /// NaN where the forces are.
-    fn residual_of_rows(&self, row: &[f64], wrench: &Wrench<D>) -> Vec<f64> {
         let components = self.grasp().force_components();
-        let forces: Vec<_> =
-            row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
-        self.residual(&-wrench, &forces).as_slice().to_vec()
+        // NaN where the forces are.
+        for (row, wrench) in batch.forces.chunks(stride.max(1)).zip(external_wrenches) {
+            let forces = row.chunks(components.len()).map(|force| contact_force(force, components));
+            batch.residual.extend_from_slice(self.problem.residual_of(&-wrench, forces).as_slice());
+        }
+        Ok(batch)
     }
 
     fn solve_rows(
@@ -132,11 +128,11 @@ impl<const D: usize> ForceDistributor<D> {
             interrupt::check()?;
             let solved = match nearest {
                 Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
-                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.nearest_totals() }
+                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.last().forces.totals() }
                 }),
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
                     0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
-                    _ => workspace.totals(&-wrench),
+                    _ => workspace.last().totals(&-wrench),
                 }),
             };
             status[k] = match &solved {

@@ -2,8 +2,10 @@
 //!
 //! - [`wrench_projection`]: the nearest wrench that contacts can exert, in the norm of a metric, with a proven distance.
 //! - [`limited_sum`]: the least sum of shares where the least sum without limits would break them.
-//! - [`answer`]: the least forces among those that reach the nearest wrench.
+//! - [`answer`]: the least forces among those that reach the nearest wrench, with [`options`] and a [`workspace`].
 
 pub(crate) mod answer;
 pub(crate) mod limited_sum;
+pub(crate) mod options;
+pub(crate) mod workspace;
 pub(crate) mod wrench_projection;
