@@ -16,7 +16,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from benches.trust.judge import reach_of_cones, units
+from benches.trust.judge import EDGE, TOLERANCE, exact, left_over, reach_of_cones, units
 from benches.trust.row import Row
 
 import graspforce as gf
@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Case", "case", "rows", "verdict"]
 
 CASES = 4_000
-TOLERANCE = 1e-9  # FEASIBILITY_TOLERANCE, as docs/forces.md states it
 LARGEST_OBJECTIVE = 1e5  # relative to a wrench of unit size
-ROUNDED = 1e-6  # of the tolerance
 KINDS = ("implicit", "enumerated", "reduced", "weighted", "bounds", "cones", "cones and bounds")
 
 
@@ -87,7 +85,7 @@ def contacts(rng: np.random.Generator, dim: int) -> tuple[np.ndarray, np.ndarray
 def case(kind: str, seed: int) -> Case:
     """Make a case of a kind of `KINDS`."""
     rng = np.random.default_rng([11, KINDS.index(kind), seed])
-    cones = kind.startswith("cones")
+    cones, listed = kind.startswith("cones"), kind in ("enumerated", "reduced")
     dim = 3 if cones or rng.integers(3) else 2
     positions, normals = contacts(rng, dim)
     count = len(positions)
@@ -98,8 +96,8 @@ def case(kind: str, seed: int) -> Case:
     ][rng.integers(3)]
     options: dict[str, Any] = {}
     if dim == 3:
-        options["edges"] = None if cones else int(rng.integers(3, 5 if kind == "enumerated" else 9))
-        if kind != "enumerated" and rng.integers(3) == 0:
+        options["edges"] = None if cones else int(rng.integers(3, 5 if listed else 9))
+        if not listed and rng.integers(3) == 0:
             options["torsion"] = float(10 ** rng.uniform(-6, -1))
     friction = float(rng.choice([0.0, 0.3, 0.5, 1.0])) if rng.integers(2) else 10 ** rng.uniform(-9, -1)
     if cones and friction == 0.0:
@@ -112,7 +110,7 @@ def case(kind: str, seed: int) -> Case:
         given["min_normal"] = rng.choice([0.0, 0.1, 0.5], count)
         given["min_normal"][0] = 0.25
     objective = "max" if kind == "weighted" else str(rng.choice(["max", "sum"]))
-    method = kind if kind in ("enumerated", "reduced") else "implicit"
+    method = kind if listed else "implicit"
     past = [wrench(rng, grasp) for _ in range(3)]
     if method == "reduced":
         given["samples"] = -grasp.primitive_wrenches[:: max(1, len(grasp.primitive_wrenches) // 6)]
@@ -157,21 +155,6 @@ def random_forces(rng: np.random.Generator, grasp: gf.Grasp) -> np.ndarray:
     across /= np.linalg.norm(across, axis=1)[:, None]
     forces[:, 1:3] = across * (normal * grasp.friction)[:, None] * rng.choice([0.5, 1.0])
     return forces
-
-
-def exact(x) -> list[Fraction]:
-    """Return the exact values of floats."""
-    return [Fraction(float(value)) for value in np.ravel(x)]
-
-
-def left_over(grasp, wrench, forces) -> list[Fraction]:
-    """What forces leave of the wrench, exactly."""
-    f = exact(forces)
-    matrix = grasp.grasp_matrix
-    return [
-        Fraction(float(w)) + sum(Fraction(float(g)) * x for g, x in zip(row, f, strict=True) if g and x)
-        for w, row in zip(wrench, matrix, strict=True)
-    ]
 
 
 def size_of(case: Case, scale) -> Fraction:
@@ -265,14 +248,15 @@ def judge(case: Case, found) -> tuple[str, str]:
         return "missed", "a witness that does not separate: " + words
     if isinstance(found, gf.GraspForceError):
         return "missed", str(found)
-    rest = left_over(case.grasp, case.wrench, found.forces)
-    shares = [abs(r) / s for r, s in zip(rest, exact(scale), strict=True)]
-    left = float(sum(shares) / size)
-    if left > TOLERANCE * (1 + ROUNDED):
+    rest = left_over(case.grasp, case.wrench, found.forces, scale)
+    left = float(sum(abs(x) for x in rest) / size)
+    if left > TOLERANCE * (1 + EDGE):
         return "wrong", f"unbalanced by {left:.2e}, forces {np.abs(found.forces).max() / scale[0]:.1e}"
-    reported = sum(abs(r - x) / s for r, x, s in zip(rest, exact(found.residual), exact(scale), strict=True))
-    if float(reported / size) > TOLERANCE:
-        return "wrong", f"the residual is off by {float(reported / size):.1e}"
+    off = sum(abs(r - x / s) for r, x, s in zip(rest, exact(found.residual), exact(scale), strict=True))
+    if float(off / size) > TOLERANCE:
+        return "wrong", f"the residual is off by {float(off / size):.1e}"
+    if found.gap > found.rtol:
+        return "wrong", f"a gap of {found.gap:.1e}"
     if not inside(case.grasp, found.forces):
         return "wrong", "outside the cones"
     bounds = case.options.get("min_normal")
@@ -281,11 +265,32 @@ def judge(case: Case, found) -> tuple[str, str]:
     return "right", "balanced"
 
 
+def rest_of(case: Case, found) -> tuple[str, str]:
+    """Whether `solve_many` and `resistance` say the same as `solve`."""
+    distributor = gf.ForceDistributor(case.grasp, case.objective, case.method, **case.options)
+    batch = distributor.solve_many(np.array([*case.past, case.wrench]))
+    solved = not isinstance(found, Exception)
+    if (batch.status[-1] == gf.Status.SOLVED) != solved:
+        return "wrong", "solve_many differs"
+    if case.method != "implicit" or set(case.options):
+        return "right", ""
+    most = case.grasp.resistance([case.wrench], case.objective)[0]
+    if abs(most - (1 / found_value(case, found) if solved else 0.0)) > 1e-8 * most:
+        return "wrong", "resistance differs"
+    return "right", ""
+
+
+def found_value(case: Case, found) -> float:
+    """The objective of an answer, the maximum or the sum."""
+    return float(found.sigma_sum if case.objective == "sum" else found.sigma_max)
+
+
 def verdict(case: Case) -> tuple[str, str]:
     """The worst verdict after three pasts, or that they differ."""
     pasts: list[list[np.ndarray]] = [[], case.past, [*case.past, case.wrench * (1 + 1e-3), 3.0 * case.wrench]]
     found = [answer_of(case, past) for past in pasts]
     verdicts = [judge(case, each) for each in found]
+    verdicts.append(rest_of(case, found[0]))
     for end in ("wrong", "missed"):
         for ended, words in verdicts:
             if ended == end:
