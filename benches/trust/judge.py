@@ -21,6 +21,7 @@ TOLERANCE = 1e-9  # FEASIBILITY_TOLERANCE, as docs/forces.md states it
 EDGE = 1e-6  # of the tolerance
 OBJECTIVE = 1e-7
 RTOL = 1e-9  # the default, which gaps keep
+LARGEST_OBJECTIVE = 1e5  # forces of a larger objective are lost to rounding, beside a wrench of unit size
 
 
 def units(grasp) -> np.ndarray:
@@ -98,14 +99,13 @@ def proven(contacts: list[np.ndarray], dual, balanced, objective: str) -> float:
 
 def separated(contacts: list[np.ndarray], direction, wrench, scale) -> bool:
     """Whether a direction separates the wrench by more than the tolerance, in rational arithmetic."""
-    e = [Fraction(x) for x in direction]
+    e = exact(direction)
     weight = max(abs(x) * Fraction(s) for x, s in zip(e, scale, strict=True))
     size = Fraction(float(np.abs(np.asarray(wrench) / scale).max()))
     margin = sum(-Fraction(w) * x for w, x in zip(wrench, e, strict=True)) / weight / size
-    reach = max(
-        sum(Fraction(w) * x for w, x in zip(row, e, strict=True)) for each in contacts for row in each
-    )
-    return float(margin) > TOLERANCE * (1 - EDGE) and float(reach / weight) <= 1e-14
+    # The reach of the maximum, which is at least that of the sum.
+    reach = sum(max(Fraction(0), *(product(row, e) for row in each)) for each in contacts) / weight
+    return float(margin - Fraction(LARGEST_OBJECTIVE) * reach) > TOLERANCE * (1 - EDGE)
 
 
 def exact(x) -> list[Fraction]:
@@ -130,7 +130,9 @@ def unbalanced(grasp, wrench, answer, scale) -> str:
     left = float(sum(abs(x) for x in rest))
     if left > TOLERANCE * (1 + EDGE) * size:
         return f"unbalanced by {left / size:.2e}"
-    off = float(sum(abs(r - x / s) for r, x, s in zip(rest, exact(answer.residual), exact(scale), strict=True)))
+    off = float(
+        sum(abs(r - x / s) for r, x, s in zip(rest, exact(answer.residual), exact(scale), strict=True))
+    )
     terms = np.abs(answer.contact_wrenches / scale).sum() + size
     return f"the residual is off by {off / size:.1e}" if off > 1e-15 * terms else ""
 

@@ -1,11 +1,11 @@
 """Wrenches that take forces far greater than themselves: the feasibility tolerance where rounding matters.
 
-Nearly parallel contacts, pinches with frictions down to 1e-9, contacts on a line but for noise, clusters far from
-the origin, limits over twelve orders; wrenches that the contacts exert, pushed off by 1e-13 to 1e-6. Grasps in the
-plane and in space, linearised and true cones, every method, weights and lower bounds.
+Nearly parallel contacts, pinches with frictions down to 1e-9, contacts on a line but for noise, clusters far
+from the origin, limits over twelve orders; wrenches that the contacts exert, pushed off by 1e-13 to 1e-6. Grasps
+in the plane and in space, linearised and true cones, every method, weights and lower bounds.
 
-What an answer leaves over is computed in rational arithmetic. A witness has to hold for all forces whose objective
-is at most 1e5 times the size of the wrench.
+What an answer leaves over is computed in rational arithmetic. A witness has to hold for all forces whose
+objective is at most 1e5 times the size of the wrench.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from benches.trust.judge import EDGE, TOLERANCE, exact, left_over, reach_of_cones, units
+from benches.trust.judge import EDGE, LARGEST_OBJECTIVE, TOLERANCE, exact, left_over, reach_of_cones, units
 from benches.trust.row import Row
 
 import graspforce as gf
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["Case", "case", "rows", "verdict"]
 
 CASES = 4_000
-LARGEST_OBJECTIVE = 1e5  # relative to a wrench of unit size
 KINDS = ("implicit", "enumerated", "reduced", "weighted", "bounds", "cones", "cones and bounds")
 
 
@@ -118,7 +117,7 @@ def case(kind: str, seed: int) -> Case:
 
 
 def wrench(rng: np.random.Generator, grasp: gf.Grasp) -> np.ndarray:
-    """What random forces exert, or nearly; or any wrench."""
+    """Draw what random forces exert, or nearly; or any wrench."""
     scale = units(grasp)
     forces = random_forces(rng, grasp)
     exerted = grasp.grasp_matrix @ forces.ravel()
@@ -146,8 +145,8 @@ def random_forces(rng: np.random.Generator, grasp: gf.Grasp) -> np.ndarray:
         owners = np.repeat(np.arange(grasp.num_contacts), grasp.num_edges)
         np.add.at(forces, owners, shares[:, None] * grasp.extreme_forces)
         return forces
-    normal = grasp.max_normal_force * rng.uniform(size=grasp.num_contacts) * rng.integers(
-        0, 2, grasp.num_contacts
+    normal = (
+        grasp.max_normal_force * rng.uniform(size=grasp.num_contacts) * rng.integers(0, 2, grasp.num_contacts)
     )
     forces = np.zeros((grasp.num_contacts, grasp.force_dim))
     forces[:, 0] = normal
@@ -231,7 +230,9 @@ def answer_of(case: Case, past: list[np.ndarray]):
         return error
 
 
-def judge(case: Case, found) -> tuple[str, str]:
+def judge(  # noqa: PLR0911 - one return for each way to fail
+    case: Case, found
+) -> tuple[str, str]:
     """Judge an answer or an error."""
     scale = units(case.grasp)
     size = size_of(case, scale)
@@ -281,12 +282,12 @@ def rest_of(case: Case, found) -> tuple[str, str]:
 
 
 def found_value(case: Case, found) -> float:
-    """The objective of an answer, the maximum or the sum."""
+    """Return the objective of an answer, the maximum or the sum."""
     return float(found.sigma_sum if case.objective == "sum" else found.sigma_max)
 
 
 def verdict(case: Case) -> tuple[str, str]:
-    """The worst verdict after three pasts, or that they differ."""
+    """Return the worst verdict after three pasts, or that they differ."""
     pasts: list[list[np.ndarray]] = [[], case.past, [*case.past, case.wrench * (1 + 1e-3), 3.0 * case.wrench]]
     found = [answer_of(case, past) for past in pasts]
     verdicts = [judge(case, each) for each in found]
