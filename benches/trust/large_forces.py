@@ -1,8 +1,8 @@
 """Wrenches that take forces far greater than themselves: the feasibility tolerance where rounding matters.
 
-Nearly parallel contacts, pinches with frictions down to 1e-9, contacts on a line but for noise, clusters far
-from the origin, limits over twelve orders; wrenches that the contacts exert, pushed off by 1e-13 to 1e-6. Grasps
-in the plane and in space, linearised and true cones, every method, weights and lower bounds.
+Nearly parallel contacts, pinches with frictions down to 1e-9, contacts on a line but for noise, clusters
+far from the origin, limits over twelve orders; wrenches that the contacts exert, pushed off by 1e-13 to
+1e-6. Grasps in the plane and in space, linearised and true cones, every method, weights and lower bounds.
 
 What an answer leaves over is computed in rational arithmetic. A witness has to hold for all forces whose
 objective is at most 1e5 times the size of the wrench.
