@@ -205,8 +205,8 @@ pub(crate) const BOX_BOUND_RTOL: f64 = 1e-3;
 /// it by more. Nothing lies in between.
 pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 
-/// What may be left over of a balance of any size because its terms were rounded, relative to the terms.
-pub(crate) const ROUNDED_TERMS: f64 = 1e-13;
+/// What rounding makes of a balance that was added up in doubles, relative to its terms: some ten roundings.
+pub(crate) const ROUNDED_TERMS: f64 = 1e-15;
 
 // Force distribution
 
@@ -221,6 +221,16 @@ pub(crate) const OPTIMAL_COST: f64 = 1e-12;
 
 /// Columns whose first reduced cost is at most this share the optimum of the objective: above [`OPTIMAL_COST`].
 pub(crate) const TIED_COST: f64 = 1e-11;
+
+/// Columns whose reduced cost is above rounding and at most this share of the cost are optimal but for noise of the
+/// wrenches: twice what the third level may lose ([`CHOSEN_GAP`]).
+pub(crate) const NEARLY_TIED: f64 = 1e-9;
+
+/// The same of the tie-break, whose tolerance is [`TIED_GAIN`].
+pub(crate) const NEARLY_TIED_GAIN: f64 = 1e-7;
+
+/// What rounding makes of a reduced cost in which equal terms cancel, relative to the multipliers: 64 roundings.
+pub(crate) const ROUNDED_TIE: f64 = 64.0 * f64::EPSILON;
 
 /// What rounding of multipliers makes of a reduced cost, relative to their size: nine roundings.
 pub(crate) const ROUNDED_COST: f64 = 2e-15;
@@ -294,6 +304,9 @@ pub(crate) const LOOSEST_GAP: f64 = 1e-6;
 /// The gap that rounding leaves, relative to the largest term of the objective: 32 roundings.
 pub(crate) const ROUNDED_GAP: f64 = 32.0 * f64::EPSILON;
 
+/// A smaller gap is left by rounding alone, however small the multipliers are.
+pub(crate) const LEAST_DOUBTFUL_GAP: f64 = 1e-13;
+
 /// A larger gap is not left by rounding alone: the multipliers are wrong, and 32 digits decide.
 pub(crate) const DOUBTFUL_GAP: f64 = 1e-11;
 
@@ -306,6 +319,10 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 /// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
 /// remembered for no other wrench.
 pub(crate) const DELICATE: f64 = 1e5;
+
+/// Forces that add up to more than this beside a wrench, both in their units, are not computed anew for its multiples:
+/// their rounding comes near to [`FEASIBILITY_TOLERANCE`].
+pub(crate) const LARGE_FORCES: f64 = 1e4;
 
 /// Columns or rows of unit length that are dependent up to this do not determine the unknowns.
 pub(crate) const DEPENDENT: f64 = 1e-11;

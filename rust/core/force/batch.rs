@@ -104,18 +104,14 @@ impl<const D: usize> ForceDistributor<D> {
             let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
             self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
         }
-        let solved = batch.forces.chunks(stride.max(1)).zip(external_wrenches);
         batch.residual = room("residual", rows.saturating_mul(D))?;
-        batch.residual.extend(solved.flat_map(|(row, wrench)| self.residual_of_rows(row, wrench)));
-        Ok(batch)
-    }
-
-    /// NaN where the forces are.
-    fn residual_of_rows(&self, row: &[f64], wrench: &Wrench<D>) -> Vec<f64> {
         let components = self.grasp().force_components();
-        let forces: Vec<_> =
-            row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
-        self.problem.residual(&-wrench, &forces).as_slice().to_vec()
+        // NaN where the forces are.
+        for (row, wrench) in batch.forces.chunks(stride.max(1)).zip(external_wrenches) {
+            let forces = row.chunks(components.len()).map(|force| contact_force(force, components));
+            batch.residual.extend_from_slice(self.problem.residual_of(&-wrench, forces).as_slice());
+        }
+        Ok(batch)
     }
 
     fn solve_rows(

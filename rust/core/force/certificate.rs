@@ -5,7 +5,8 @@ use crate::error::{Error, Result, Unmet};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
-use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
+use crate::linalg::double_double::DoubleDouble;
+use crate::tolerances::{DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug, Clone)]
@@ -36,6 +37,8 @@ pub(crate) struct Requirements<'a, const D: usize> {
     pub(crate) units: &'a Wrench<D>,
     /// Lower bounds of the normalised normal forces; none where empty.
     pub(crate) least: &'a [f64],
+    /// The largest force that they ask for, in units.
+    pub(crate) held: f64,
     pub(crate) objective: Objective,
     /// Largest relative gap.
     pub(crate) tolerance: f64,
@@ -76,8 +79,7 @@ impl ContactForces {
         let gap = (1.0 - (bound + dual.dot(&rest)) / sigma).abs();
         let short = required.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
         let contacts = required.maps.iter().zip(self.forces.iter().copied());
-        let held = required.least.iter().copied().fold(0.0, f64::max);
-        let missing = imbalance(required.b, required.units, held, contacts);
+        let missing = imbalance(required.b, required.units, required.held, contacts);
         let allowed = FEASIBILITY_TOLERANCE;
         let unmet = if missing > allowed {
             Unmet::Balance { found: missing, allowed }
@@ -93,28 +95,29 @@ impl ContactForces {
 }
 
 /// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
-/// better.
+/// better. Where that is more than rounding, 32 digits decide.
 pub(crate) fn loosened(tolerance: f64, size: f64) -> f64 {
-    tolerance.max((ROUNDED_GAP * size).min(LOOSEST_GAP))
+    tolerance.max((ROUNDED_GAP * size).min(DOUBTFUL_GAP))
 }
 
 /// How far contact forces are from balancing `b`: forces and torques each for itself, relative to what they add up from,
 /// whatever cancels, and together relative to the wrench; infinite for NaN. A contact far away must not hide torques
 /// that the others lack, and where no torque takes part, its rounding is not compared with itself.
 ///
-/// `units` make forces and torques comparable; `held` is the largest share that contacts must press with.
+/// `units` make forces and torques comparable; `held` is the largest force that contacts must press with, in
+/// these units.
 pub(crate) fn imbalance<'a, const D: usize>(
     b: &Wrench<D>,
     units: &Wrench<D>,
     held: f64,
-    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)> + Clone,
 ) -> f64 {
     let split = if D == 3 { 2 } else { 3 };
     let parts = |w: &Wrench<D>| [w.rows_range(..split).amax(), w.rows_range(split..).amax()];
     let mut rest = *b;
     let [mut force, mut torque] = parts(b);
     let mut longest = 0.0_f64;
-    for (map, f) in contacts {
+    for (map, f) in contacts.clone() {
         rest -= map * f;
         let push = f.fixed_rows::<3>(0).amax();
         // Through the origin every force has an arm of rounding.
@@ -131,9 +134,28 @@ pub(crate) fn imbalance<'a, const D: usize>(
     let size = b.component_mul(units).amax().max(held);
     let rounded = torque_left <= ROUNDED_TORQUE * force * longest;
     let torque_share = if rounded { 0.0 } else { share(torque_left, torque) };
-    let terms = ROUNDED_TERMS * (force * units[0] + torque * units[split]);
-    let beyond = share((rest.component_mul(units).lp_norm(1) - terms).max(0.0), size);
-    share(force_left, force).max(torque_share).max(beyond)
+    let mut left = rest.component_mul(units).lp_norm(1);
+    if left + ROUNDED_TERMS * (force * units[0] + torque * units[split]) > FEASIBILITY_TOLERANCE * size {
+        left = exact_rest(b, contacts).component_mul(units).lp_norm(1);
+    }
+    share(force_left, force).max(torque_share).max(share(left, size))
+}
+
+/// What forces leave of `b`, free of rounding.
+pub(crate) fn exact_rest<'a, const D: usize>(
+    b: &Wrench<D>,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+) -> Wrench<D> {
+    let mut rest = [DoubleDouble::ZERO; 6];
+    rest.iter_mut().zip(b.iter()).for_each(|(rest, b)| *rest = DoubleDouble::from(*b));
+    for (map, force) in contacts {
+        for (column, f) in map.column_iter().zip(force.iter()) {
+            rest.iter_mut()
+                .zip(column.iter())
+                .for_each(|(rest, x)| *rest -= DoubleDouble::from(*x).times(*f));
+        }
+    }
+    Wrench::<D>::from_fn(|row, _| rest[row].value())
 }
 
 #[cfg(test)]

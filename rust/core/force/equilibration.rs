@@ -9,6 +9,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
 use crate::force::simplex::primal::Target;
+use crate::grasp::contact::Contact;
 use crate::grasp::{Grasp, REPRESENTABLE, unit};
 use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::{RANK_TOLERANCE, UNBALANCED_WRENCH};
@@ -125,4 +126,11 @@ pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
     let (force, torque) = (reciprocal(force), reciprocal(torque));
     SVector::from_fn(|row, _| if row < split { force } else { torque })
+}
+
+/// The largest force that a lower bound of a normalised normal force asks for, in [`units`]; zero without.
+pub(crate) fn held_force<const D: usize>(grasp: &Grasp<D>, bounds: &[f64]) -> f64 {
+    let force =
+        |(bound, contact): (&f64, &Contact)| bound * contact.max_normal_force * contact.friction.hypot(1.0);
+    units(grasp)[0] * bounds.iter().zip(grasp.contacts()).map(force).fold(0.0, f64::max)
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest};
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::program::{Program, Solver};
 use crate::force::share_program::ShareProgram;
@@ -13,6 +13,7 @@ use crate::force::squares::program::SquaresProgram;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
+use crate::tolerances::LARGE_FORCES;
 use crate::wrench_set::Criterion;
 
 /// What does not change while wrenches are balanced.
@@ -143,7 +144,21 @@ impl<const D: usize> Problem<D> {
 
     /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-        self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
+        self.residual_of(b, forces.iter().copied())
+    }
+
+    /// The same of forces that are read one by one.
+    pub(crate) fn residual_of(
+        &self,
+        b: &Wrench<D>,
+        forces: impl Iterator<Item = ContactForce> + Clone,
+    ) -> Wrench<D> {
+        let largest = forces.clone().fold(0.0_f64, |largest, force| largest.max(force.amax()));
+        let contacts = self.grasp.maps().iter().zip(forces);
+        if largest > LARGE_FORCES * b.amax() {
+            return -exact_rest(b, contacts);
+        }
+        contacts.fold(-b, |rest, (map, force)| rest + map * force)
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.

@@ -99,7 +99,7 @@ impl<const D: usize> ShareSolver<D> {
         let certificate = match self {
             Self::Linear(program, workspace) => {
                 let (region, _) = program.locate(workspace, b, forces)?;
-                region.forces.multiply(b, rows);
+                region.write(b, rows);
                 return Ok(region.dual.dot(b));
             }
             Self::Cone(program, workspace) => program.solve(workspace, b, forces)?,

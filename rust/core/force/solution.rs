@@ -33,8 +33,8 @@ pub struct DistributionOptions {
     /// Weight of the sum: the objective is `sigma_max + weight * sigma_sum`. Zero means
     /// the maximum alone and, among its optima, the least sum. Only with [`Criterion::Max`].
     pub weight: f64,
-    /// Largest relative gap that counts as solved, above 0 and at most 1e-3. Multipliers too large for double precision to keep it (limits or
-    /// strengths of directions spread over many orders) loosen it to what rounding leaves, at most to 1e-6.
+    /// Largest relative gap that counts as solved, above 0 and at most 1e-3; below 1e-11 it counts as 1e-11. Where doubles
+    /// do not reach it, 32 digits decide.
     pub rtol: f64,
     /// Largest number of points that [`Method::Enumerated`] and [`Method::Reduced`] may list.
     pub max_points: u128,

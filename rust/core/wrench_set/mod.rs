@@ -23,7 +23,6 @@ pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
 pub(crate) mod soft_lattice;
 
-pub(crate) use cone::cone_support;
 pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;

@@ -16,7 +16,7 @@ use crate::linalg::orthonormal_equations::{Equation, orthonormal_equations};
 use crate::tolerances::{CHOSEN_REST, DEPENDENT_EQUATION, LOST_OBJECTIVE, UNMOVED_BY_CHOICE};
 
 /// Extreme forces beyond which the level is left out.
-pub(crate) const MAX_UNKNOWNS: usize = 400;
+pub(crate) const MOST_EDGES: usize = 512;
 
 /// What is known of the optimum, in units of its largest share.
 pub(crate) struct Optimum<'a> {
@@ -56,7 +56,7 @@ pub(crate) fn least_squares_levels(
 ) -> Option<Vec<(usize, usize, f64)>> {
     let program = ChoiceProgram::new(columns, optimum)?;
     let count = program.unknowns.len();
-    if count == 0 || count > MAX_UNKNOWNS {
+    if count == 0 || count > MOST_EDGES {
         return None;
     }
     let (matrix, right) =

@@ -10,7 +10,6 @@ use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{PUSHING, ROUNDED_SUPPORT};
-use crate::wrench_set::cone_support;
 
 /// Six rows of the wrench and the one that makes combinations convex.
 pub(crate) const ROWS: usize = 7;
@@ -63,8 +62,22 @@ pub(crate) struct DoubleDoubleColumns {
 /// How far one contact reaches, and by what.
 struct Best {
     value: DoubleDouble,
-    wrench: [f64; 6],
+    wrench: [DoubleDouble; 6],
     force: ContactForce,
+}
+
+/// The force of a cone that reaches furthest where its components reach `along`, at a normal force of one.
+fn furthest_force(along: &[DoubleDouble; 4], mu: f64, gamma: f64) -> [DoubleDouble; 4] {
+    let scaled = [along[1].times(mu), along[2].times(mu), along[3].times(gamma)];
+    // Scaled to a largest of one, so that no square vanishes.
+    let largest = scaled.iter().fold(0.0_f64, |largest, x| largest.max(x.value().abs()));
+    if largest == 0.0 {
+        return [DoubleDouble::ONE, DoubleDouble::ZERO, DoubleDouble::ZERO, DoubleDouble::ZERO];
+    }
+    let directed = scaled.map(|x| x / DoubleDouble::from(largest));
+    let length = directed.iter().fold(DoubleDouble::ZERO, |sum, x| sum + *x * *x).sqrt();
+    let [o, t, twist] = directed.map(|x| x / length);
+    [DoubleDouble::ONE, o.times(mu), t.times(mu), twist.times(gamma)]
 }
 
 pub(crate) fn dot(wrench: &[f64; 6], z: &Vector) -> DoubleDouble {
@@ -142,6 +155,11 @@ impl DoubleDoubleColumns {
         }
     }
 
+    /// What a column of one contact costs.
+    pub(crate) fn unit(&self) -> f64 {
+        self.objective.unit()
+    }
+
     /// What each contact adds to the cost of a column.
     pub(crate) fn weight(&self) -> f64 {
         match self.objective {
@@ -164,17 +182,19 @@ impl DoubleDoubleColumns {
                     .map(|(edge, w)| (dot(w, z), edge))
                     .reduce(|best, next| if next.0 > best.0 { next } else { best })
                     .unwrap_or((DoubleDouble::from(f64::MIN), 0));
-                Best { value, wrench: wrenches[edge], force: forces[edge] }
+                Best { value, wrench: wrenches[edge].map(DoubleDouble::from), force: forces[edge] }
             }
             Reach::Cone { map, limit, mu, gamma } => {
-                // The force is any of the cone, and the furthest up to the square of its rounding.
-                let along = ContactForce::from_fn(|k, _| dot(&map[k], z).value());
-                let force = cone_support(&along, *mu, *gamma);
-                let mut wrench = [0.0; 6];
-                for (column, share) in map.iter().zip(&force) {
-                    wrench.iter_mut().zip(column).for_each(|(w, x)| *w += x * share);
+                // In doubles it would be off the cone by a rounding, which large multipliers show.
+                let along = map.each_ref().map(|column| dot(column, z));
+                let force = furthest_force(&along, *mu, *gamma);
+                let mut wrench = [DoubleDouble::ZERO; 6];
+                for (column, share) in map.iter().zip(force) {
+                    wrench.iter_mut().zip(column).for_each(|(w, x)| *w += share.times(*x));
                 }
-                Best { value: dot(&wrench, z), wrench, force: force * *limit }
+                let value = along.iter().zip(&force).fold(DoubleDouble::ZERO, |sum, (x, f)| sum + *x * *f);
+                let force = ContactForce::from_fn(|k, _| force[k].value()) * *limit;
+                Best { value, wrench, force }
             }
         }
     }
@@ -197,18 +217,20 @@ impl DoubleDoubleColumns {
         [pressing, holding]
     }
 
-    /// The contact, if there is one, whose own wrench reaches along `z` by more than rounding of that wrench: strong
-    /// contacts beside it hide it, and `z` separates nothing.
-    pub(crate) fn pushing(&self, z: &Vector) -> Option<usize> {
+    /// Whether the wrench of some contact reaches along `z` by more than rounding of that wrench: strong contacts beside it
+    /// hide it.
+    pub(crate) fn pushes(&self, z: &Vector) -> bool {
         // Lengths in N and N m, the way a caller checks the direction.
         let units = &self.units[..self.dim];
-        let length =
-            |row: &[f64; 6]| row.iter().zip(units).fold(0.0_f64, |length, (x, unit)| length.hypot(x / unit));
         let size = z.iter().zip(units).fold(0.0_f64, |size, (z, unit)| size.hypot(z.value() * unit));
-        let pushes = |w: &[f64; 6]| dot(w, z).value() > PUSHING * length(w) * size;
-        (0..self.reaches.len()).find(|&contact| match &self.reaches[contact] {
-            Reach::Finite { wrenches, .. } => wrenches.iter().any(pushes),
-            Reach::Cone { .. } => pushes(&self.best(contact, z).wrench),
+        let pushes = |value: DoubleDouble, length: f64| value.value() > PUSHING * length * size;
+        let length = |row: &[f64]| row.iter().zip(units).fold(0.0_f64, |sum, (x, unit)| sum.hypot(x / unit));
+        self.reaches.iter().enumerate().any(|(contact, reach)| match reach {
+            Reach::Finite { wrenches, .. } => wrenches.iter().any(|w| pushes(dot(w, z), length(w))),
+            Reach::Cone { .. } => {
+                let best = self.best(contact, z);
+                pushes(best.value, length(&best.wrench.map(DoubleDouble::value)))
+            }
         })
     }
 
@@ -231,24 +253,27 @@ impl DoubleDoubleColumns {
             })
         };
         let pressing_gain = gain(&pressing) - fixed;
-        let mut best = (pressing_gain, pressing, fixed, false);
+        let mut best = (pressing_gain, pressing, false);
         if !self.least.is_empty() {
             let normal = |i: usize| if presses(i) && !sum { 1.0 } else { self.least[i] };
             let holding: Vec<(usize, f64)> =
                 (0..each.len()).map(|i| (i, normal(i))).filter(|(_, normal)| *normal > 0.0).collect();
             let holding_gain = gain(&holding) + z[self.dim];
             if holding_gain > best.0 {
-                best = (holding_gain, holding, DoubleDouble::ZERO, true);
+                best = (holding_gain, holding, true);
             }
         }
-        let (gain, chosen, mut cost, holds) = best;
+        let (gain, chosen, holds) = best;
+        // What it costs where prices count, even if it was found where they do not.
+        let mut cost = if holds { DoubleDouble::ZERO } else { DoubleDouble::ONE };
+        let own = DoubleDouble::from(self.weight());
         let mut wrench = [DoubleDouble::ZERO; ROWS];
         let mut shares = Vec::with_capacity(chosen.len());
         for (contact, normal) in chosen {
             for (sum, w) in wrench.iter_mut().zip(&each[contact].wrench) {
-                *sum += DoubleDouble::from(*w).times(normal);
+                *sum += w.times(normal);
             }
-            cost += weight.times(normal);
+            cost += own.times(normal);
             shares.push(Share { contact, normal, force: each[contact].force });
         }
         if holds {

@@ -3,27 +3,42 @@
 //! The forces are exactly optimal for the wrench that they balance. That wrench differs from the given one by no more
 //! than the feasibility tolerance. Otherwise a witness separates the given wrench by more than the tolerance.
 //!
-//! - [`simplex`]: the simplex method with a price on imbalance; [`columns`]: its columns.
+//! - [`simplex`]: the simplex method with a price on imbalance; [`columns`]: its columns; [`solution`]: what a basis says.
+//! - [`tolerated`]: the price at which the tolerance is used up.
 //! - [`choice`]: the third level.
 
 pub(crate) mod choice;
 pub(crate) mod columns;
 pub(crate) mod simplex;
+pub(crate) mod solution;
+pub(crate) mod tolerated;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest};
 use crate::force::double_double::choice::{Optimum, least_squares_levels};
 use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
 use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
+use crate::force::double_double::solution::Solution;
+use crate::force::equilibration::held_force;
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
-    CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, FEASIBILITY_TOLERANCE, LOOSEST_GAP,
+    CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE,
 };
 
 const SOLVER: &str = "simplex in 32 digits";
+
+/// Shares of the feasibility tolerance that mixtures may use up: what rounding of the forces adds has to fit in.
+const USED_UP: [f64; 5] = [0.5, 0.9, 0.99, 0.9999, 0.999_999];
+
+/// A wrench `b`, and the same in units over its size.
+struct Scaled<'a, const D: usize> {
+    b: &'a Wrench<D>,
+    target: &'a Vector,
+    size: f64,
+}
 
 /// The program of one grasp and objective.
 #[derive(Debug, Clone)]
@@ -34,6 +49,8 @@ pub(crate) struct DoubleDoubleProgram<const D: usize> {
     maps: Vec<ContactMap<D>>,
     /// The largest lower bound of normalised normal forces; zero without.
     largest: f64,
+    /// The largest force that a lower bound asks for, in units.
+    held: f64,
     /// Lower bounds over the largest.
     least: Vec<f64>,
     tolerance: f64,
@@ -50,6 +67,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             maps: grasp.maps().to_vec(),
             largest,
+            held: held_force(grasp, bounds),
             least,
             tolerance,
         }
@@ -58,7 +76,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
     /// Least forces for `b = -w_ext`, written in `forces`.
     pub(crate) fn solve(&self, b: &Wrench<D>, forces: &mut ContactForces) -> Result<Certificate<D>> {
         let units = &self.columns.units;
-        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
+        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.held, f64::max);
         let stalled =
             |pivots| Error::NotConverged { solver: SOLVER, iterations: pivots, unmet: Unmet::Pivots };
         if !REPRESENTABLE.contains(&size) {
@@ -72,54 +90,59 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let mut simplex = DoubleDoubleSimplex::new(&self.columns, &target);
         match simplex.solve() {
             Outcome::Balanced => {}
-            Outcome::Infeasible(witness) => return Err(self.infeasible(&witness, simplex.pivots)),
+            Outcome::Infeasible => {
+                return Err(self.infeasible(&simplex.solution.multiplier));
+            }
             Outcome::Stalled => return Err(stalled(simplex.pivots)),
         }
-        match self.finish(&simplex, &target, size, b, forces) {
-            Err(error @ Error::NotConverged { unmet: Unmet::Balance { .. }, .. }) => {
-                // Forces so large that rounding of their products exceeds the tolerance balance nothing.
-                if !simplex.lower_price() {
-                    return Err(error);
-                }
-                let lowered = self.finish(&simplex, &target, size, b, forces);
-                match (lowered, simplex.witness()) {
-                    (Err(_), Some(witness)) => Err(self.infeasible(&witness, simplex.pivots)),
-                    (lowered, _) => lowered,
-                }
+        let wrench = Scaled { b, target: &simplex.target.clone(), size };
+        let answer = self.finish(&simplex.solution, &wrench, true, simplex.pivots, forces);
+        let Err(error @ Error::NotConverged { unmet: Unmet::Balance { .. } | Unmet::Gap { .. }, .. }) =
+            answer
+        else {
+            return answer;
+        };
+        // Forces so large that rounding of their products exceeds the tolerance balance nothing, and multipliers may be
+        // as large. Smaller ones may come within the tolerance.
+        let Some(tolerated) = simplex.tolerated() else { return Err(error) };
+        let mixtures =
+            USED_UP.into_iter().filter_map(|share| tolerated.mixture(share * FEASIBILITY_TOLERANCE));
+        for solution in mixtures.chain([tolerated.within.clone()]) {
+            let answer = self.finish(&solution, &wrench, false, simplex.pivots, forces);
+            if answer.is_ok() {
+                return answer;
             }
-            finished => finished,
         }
+        if simplex.separates(&tolerated) {
+            return Err(self.infeasible(&tolerated.within.multiplier));
+        }
+        Err(error)
     }
 
-    /// The forces of a basis, the least of those that are as good, with their certificate.
+    /// The forces of a solution, with `level` the least of those that are as good, with their certificate.
     fn finish(
         &self,
-        simplex: &DoubleDoubleSimplex<'_>,
-        target: &[f64; ROWS],
-        size: f64,
-        b: &Wrench<D>,
+        solution: &Solution,
+        wrench: &Scaled<'_, D>,
+        level: bool,
+        pivots: usize,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        Self::add_up(simplex, size, forces);
-        let rest = simplex.slack();
-        let mut balanced = [DoubleDouble::ZERO; ROWS];
-        for (b, (t, rest)) in balanced.iter_mut().zip(target.iter().zip(rest)) {
-            *b = DoubleDouble::from(*t) - DoubleDouble::from(rest);
-        }
-        let z = simplex.multiplier;
-        let mut certificate = self.certify(&z, &balanced, size, forces, simplex.pivots);
-        if let Some(better) = self.choose(simplex, &balanced, size, forces) {
+        let size = wrench.size;
+        Self::add_up(solution, size, forces);
+        let mut balanced = *wrench.target;
+        balanced.iter_mut().zip(solution.slack()).for_each(|(b, rest)| *b -= DoubleDouble::from(rest));
+        let mut certificate = self.certify(&solution.multiplier, &balanced, size, forces, pivots);
+        if level && let Some(better) = self.choose(solution, &balanced, size, pivots, forces) {
             certificate = better;
         }
-        let not_converged =
-            |unmet| Err(Error::NotConverged { solver: SOLVER, iterations: simplex.pivots, unmet });
-        let left = self.left_over(b, forces);
-        let exact = self.columns.is_finite() || !self.least.is_empty();
-        if exact && left > FEASIBILITY_TOLERANCE * size {
-            return not_converged(Unmet::Balance { found: left / size, allowed: FEASIBILITY_TOLERANCE });
+        let not_converged = |unmet| Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet });
+        let found = self.left_over(wrench.b, forces) / size;
+        if found > FEASIBILITY_TOLERANCE {
+            return not_converged(Unmet::Balance { found, allowed: FEASIBILITY_TOLERANCE });
         }
-        self.check_parts(b, forces, simplex.pivots)?;
-        let allowed = self.tolerance.max(LOOSEST_GAP);
+        self.check_parts(wrench.b, forces, pivots)?;
+        let allowed = self.tolerance.max(DOUBTFUL_GAP);
         if certificate.gap <= allowed {
             return Ok(certificate);
         }
@@ -127,21 +150,14 @@ impl<const D: usize> DoubleDoubleProgram<D> {
     }
 
     /// The error for a wrench that a multiplier separates from all that the contacts balance.
-    fn infeasible(&self, witness: &Vector, pivots: usize) -> Error {
-        if let Some(contact) = self.columns.pushing(witness) {
-            return Error::NotConverged {
-                solver: SOLVER,
-                iterations: pivots,
-                unmet: Unmet::Witness { contact },
-            };
-        }
+    fn infeasible(&self, witness: &Vector) -> Error {
         let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]));
         Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
     }
 
-    /// What the forces leave over in doubles, the way a caller computes it, in units.
+    /// What the forces leave over, in units.
     fn left_over(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
-        let rest = self.maps.iter().zip(&forces.forces).fold(*b, |rest, (map, force)| rest - map * force);
+        let rest = exact_rest(b, self.maps.iter().zip(forces.forces.iter().copied()));
         rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
@@ -172,20 +188,19 @@ impl<const D: usize> DoubleDoubleProgram<D> {
             *z = e / unit;
             largest = largest.max(z.abs());
         }
-        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.largest, f64::max);
+        let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.held, f64::max);
         let multiplier = z.map(|z| DoubleDouble::from(z / largest));
         let [reach, holding] = self.columns.values(&multiplier, 0.0);
         let product: f64 =
             multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
         let margin = (product - self.largest * holding.value()) / size;
-        let still = self.columns.pushing(&multiplier).is_none();
-        still && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
+        !self.columns.pushes(&multiplier) && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
-    fn add_up(simplex: &DoubleDoubleSimplex<'_>, size: f64, forces: &mut ContactForces) {
+    fn add_up(solution: &Solution, size: f64, forces: &mut ContactForces) {
         forces.clear();
         forces.unique = false;
-        for (level, share) in simplex.shares() {
+        for (level, share) in solution.shares() {
             let level = level * share.normal * size;
             forces.forces[share.contact] += share.force * level;
             forces.shares[share.contact] += level;
@@ -242,15 +257,16 @@ impl<const D: usize> DoubleDoubleProgram<D> {
     /// The third level: replaces the forces by the least among those that are as good, and certifies these.
     fn choose(
         &self,
-        simplex: &DoubleDoubleSimplex<'_>,
+        solution: &Solution,
         balanced: &Vector,
         size: f64,
+        pivots: usize,
         forces: &mut ContactForces,
     ) -> Option<Certificate<D>> {
-        let (z, pivots) = (&simplex.multiplier, simplex.pivots);
+        let z = &solution.multiplier;
         let (_, sum) = forces.totals();
         // In 32 digits: what is rounded here contradicts equations that differ by a billionth.
-        let sigma_max = simplex.largest_share();
+        let sigma_max = solution.largest_share(self.limits.len());
         let (largest, highest) = (sigma_max.value() * size, DoubleDouble::from(self.largest / size));
         let bound = |least: &f64| highest.times(*least) / sigma_max;
         let optimum = Optimum {
@@ -275,7 +291,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         // What they balance themselves; it may not be farther from the given wrench than rounding.
         let left: f64 = rest.iter().take(D).map(|x| x.value().abs()).sum();
-        if left > CHOSEN_REST || left + simplex.left_over() > FEASIBILITY_TOLERANCE {
+        if left > CHOSEN_REST || left + solution.left_over() > FEASIBILITY_TOLERANCE {
             return None;
         }
         let mut own = *balanced;

@@ -6,13 +6,11 @@
 //! starts low and rises until `s` is rounding. At the last price `s` may reach the feasibility tolerance. If that does
 //! not suffice, the least possible `|s|_1` is computed. The multiplier that proves it is the witness of infeasibility.
 
-use crate::force::double_double::columns::{DoubleDoubleColumns, Point, ROWS, Share, Vector};
+use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
+use crate::force::double_double::solution::{Member, Solution};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{
-    CONE_SEPARATED, FEASIBILITY_TOLERANCE, LARGEST_OBJECTIVE, ROUNDED_BASIS, ROUNDED_WRENCH,
-    SMALLEST_PIVOTS_32_DIGITS,
-};
+use crate::tolerances::{CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS};
 
 /// Pivots after which a solve gives up.
 const MAX_PIVOTS: usize = 3000;
@@ -20,14 +18,11 @@ const MAX_PIVOTS: usize = 3000;
 /// Pivots of one price after which ties in the ratio test are decided so that no cycle is possible.
 const LEXICOGRAPHIC_AFTER: usize = 60;
 
-/// Prices of what is left over, relative to a wrench and an objective of one.
-const FIRST_PRICE: f64 = 1e3;
+/// Prices of what is left over, relative to a wrench of unit size and the cost of one contact.
+pub(crate) const FIRST_PRICE: f64 = 1e3;
 const LAST_PRICE: f64 = 1e9;
 const HIGHEST_PRICE: f64 = 1e16;
 const HIGHEST_PRICE_OF_CONES: f64 = 1e20;
-
-/// The lowest price is known up to this factor.
-const LOWERED_PRICE: f64 = 1.01;
 
 /// The price of combinations that are not convex: no solution keeps them.
 const CONVEXITY_PRICE: f64 = 1e25;
@@ -38,37 +33,23 @@ pub(crate) enum Outcome {
     /// Least forces for a wrench that differs from the given one by no more than the tolerance.
     Balanced,
     /// No forces come within the tolerance; the multiplier proves it.
-    Infeasible(Vector),
+    Infeasible,
     /// The pivot bound was reached, or an interrupt.
     Stalled,
-}
-
-/// What a row of the basis holds.
-#[derive(Debug, Clone)]
-enum Member {
-    /// What is left over in a row, with its sign.
-    Slack(usize, f64),
-    Point(Point),
 }
 
 /// Basis, levels and multipliers.
 #[derive(Debug)]
 pub(crate) struct DoubleDoubleSimplex<'a> {
-    columns: &'a DoubleDoubleColumns,
-    target: Vector,
+    pub(crate) columns: &'a DoubleDoubleColumns,
+    pub(crate) target: Vector,
     smallest_pivot: f64,
-    members: Vec<Member>,
+    pub(crate) solution: Solution,
     inverse: [Vector; ROWS],
-    levels: Vector,
-    pub(crate) multiplier: Vector,
     pub(crate) pivots: usize,
-    /// The highest price at which more than the tolerance was left over, from the last price on, with its multiplier.
-    separates: Option<(f64, Vector)>,
-    /// The price of the last solution.
-    price: f64,
 }
 
-fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
+pub(crate) fn inner(a: &Vector, b: &Vector) -> DoubleDouble {
     a.iter().zip(b).fold(DoubleDouble::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
@@ -79,13 +60,14 @@ impl<'a> DoubleDoubleSimplex<'a> {
             columns,
             target: [DoubleDouble::ZERO; ROWS],
             smallest_pivot: 0.0,
-            members: Vec::with_capacity(ROWS),
+            solution: Solution {
+                members: Vec::with_capacity(ROWS),
+                levels: vec![DoubleDouble::ZERO; columns.rows()],
+                multiplier: [DoubleDouble::ZERO; ROWS],
+                dim: columns.dim,
+            },
             inverse: [[DoubleDouble::ZERO; ROWS]; ROWS],
-            levels: [DoubleDouble::ZERO; ROWS],
-            multiplier: [DoubleDouble::ZERO; ROWS],
             pivots: 0,
-            separates: None,
-            price: FIRST_PRICE,
         };
         for (row, &level) in target.iter().enumerate().take(columns.rows()) {
             simplex.target[row] = DoubleDouble::from(level);
@@ -99,7 +81,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
             self.smallest_pivot = smallest_pivot;
             self.start();
             let outcome = self.solve_from_nothing();
-            if self.is_accurate() || interrupt::stopped() {
+            if self.solution.is_accurate(&self.target) || interrupt::stopped() {
                 return outcome;
             }
         }
@@ -108,45 +90,27 @@ impl<'a> DoubleDoubleSimplex<'a> {
 
     /// The basis of slacks.
     fn start(&mut self) {
-        self.members.clear();
-        self.separates = None;
+        self.solution.members.clear();
         self.inverse = [[DoubleDouble::ZERO; ROWS]; ROWS];
         for row in 0..self.columns.rows() {
             let level = self.target[row];
             let sign = if level < DoubleDouble::ZERO { -1.0 } else { 1.0 };
-            self.members.push(Member::Slack(row, sign));
+            self.solution.members.push(Member::Slack(row, sign));
             self.inverse[row][row] = DoubleDouble::from(sign);
-            self.levels[row] = level.abs();
+            self.solution.levels[row] = level.abs();
         }
-    }
-
-    /// Whether the columns at their levels add up to the target, and none is negative: a pivot element of rounding makes
-    /// a level of any size out of one of zero.
-    fn is_accurate(&self) -> bool {
-        let mut rest = self.target;
-        for (member, level) in self.members.iter().zip(&self.levels) {
-            match member {
-                Member::Point(point) => {
-                    rest.iter_mut().zip(&point.wrench).for_each(|(rest, w)| *rest -= *w * *level);
-                }
-                Member::Slack(row, sign) => rest[*row] -= level.times(*sign),
-            }
-        }
-        let largest = self.levels.iter().fold(1.0_f64, |largest, level| largest.max(level.value().abs()));
-        let rounded = ROUNDED_BASIS * largest;
-        rest.iter().all(|rest| rest.value().abs() <= rounded)
-            && self.levels.iter().all(|level| level.value() >= -rounded)
     }
 
     /// Raises the price until the answer is clear.
     fn solve_from_nothing(&mut self) -> Outcome {
-        let mut price = FIRST_PRICE;
+        let unit = self.columns.unit();
+        let mut price = FIRST_PRICE * unit;
         loop {
             if !self.minimise(Some(price)) {
                 return Outcome::Stalled;
             }
-            let left = self.left_over();
-            let highest = LAST_PRICE * self.objective().max(1.0);
+            let left = self.solution.left_over();
+            let highest = LAST_PRICE * self.solution.objective().value().max(unit);
             let last = price >= highest;
             if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH } {
                 return Outcome::Balanced;
@@ -156,7 +120,6 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             price = (price * 1e3).min(highest);
         }
-        self.separates = Some((price, self.multiplier));
         if self.columns.is_finite() {
             // A price bounds the forces; without one, edges that differ by rounding would balance by immense ones.
             return self.raise(price);
@@ -164,8 +127,8 @@ impl<'a> DoubleDoubleSimplex<'a> {
         if !self.minimise(None) {
             return Outcome::Stalled;
         }
-        if self.left_over() > FEASIBILITY_TOLERANCE {
-            return Outcome::Infeasible(self.multiplier);
+        if self.solution.left_over() > FEASIBILITY_TOLERANCE {
+            return Outcome::Infeasible;
         }
         self.raise(price)
     }
@@ -173,103 +136,19 @@ impl<'a> DoubleDoubleSimplex<'a> {
     /// Raises the price until no more than the tolerance is left over, or until the multiplier is a witness: a wrench
     /// of unit size then reaches along it by no more than rounding.
     fn raise(&mut self, mut price: f64) -> Outcome {
+        let highest = if self.columns.is_finite() { HIGHEST_PRICE } else { HIGHEST_PRICE_OF_CONES };
         loop {
             if !self.minimise(Some(price)) {
                 return Outcome::Stalled;
             }
-            if self.left_over() <= FEASIBILITY_TOLERANCE {
+            if self.solution.left_over() <= FEASIBILITY_TOLERANCE {
                 return Outcome::Balanced;
             }
-            if self.columns.is_finite() {
-                self.separates = Some((price, self.multiplier));
-                if price >= HIGHEST_PRICE {
-                    return Outcome::Infeasible(self.multiplier);
-                }
-            } else if price > HIGHEST_PRICE_OF_CONES {
-                return Outcome::Balanced;
+            if price >= highest * self.columns.unit() {
+                return Outcome::Infeasible;
             }
             price *= 1e3;
         }
-    }
-
-    /// Lowers the price as far as no more than the tolerance is left over: the forces are then no larger than they need
-    /// to be. `false` where no price left more, or where a solve did not end.
-    pub(crate) fn lower_price(&mut self) -> bool {
-        let Some((mut low, mut witness)) = self.separates else { return false };
-        let mut high = self.price;
-        while high > LOWERED_PRICE * low {
-            let between = (low * high).sqrt();
-            if !self.minimise(Some(between)) {
-                return false;
-            }
-            if self.left_over() > FEASIBILITY_TOLERANCE {
-                (low, witness) = (between, self.multiplier);
-            } else {
-                high = between;
-            }
-        }
-        self.separates = Some((low, witness));
-        self.minimise(Some(high)) && self.is_accurate()
-    }
-
-    /// The multiplier below the lowest price, if no forces of an objective up to [`LARGEST_OBJECTIVE`] reach within the
-    /// tolerance of the target along it. With `p(z) <= 1`, such forces reach by their objective at most.
-    pub(crate) fn witness(&self) -> Option<Vector> {
-        let (price, z) = self.separates?;
-        let margin = (inner(&z, &self.target).value() - LARGEST_OBJECTIVE) / price;
-        (margin > FEASIBILITY_TOLERANCE).then_some(z)
-    }
-
-    /// The objective of the forces, what is left over not counted.
-    pub(crate) fn objective(&self) -> f64 {
-        let cost = |(member, level): (&Member, &DoubleDouble)| match member {
-            Member::Point(point) => (point.cost * *level).value(),
-            Member::Slack(..) => 0.0,
-        };
-        self.members.iter().zip(&self.levels).map(cost).sum()
-    }
-
-    /// What is left over of the wrench, component by component added up.
-    pub(crate) fn left_over(&self) -> f64 {
-        let wrench = |row: usize| row < self.columns.dim;
-        let slack = |(member, level): (&Member, &DoubleDouble)| match member {
-            Member::Slack(row, _) if wrench(*row) => level.value().abs(),
-            _ => 0.0,
-        };
-        self.members.iter().zip(&self.levels).map(slack).sum()
-    }
-
-    /// What is left over, row by row.
-    pub(crate) fn slack(&self) -> [f64; ROWS] {
-        let mut rest = [0.0; ROWS];
-        for (member, level) in self.members.iter().zip(&self.levels) {
-            if let Member::Slack(row, sign) = member {
-                rest[*row] += sign * level.value();
-            }
-        }
-        rest
-    }
-
-    /// The largest normalised normal force.
-    pub(crate) fn largest_share(&self) -> DoubleDouble {
-        let mut totals = vec![DoubleDouble::ZERO; self.columns.num_contacts()];
-        for (member, level) in self.members.iter().zip(&self.levels) {
-            if let Member::Point(point) = member {
-                point.shares.iter().for_each(|share| totals[share.contact] += level.times(share.normal));
-            }
-        }
-        totals.into_iter().fold(DoubleDouble::ZERO, DoubleDouble::max)
-    }
-
-    /// The forces of the basis: what each contact contributes, with the level of its column.
-    pub(crate) fn shares(&self) -> impl Iterator<Item = (f64, &Share)> {
-        self.members.iter().zip(&self.levels).flat_map(|(member, level)| {
-            let shares = match member {
-                Member::Point(point) => point.shares.as_slice(),
-                Member::Slack(..) => &[],
-            };
-            shares.iter().map(|share| (level.value().max(0.0), share))
-        })
     }
 
     fn cost(&self, member: &Member, price: Option<f64>) -> DoubleDouble {
@@ -286,15 +165,14 @@ impl<'a> DoubleDoubleSimplex<'a> {
     }
 
     /// Optimal for this price; without one, what is left over alone is minimised. `false` if that cannot be reached.
-    fn minimise(&mut self, price: Option<f64>) -> bool {
+    pub(crate) fn minimise(&mut self, price: Option<f64>) -> bool {
         let rows = self.columns.rows();
         let mut z = [DoubleDouble::ZERO; ROWS];
-        for (row, member) in self.members.iter().enumerate() {
+        for (row, member) in self.solution.members.iter().enumerate() {
             let cost = self.cost(member, price);
             z.iter_mut().zip(&self.inverse[row]).for_each(|(z, x)| *z += cost * *x);
         }
         // A witness must separate up to rounding; an objective is the least up to its tolerance.
-        self.price = price.unwrap_or(f64::INFINITY);
         let threshold =
             if price.is_some() { self.columns.threshold } else { self.columns.threshold.min(CONE_SEPARATED) };
         let first = self.pivots;
@@ -312,7 +190,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
                 }
             }
             if beaten {
-                self.multiplier = z;
+                self.solution.multiplier = z;
                 return true;
             }
             let column = match &entering {
@@ -329,7 +207,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
                 return false;
             };
             self.pivot(row, &direction);
-            self.members[row] = entering;
+            self.solution.members[row] = entering;
             for (z, x) in z.iter_mut().zip(&self.inverse[row]) {
                 *z -= gain * *x;
             }
@@ -344,7 +222,7 @@ impl<'a> DoubleDoubleSimplex<'a> {
         let smallest = largest.times(self.smallest_pivot);
         let mut best: Option<(usize, DoubleDouble)> = None;
         for row in (0..rows).filter(|&row| direction[row] > smallest) {
-            let ratio = self.levels[row].max(DoubleDouble::ZERO) / direction[row];
+            let ratio = self.solution.levels[row].max(DoubleDouble::ZERO) / direction[row];
             let better = match best {
                 None => true,
                 Some((other, least)) if ratio == least => {
@@ -382,7 +260,9 @@ impl<'a> DoubleDoubleSimplex<'a> {
         let levels = self.inverse.map(|x| inner(&x, &self.target));
         let largest = levels.iter().fold(DoubleDouble::ZERO, |a, b| a.max(b.abs()));
         let zero = largest.times(1e-28);
-        self.levels = levels.map(|level| if level.abs() <= zero { DoubleDouble::ZERO } else { level });
+        for (own, level) in self.solution.levels.iter_mut().zip(levels) {
+            *own = if level.abs() <= zero { DoubleDouble::ZERO } else { level };
+        }
         self.pivots += 1;
     }
 }

@@ -5,11 +5,13 @@
 //! not. Both matrices are built once for each face. A wrench that falls into a known region costs two small
 //! matrix-vector products, whatever path led there.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
-use crate::tolerances::{DELICATE, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, UNBALANCED_WRENCH};
+use crate::tolerances::{
+    DELICATE, DEPENDENT, LARGE_FORCES, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, UNBALANCED_WRENCH,
+};
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
 const MOST_CANCELLED: f64 = LOOSEST_GAP / ROUNDED_GAP;
@@ -72,6 +74,11 @@ impl<const R: usize> Rows<R> {
         self.count += 1;
     }
 
+    fn row(&self, k: usize) -> SVector<f64, R> {
+        let block = &self.blocks[k / LANES].0;
+        SVector::from_fn(|column, _| block[column][k % LANES])
+    }
+
     /// The product with `vector`, row by row; rows beyond the output's length are dropped.
     #[inline]
     pub(crate) fn multiply(&self, vector: &SVector<f64, R>, output: &mut [f64]) {
@@ -112,16 +119,30 @@ pub(crate) struct CriticalRegion<const R: usize> {
     pub(crate) reach: f64,
     /// The relative gap up to which the forces count as an answer.
     pub(crate) tolerance: f64,
+    /// The relative gap that rounding of the multipliers explains; a larger one comes from edges that are optimal but for
+    /// rounding of the wrenches.
+    pub(crate) rounded_gap: f64,
     /// Whether the first two levels left no choice.
     pub(crate) unique: bool,
     /// Whether the reduced set could not give the answer.
     pub(crate) fell_back: bool,
     /// What makes forces and torques comparable when the equations are checked.
     pub(crate) units: SVector<f64, R>,
-    /// Whether the forces are those of one basis, because rounding hides other optimal ones.
+    /// Whether the forces are those of one basis, because rounding or noise hides other optimal ones.
     pub(crate) basic: bool,
-    /// The multipliers and the gap that were proven where the region is one ray.
-    pub(crate) proven: Option<(SVector<f64, R>, f64)>,
+    /// The wrench whose multiples are all of the region, where it is one ray.
+    ray: Option<Box<Ray<R>>>,
+}
+
+/// A wrench with its forces, as they were certified.
+#[derive(Debug, Clone)]
+struct Ray<const R: usize> {
+    b: SVector<f64, R>,
+    forces: Vec<f64>,
+    dual: SVector<f64, R>,
+    gap: f64,
+    /// Whether rounding of the forces of a multiple may leave too much over.
+    large: bool,
 }
 
 impl<const R: usize> CriticalRegion<R> {
@@ -144,11 +165,12 @@ impl<const R: usize> CriticalRegion<R> {
             dual: SVector::zeros(),
             reach: 1.0,
             tolerance: 0.0,
+            rounded_gap: 0.0,
             unique: true,
             fell_back: false,
             units: SVector::repeat(1.0),
             basic: false,
-            proven: None,
+            ray: None,
         }
     }
 
@@ -157,17 +179,17 @@ impl<const R: usize> CriticalRegion<R> {
     pub(crate) fn write_ray(
         &mut self,
         b: &SVector<f64, R>,
-        forces: impl Iterator<Item = f64>,
+        forces: Vec<f64>,
         shares: &[f64],
-        proven: (SVector<f64, R>, f64),
+        (dual, gap): (SVector<f64, R>, f64),
         units: &SVector<f64, R>,
     ) {
         self.clear();
         let largest = b.amax();
         let scaled = b / largest;
         let along = scaled / (largest * scaled.norm_squared());
-        for force in forces {
-            self.forces.push(&(along * force));
+        for force in &forces {
+            self.forces.push(&(along * *force));
         }
         for share in shares {
             self.shares.push(&(along * *share));
@@ -181,7 +203,9 @@ impl<const R: usize> CriticalRegion<R> {
         self.dual = along * self.objective.value(most, sum);
         self.units = *units;
         (self.reach, self.tolerance, self.unique) = (1.0, RAY_GAP, false);
-        self.proven = Some(proven);
+        let sum: f64 = forces.iter().map(|force| force.abs()).sum();
+        let large = sum * units[0] > LARGE_FORCES * b.component_mul(units).amax();
+        self.ray = Some(Box::new(Ray { b: *b, forces, dual, gap, large }));
     }
 
     /// Whether some wrench of unit size takes forces or an objective of [`DELICATE`] size: rounding of positions then
@@ -197,7 +221,17 @@ impl<const R: usize> CriticalRegion<R> {
 
     /// The multipliers of the wrench, and the relative gap they prove.
     pub(crate) fn proof(&self, b: &SVector<f64, R>) -> (SVector<f64, R>, f64) {
-        self.proven.unwrap_or_else(|| (self.dual, self.gap(b)))
+        self.ray.as_ref().map_or_else(|| (self.dual, self.gap(b)), |ray| (ray.dual, ray.gap))
+    }
+
+    /// Writes the components of the forces.
+    #[inline]
+    pub(crate) fn write(&self, b: &SVector<f64, R>, rows: &mut [f64]) {
+        match &self.ray {
+            // Rounded once more, large forces may leave too much over.
+            Some(ray) if ray.b == *b => rows.copy_from_slice(&ray.forces),
+            _ => self.forces.multiply(b, rows),
+        }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -206,7 +240,7 @@ impl<const R: usize> CriticalRegion<R> {
         self.equations.clear();
         self.forces.clear();
         self.shares.clear();
-        self.proven = None;
+        self.ray = None;
         self.basic = false;
     }
 
@@ -223,6 +257,35 @@ impl<const R: usize> CriticalRegion<R> {
             && self.gap(b) <= self.tolerance
             && (self.pushes.count == 0 || self.pushes(b, inside))
             && (self.equations.count == 0 || self.balances(b))
+            && self.ray.as_ref().is_none_or(|ray| !ray.large || ray.b == *b)
+    }
+
+    /// What the forces leave over of a wrench of unit size in the region, at most: `maps` turn `components` of the forces
+    /// of each contact into wrenches.
+    pub(crate) fn left_over(&self, maps: &[SMatrix<f64, R, 4>], components: &[usize]) -> f64 {
+        let mut rest = -SMatrix::<f64, R, R>::identity();
+        let columns = maps.iter().flat_map(|map| components.iter().map(|&component| map.column(component)));
+        for (k, column) in columns.enumerate() {
+            rest += column * self.forces.row(k).transpose();
+        }
+        for (i, j) in (0..R).flat_map(|i| (0..R).map(move |j| (i, j))) {
+            rest[(i, j)] *= self.units[i] / self.units[j];
+        }
+        // Wrenches of the region have nothing along its equations.
+        let mut axes: [SVector<f64, R>; R] = [SVector::zeros(); R];
+        for k in 0..self.equations.count.min(R) {
+            let mut axis = self.equations.row(k).component_div(&self.units);
+            let length = axis.norm();
+            for earlier in &axes[..k] {
+                axis -= earlier * earlier.dot(&axis);
+            }
+            if axis.norm() > DEPENDENT * length {
+                axes[k] = axis.normalize();
+                let along = rest * axes[k];
+                rest -= along * axes[k].transpose();
+            }
+        }
+        rest.abs().sum()
     }
 
     /// Whether no share and no force is negative by more than `inside`; multipliers need not be written yet.

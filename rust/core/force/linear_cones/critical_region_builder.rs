@@ -20,8 +20,8 @@ use crate::grasp::contact::{ContactForce, contact_force};
 use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::interrupt;
 use crate::tolerances::{
-    FEASIBILITY_TOLERANCE, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION, ROUNDED_FORCES, TRUSTED_FORCES,
-    UNBALANCED_WRENCH,
+    DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LEAST_DOUBTFUL_GAP, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION,
+    ROUNDED_FORCES, ROUNDED_GAP, TRUSTED_FORCES, UNBALANCED_WRENCH,
 };
 
 /// Contacts further apart in strength than this are compared by their forces, too, and not by their shares alone.
@@ -104,6 +104,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
             simplex.refresh_multipliers();
             mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         }
+        region.basic |= buffers.face.nearly_tied;
         // A third level that was interrupted has chosen nothing.
         interrupt::check()?;
         let z = &simplex.multipliers[0];
@@ -115,6 +116,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         region.reach = columns.reach(z);
         let objective = region.dual.dot(b);
         let size = z.lp_norm(1) / columns.objective.unit();
+        region.rounded_gap = (ROUNDED_GAP * size).clamp(LEAST_DOUBTFUL_GAP, DOUBTFUL_GAP);
         region.tolerance = loosened(self.tolerance, size.max(region.cancelled(b) / objective));
         // Forces that do not balance, that pull, or whose objective is not the multipliers', are no answer.
         let unbalanced = self.imbalance(region, b, &mut buffers.forces);
@@ -195,6 +197,11 @@ impl<const D: usize> CriticalRegionBuilder<D> {
             region.equations.push(&map.tr_mul(&simplex.basis.inverse.row(row).transpose()));
         }
         mismatch(face, coefficients).1
+    }
+
+    /// Whether the forces balance every wrench of a region.
+    pub(crate) fn balances_all(&self, region: &CriticalRegion<D>) -> bool {
+        region.left_over(&self.maps, self.components) <= FEASIBILITY_TOLERANCE
     }
 
     /// How far the forces themselves, in N and N m, are from balance.

@@ -10,7 +10,7 @@ use nalgebra::SVector;
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED, tied_cost};
 use crate::force::simplex::primal::Simplex;
-use crate::tolerances::UNUSED_LEVEL;
+use crate::tolerances::{NEARLY_TIED, NEARLY_TIED_GAIN, ROUNDED_GAIN, ROUNDED_TIE, UNUSED_LEVEL};
 
 /// How hard a contact presses in every optimal solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,8 @@ pub(crate) struct OptimalFace {
     starts: Vec<usize>,
     /// Whether the objective knows a maximum that a free contact must not exceed.
     pub(crate) limited: bool,
+    /// Whether more than rounding, but less than the third level may lose, keeps a force off the face.
+    pub(crate) nearly_tied: bool,
 }
 
 impl OptimalFace {
@@ -43,6 +45,7 @@ impl OptimalFace {
             edges: Vec::with_capacity(edges),
             starts: Vec::with_capacity(contacts + 1),
             limited: true,
+            nearly_tied: false,
         }
     }
 
@@ -53,6 +56,7 @@ impl OptimalFace {
 
     pub(crate) fn clear(&mut self, objective: Objective) {
         self.limited = objective != Objective::Sum;
+        self.nearly_tied = false;
         self.statuses.clear();
         self.inside.clear();
         self.edges.clear();
@@ -161,12 +165,16 @@ impl OptimalFace {
         let tolerance = 2.0 * tied_cost(&z[0]);
         let (best, edge) = columns.best(contact, &z[0]);
         let threshold = if columns.objective == Objective::Sum { 1.0 } else { columns.objective.weight() };
+        let near = ROUNDED_TIE * z[0].lp_norm(1)..NEARLY_TIED * columns.objective.unit();
+        self.nearly_tied |= near.contains(&(best - threshold).abs());
         if best < threshold - tolerance {
             return ContactStatus::Idle;
         }
         let start = self.edges.len();
         for edge in columns.contacts[contact].clone() {
-            if columns.wrenches[edge].dot(&z[0]) >= best - tolerance {
+            let cost = best - columns.wrenches[edge].dot(&z[0]);
+            self.nearly_tied |= near.contains(&cost);
+            if cost <= tolerance {
                 self.edges.push(edge as u32);
             }
         }
@@ -181,6 +189,9 @@ impl OptimalFace {
         let tolerance = 10.0 * tied_cost(&z[1]);
         let gain = |edge: u32| columns.wrenches[edge as usize].dot(&z[1]) - 1.0;
         let best = self.edges[start..].iter().map(|&edge| gain(edge)).fold(f64::NEG_INFINITY, f64::max);
+        let near = ROUNDED_GAIN * z[1].lp_norm(1)..NEARLY_TIED_GAIN;
+        self.nearly_tied |= near.contains(&best.abs())
+            || self.edges[start..].iter().any(|&edge| near.contains(&(best - gain(edge))));
         let mut kept = start;
         for at in start..self.edges.len() {
             if gain(self.edges[at]) >= best - tolerance {

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::double_double::DoubleDoubleProgram;
-use crate::force::double_double::choice::MAX_UNKNOWNS;
+use crate::force::double_double::choice::MOST_EDGES;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::critical_region_builder::{BuilderWorkspace, CriticalRegionBuilder};
@@ -21,7 +21,7 @@ use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::tolerances::{DOUBTFUL_GAP, NEGATIVE_IN_KNOWN_REGION};
+use crate::tolerances::NEGATIVE_IN_KNOWN_REGION;
 
 /// Regions remembered for wrenches that jump back.
 const REMEMBERED: usize = 16;
@@ -95,9 +95,10 @@ impl<const D: usize> LinearProgram<D> {
                 Some(Enumeration::new(grasp, objective, &equilibration, options.max_points)?)
             }
         };
+        let precise = DoubleDoubleProgram::new(grasp, objective, &[], options.rtol);
         let reduced = match &enumeration {
             Some(enumeration) if options.method == Method::Reduced => {
-                let targets = sample_targets(&equilibration, &options.samples)?;
+                let targets = sample_targets(&equilibration, &precise, &options.samples)?;
                 let mut simplex = Simplex::new(grasp.num_contacts());
                 Some(enumeration.reduce(&mut simplex, &targets, equilibration.rank)?)
             }
@@ -109,7 +110,7 @@ impl<const D: usize> LinearProgram<D> {
             enumeration,
             reduced,
             builder: CriticalRegionBuilder::new(grasp, options.rtol),
-            precise: DoubleDoubleProgram::new(grasp, objective, &[], options.rtol),
+            precise,
         })
     }
 
@@ -164,7 +165,7 @@ impl<const D: usize> LinearProgram<D> {
     ) -> Result<Certificate<D>> {
         let (region, pivots) = self.locate(workspace, b, forces)?;
         let mut rows = vec![0.0; forces.shares.len() * components.len()];
-        region.forces.multiply(b, &mut rows);
+        region.write(b, &mut rows);
         for (force, row) in forces.forces.iter_mut().zip(rows.chunks(components.len())) {
             *force = contact_force(row, components);
         }
@@ -216,26 +217,30 @@ impl<const D: usize> LinearProgram<D> {
                 // What the third level could not tell, it tells from the objective alone.
                 Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;
-                    match self.decide(workspace, b, forces) {
-                        Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    let decided = self.decide(workspace, b, forces);
+                    // Whether other wrenches are looked up in it must not depend on the order of wrenches.
+                    let known = &mut workspace.remembered[slot];
+                    match decided {
+                        // Without an answer in 32 digits, the forces in doubles are certified.
+                        Err(Error::NotConverged { .. }) => {
+                            self.narrow(known, b);
+                            slot
+                        }
                         decided => {
-                            // Whether other wrenches are looked up in it must not depend on the order of wrenches.
-                            let known = &mut workspace.remembered[slot];
-                            if decided.is_ok() {
-                                known.forget();
-                            } else {
-                                self.narrow(known, b, forces);
-                            }
-                            decided.unwrap_or(slot)
+                            known.forget();
+                            decided?
                         }
                     }
                 }
                 solved => {
                     let slot = solved?;
+                    let known = &mut workspace.remembered[slot];
                     if self.has_third_level_in_32_digits() {
                         // Wrenches that are doubtful here are so without a past, too.
-                        let region = &mut workspace.remembered[slot].region;
-                        region.tolerance = region.tolerance.min(DOUBTFUL_GAP);
+                        known.region.tolerance = known.region.tolerance.min(known.region.rounded_gap);
+                    }
+                    if !self.builder.balances_all(&known.region) {
+                        self.narrow(known, b);
                     }
                     slot
                 }
@@ -248,22 +253,23 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     fn has_third_level_in_32_digits(&self) -> bool {
-        self.columns.wrenches.len() <= MAX_UNKNOWNS
+        self.columns.wrenches.len() <= MOST_EDGES
     }
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
     fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
         region.is_delicate()
-            || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > DOUBTFUL_GAP)
+            || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > region.rounded_gap)
     }
 
     /// Narrows a region to the ray of one wrench.
-    fn narrow(&self, known: &mut Remembered<D>, b: &Wrench<D>, forces: &mut ContactForces) {
-        let mut rows = vec![0.0; forces.shares.len() * self.builder.components().len()];
-        known.region.forces.multiply(b, &mut rows);
-        known.region.shares.multiply(b, &mut forces.shares);
+    fn narrow(&self, known: &mut Remembered<D>, b: &Wrench<D>) {
+        let mut shares = vec![0.0; self.columns.contacts.len()];
+        let mut rows = vec![0.0; shares.len() * self.builder.components().len()];
+        known.region.write(b, &mut rows);
+        known.region.shares.multiply(b, &mut shares);
         let proof = known.region.proof(b);
-        known.region.write_ray(b, rows.into_iter(), &forces.shares, proof, self.equilibration.units());
+        known.region.write_ray(b, rows, &shares, proof, self.equilibration.units());
         known.basis.artificial = [true; D];
     }
 
@@ -298,7 +304,7 @@ impl<const D: usize> LinearProgram<D> {
         let known = &mut remembered[slot];
         known.forget();
         let components = self.builder.components();
-        let rows = forces.forces.iter().flat_map(|force| components.iter().map(|&row| force[row]));
+        let rows = forces.forces.iter().flat_map(|force| components.iter().map(|&row| force[row])).collect();
         let units = self.equilibration.units();
         known.region.write_ray(b, rows, &forces.shares, (answer.dual, answer.gap), units);
         known.region.fell_back = self.reduced.is_some();
@@ -357,28 +363,28 @@ impl<const D: usize> LinearProgram<D> {
     }
 }
 
-/// The wrenches that choose the reduced set, as right-hand sides.
+/// The wrenches that choose the reduced set, as right-hand sides. Those that doubles cannot decide choose nothing.
 fn sample_targets<const D: usize>(
     equilibration: &Equilibration<D>,
+    precise: &DoubleDoubleProgram<D>,
     samples: &[Vec<f64>],
 ) -> Result<Vec<Target<D>>> {
     let target = |(row, sample): (usize, &Vec<f64>)| {
+        let refused = |reason| Error::InvalidInput { argument: "samples", row: Some(row), reason };
         if sample.len() != D {
-            let reason = format!("{} components, expected {D}", sample.len());
-            return Err(Error::InvalidInput { argument: "samples", row: Some(row), reason });
+            return Some(Err(refused(format!("{} components, expected {D}", sample.len()))));
         }
-        equilibration
-            .reachable(&-Wrench::<D>::from_column_slice(sample))
-            .map(|reachable| reachable.target)
-            .map_err(|error| match error {
-                Error::InvalidInput { .. } => {
-                    let reason = format!(
-                        "{sample:?} has no direction, or lies outside 1e-140 to 1e140; check the units"
-                    );
-                    Error::InvalidInput { argument: "samples", row: Some(row), reason }
-                }
-                error => error,
-            })
+        let b = -Wrench::<D>::from_column_slice(sample);
+        match equilibration.reachable(&b) {
+            Ok(reachable) => Some(Ok(reachable.target)),
+            Err(Error::InvalidInput { .. }) => Some(Err(refused(format!(
+                "{sample:?} has no direction, or lies outside 1e-140 to 1e140; check the units"
+            )))),
+            Err(Error::InfeasibleWrench { direction, .. }) if !precise.clearly_separated(&direction, &b) => {
+                None
+            }
+            Err(error) => Some(Err(error)),
+        }
     };
-    samples.iter().enumerate().map(target).collect()
+    samples.iter().enumerate().filter_map(target).collect()
 }

@@ -9,7 +9,7 @@ use nalgebra::SVector;
 use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
-use crate::force::equilibration::Equilibration;
+use crate::force::equilibration::{Equilibration, held_force};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::optimal_face::OptimalFace;
 use crate::force::preload::columns::{PreloadColumns, ROWS};
@@ -36,6 +36,8 @@ pub(crate) struct PreloadProgram<const D: usize> {
     /// The lower bounds, and the largest of them; it is positive.
     least: Vec<f64>,
     largest: f64,
+    /// The largest force that they ask for, in units.
+    held: f64,
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: DoubleDoubleProgram<D>,
@@ -121,7 +123,8 @@ impl<const D: usize> PreloadProgram<D> {
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
         let precise = DoubleDoubleProgram::new(grasp, objective, bounds, tolerance);
         let unbounded = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        Self { equilibration, columns, least, largest, maps, tolerance, precise, unbounded }
+        let held = held_force(grasp, bounds);
+        Self { equilibration, columns, least, largest, held, maps, tolerance, precise, unbounded }
     }
 
     pub(crate) fn workspace(&self) -> PreloadWorkspace {
@@ -219,6 +222,7 @@ impl<const D: usize> PreloadProgram<D> {
             maps: &self.maps,
             units: self.equilibration.units(),
             least: &self.least,
+            held: self.held,
             objective: self.columns.objective,
             tolerance: loosened(
                 self.tolerance,

@@ -222,6 +222,7 @@ impl<const D: usize> ConeProgram<D> {
             maps: &self.maps,
             units: self.equilibration.units(),
             least: &[],
+            held: 0.0,
             objective: self.columns.objective,
             tolerance: loosened(tolerance, z.lp_norm(1) / self.columns.objective.unit()),
         };
