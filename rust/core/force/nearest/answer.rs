@@ -34,6 +34,8 @@ impl<const D: usize> Default for NearestOptions<D> {
 #[derive(Debug, Clone)]
 pub(crate) struct NearestMemory<const D: usize> {
     projection: WrenchProjection<D>,
+    /// What was found of the wrench in question, if it is apart from what forces balance.
+    apart: Option<Nearest<D>>,
     /// The workspace of [`ForceDistributor::bounded`], where that is another distributor.
     bounded: Option<ForceWorkspace<D>>,
 }
@@ -144,7 +146,7 @@ impl<const D: usize> ForceDistributor<D> {
                 let bounds = self.bounds();
                 let projection = WrenchProjection::new(self.shared_grasp(), metric, options.limits, &bounds);
                 let bounded = self.bounded(options.limits)?.map(|bounded| bounded.workspace());
-                Box::new(NearestMemory { projection, bounded })
+                Box::new(NearestMemory { projection, apart: None, bounded })
             }
         };
         let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
@@ -160,13 +162,27 @@ impl<const D: usize> ForceDistributor<D> {
         b: &Wrench<D>,
         limits: bool,
     ) -> Found<D> {
-        if let Ok(answer) = self.least(workspace, memory, b, limits) {
+        memory.apart = None;
+        if memory.projection.is_beyond(b) {
+            let nearest = memory.projection.project(b, &mut workspace.forces);
+            memory.apart = Some(nearest).filter(|nearest| nearest.exact);
+        }
+        if memory.apart.is_none()
+            && let Ok(answer) = self.least(workspace, memory, b, limits)
+        {
             let distance = memory.projection.metric.norm(&self.residual(b, &workspace.forces.forces));
             return Found { answer, distance };
         }
-        let nearest = memory.projection.project(b, &mut workspace.forces);
+        let nearest = match memory.apart {
+            Some(nearest) => nearest,
+            None => memory.projection.project(b, &mut workspace.forces),
+        };
         let size = memory.projection.metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
+        if nearest.unique {
+            let Found { answer, distance } = self.as_projected(workspace, memory, b, &nearest, loose);
+            return Found { answer: Certificate { fell_back: false, ..answer }, distance };
+        }
         let exerted = b + nearest.residual;
         let projected = workspace.forces.clone();
         let least = self.least(workspace, memory, &exerted, limits);
@@ -251,6 +267,7 @@ impl<const D: usize> ForceDistributor<D> {
     ) -> Result<Certificate<D>> {
         let nearest = memory.projection.project(b, &mut workspace.forces);
         if nearest.distance > AT_LIMIT * memory.projection.metric.norm(b) {
+            memory.apart = Some(nearest);
             return Err(beyond());
         }
         let bounds = self.bounds();
