@@ -23,7 +23,8 @@ demo: build
 test: build $(VENV)/simulators
 	cargo test
 	cargo test --package graspforce-c
-	$(PY) -m pytest
+	$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadfile
+	$(PY) -m pytest -m alone
 
 # Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
 FUZZ_SECONDS ?= 60

@@ -54,7 +54,7 @@ pub use convex::expanding_polytope::DEFAULT_MAX_FACETS;
 pub use error::{Error, Result, Unmet};
 pub use force::batch::DistributionBatch;
 pub use force::distributor::ForceDistributor;
-pub use force::nearest::answer::NearestOptions;
+pub use force::nearest::options::NearestOptions;
 pub use force::solution::{Distribution, DistributionOptions, Method};
 pub use force::squares::options::SquaresOptions;
 pub use force::workspace::ForceWorkspace;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::force::distributor::ForceDistributor;
-use crate::force::nearest::answer::NearestOptions;
+use crate::force::nearest::options::NearestOptions;
 use crate::force::workspace::ForceWorkspace;
 use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
@@ -115,7 +115,7 @@ impl<const D: usize> ForceDistributor<D> {
         let components = self.grasp().force_components();
         let forces: Vec<_> =
             row.chunks(components.len()).map(|force| contact_force(force, components)).collect();
-        self.residual(&-wrench, &forces).as_slice().to_vec()
+        self.problem.residual(&-wrench, &forces).as_slice().to_vec()
     }
 
     fn solve_rows(
@@ -132,11 +132,11 @@ impl<const D: usize> ForceDistributor<D> {
             interrupt::check()?;
             let solved = match nearest {
                 Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
-                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.nearest_totals() }
+                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.last().forces.totals() }
                 }),
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
                     0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
-                    _ => workspace.totals(&-wrench),
+                    _ => workspace.last().totals(&-wrench),
                 }),
             };
             status[k] = match &solved {

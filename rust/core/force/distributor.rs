@@ -4,17 +4,13 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::force::limits::Limited;
-use crate::force::linear_cones::program::LinearProgram;
-use crate::force::preload::program::{PreloadProgram, checked_bounds};
-use crate::force::simplex::pricing::Objective;
-use crate::force::solution::{Distribution, DistributionOptions, Method, check_options, check_wrench};
+use crate::force::nearest::options::NearestOptions;
+use crate::force::problem::Problem;
+use crate::force::program::Program;
+use crate::force::solution::{Distribution, DistributionOptions};
 use crate::force::squares::options::SquaresOptions;
-use crate::force::squares::program::SquaresProgram;
-use crate::force::true_cones::program::ConeProgram;
-use crate::force::workspace::{ForceWorkspace, Program};
-use crate::grasp::contact::ContactForce;
-use crate::grasp::{Grasp, Wrench};
-use crate::interrupt;
+use crate::force::workspace::ForceWorkspace;
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::wrench_set::Criterion;
 
 /// Computes least contact forces for one grasp and any number of external wrenches.
@@ -40,13 +36,9 @@ use crate::wrench_set::Criterion;
 /// ```
 #[derive(Debug, Clone)]
 pub struct ForceDistributor<const D: usize> {
-    grasp: Arc<Grasp<D>>,
-    objective: Option<Criterion>,
-    options: DistributionOptions,
-    squares: Option<SquaresOptions<D>>,
-    program: Program<D>,
+    pub(crate) problem: Problem<D>,
     /// The limits that were set.
-    pub(crate) limited: Option<Arc<Limited<D>>>,
+    limited: Option<Arc<Limited<D>>>,
 }
 
 impl<const D: usize> ForceDistributor<D> {
@@ -61,20 +53,7 @@ impl<const D: usize> ForceDistributor<D> {
         objective: Criterion,
         options: DistributionOptions,
     ) -> Result<Self> {
-        check_options(&options, objective)?;
-        let minimised = Objective::new(objective, options.weight);
-        let program = if let Some(bounds) = checked_bounds(grasp, &options)? {
-            Program::Preload(Arc::new(PreloadProgram::new(grasp, minimised, &bounds, options.rtol)))
-        } else if grasp.is_finite() {
-            Program::Linear(Arc::new(LinearProgram::new(grasp, minimised, &options)?))
-        } else if options.method == Method::Implicit {
-            Program::Cone(Arc::new(ConeProgram::new(grasp, minimised, options.rtol)))
-        } else {
-            grasp.require_finite("points of the wrench set to list")?;
-            return Err(Error::grasp("edges", "true cones have no points to list"));
-        };
-        let objective = Some(objective);
-        Ok(Self { grasp: Arc::new(grasp.clone()), objective, options, squares: None, program, limited: None })
+        Ok(Self { problem: Problem::shares(grasp, objective, options)?, limited: None })
     }
 
     /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The forces are the only ones, and change continuously with
@@ -94,16 +73,12 @@ impl<const D: usize> ForceDistributor<D> {
     /// # Ok::<(), graspforce::Error>(())
     /// ```
     pub fn squares(grasp: &Grasp<D>, squares: SquaresOptions<D>) -> Result<Self> {
-        let grasp = Arc::new(grasp.clone());
-        let program = Program::Squares(Arc::new(SquaresProgram::new(&grasp, &squares)?));
-        let (min_normal, rtol) = (squares.min_normal.clone(), squares.rtol);
-        let options = DistributionOptions { rtol, min_normal, ..DistributionOptions::default() };
-        Ok(Self { grasp, objective: None, options, squares: Some(squares), program, limited: None })
+        Ok(Self { problem: Problem::squares(grasp, squares)?, limited: None })
     }
 
     /// A workspace that remembers no wrench yet.
     pub fn workspace(&self) -> ForceWorkspace<D> {
-        ForceWorkspace::new(&self.grasp, &self.program)
+        ForceWorkspace { all: self.problem.workspace(), limited: None }
     }
 
     /// Goes on with another grasp, in which contacts have rolled or slid a little, or with more or fewer contacts. The
@@ -111,50 +86,86 @@ impl<const D: usize> ForceDistributor<D> {
     /// contacts and edges are as many as before; least squares keep their multiplier. Limits are those of the new grasp. On
     /// an error nothing changes.
     pub fn update(&mut self, workspace: &mut ForceWorkspace<D>, grasp: &Grasp<D>) -> Result<()> {
-        let updated = match (&self.squares, self.objective) {
-            (Some(squares), _) => Self::squares(grasp, squares.clone())?,
-            (None, objective) => {
-                Self::with_options(grasp, objective.unwrap_or(Criterion::Max), self.options.clone())?
-            }
-        };
+        let updated = Self { problem: self.problem.with_grasp(grasp)?, limited: None };
         let mut fresh = updated.workspace();
-        if workspace.belongs_to(&self.grasp) {
-            fresh.adopt(workspace);
-            if let Some(limited) = &workspace.limited {
-                fresh.adopt(limited.inner());
-            }
+        if workspace.all.belongs_to(&self.problem) {
+            fresh.all.adopt(&workspace.all);
+            fresh.all.adopt(workspace.last());
         }
         (*self, *workspace) = (updated, fresh);
         Ok(())
     }
 
-    /// The grasp whose forces are distributed.
-    pub fn grasp(&self) -> &Grasp<D> {
-        &self.grasp
+    /// Replaces the upper bounds of the normal forces, in N; zero switches a contact off. What earlier wrenches taught the
+    /// workspace goes on. Shares are those of the new limits. On an error nothing changes.
+    ///
+    /// Extreme forces that were listed grow and shrink with their limit.
+    ///
+    /// ```
+    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Wrench};
+    /// use nalgebra::Vector3;
+    ///
+    /// let feet = [-1.0, 0.0, 1.0].map(|x| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)));
+    /// let mut distributor = ForceDistributor::new(&Grasp::<3>::new(&feet)?, Criterion::Max)?;
+    /// let mut workspace = distributor.workspace();
+    /// distributor.set_limits(&mut workspace, &[1.0, 0.0, 1.0])?;
+    /// let answer = distributor.solve(&mut workspace, &Wrench::<3>::new(0.0, -1.0, 0.0))?;
+    /// assert_eq!(answer.forces[1][0], 0.0);
+    /// assert!((answer.forces[0][0] - 0.5).abs() < 1e-12);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn set_limits(&mut self, workspace: &mut ForceWorkspace<D>, limits: &[f64]) -> Result<()> {
+        let contacts = self.grasp().num_contacts();
+        let refused = |row, reason| Err(Error::InvalidInput { argument: "max_normal_force", row, reason });
+        if limits.len() != contacts {
+            return refused(None, format!("{} limits for {contacts} contacts", limits.len()));
+        }
+        if let Some(row) = limits.iter().position(|limit| !(*limit == 0.0 || REPRESENTABLE.contains(limit))) {
+            return refused(Some(row), format!("{} must be zero, or within 1e-140 to 1e140 N", limits[row]));
+        }
+        let limited = Limited::new(&self.problem, limits)?;
+        self.claim(workspace);
+        limited.adopt(&workspace.all, &mut workspace.limited);
+        self.limited = Some(Arc::new(limited));
+        Ok(())
     }
 
-    /// The points that [`Method::Reduced`] keeps, as indices into the [`MinkowskiSum`](crate::MinkowskiSum)
-    /// (with [`Criterion::Sum`], into the primitive wrenches); `None` with other methods.
+    /// The limits that [`Self::set_limits`] was given last; `None` where the grasp's are in force.
+    pub fn set_of_limits(&self) -> Option<Vec<f64>> {
+        self.limited.as_ref().map(|limited| limited.limits.clone())
+    }
+
+    /// The upper bounds of the normal forces that are in force, in N.
+    pub fn limits(&self) -> Vec<f64> {
+        let own = || self.grasp().contacts().iter().map(|contact| contact.max_normal_force).collect();
+        self.set_of_limits().unwrap_or_else(own)
+    }
+
+    /// The grasp whose forces are distributed.
+    pub fn grasp(&self) -> &Grasp<D> {
+        &self.problem.grasp
+    }
+
+    /// The points that [`Method::Reduced`](crate::Method::Reduced) keeps, as indices into the
+    /// [`MinkowskiSum`](crate::MinkowskiSum) (with [`Criterion::Sum`], into the primitive wrenches); `None` with other
+    /// methods.
     pub fn reduced_points(&self) -> Option<&[u32]> {
-        match &self.program {
-            Program::Linear(program) => program.reduced.as_deref(),
-            _ => None,
-        }
+        if let Program::Shares(_, program) = &self.problem.program { program.reduced_points() } else { None }
     }
 
     /// What is minimised; `None` for least squares.
     pub fn objective(&self) -> Option<Criterion> {
-        self.objective
+        self.problem.program.criterion()
     }
 
     /// The options of least squares; `None` for other objectives.
     pub fn squares_options(&self) -> Option<&SquaresOptions<D>> {
-        self.squares.as_ref()
+        self.problem.program.squares()
     }
 
     /// The options in force.
     pub fn options(&self) -> &DistributionOptions {
-        &self.options
+        &self.problem.options
     }
 
     /// Least contact forces that balance `external_wrench`: `sum_i G_i f_i = -w_ext` (Eq. 11).
@@ -163,33 +174,11 @@ impl<const D: usize> ForceDistributor<D> {
         workspace: &mut ForceWorkspace<D>,
         external_wrench: &Wrench<D>,
     ) -> Result<Distribution<D>> {
-        if let Some(limited) = &self.limited {
-            self.claim(workspace);
-            return limited.solve(workspace, external_wrench);
-        }
-        if self.needs_no_forces(external_wrench) {
-            return Ok(no_forces(self.grasp.num_contacts(), self.options.rtol));
-        }
         self.claim(workspace);
-        let b = -external_wrench;
-        let answer = workspace.solve(&b).map_err(|error| cause(error, external_wrench))?;
-        let (sigma_max, sigma_sum) = workspace.totals(&b);
-        let forces = &workspace.forces;
-        Ok(Distribution {
-            forces: forces.forces.clone(),
-            shares: forces.shares.clone(),
-            sigma: answer.sigma,
-            sigma_max,
-            sigma_sum,
-            dual: answer.dual,
-            gap: answer.gap,
-            pivots: answer.pivots,
-            unique: forces.unique,
-            fell_back: answer.fell_back,
-            residual: self.residual(&b, &forces.forces),
-            distance: 0.0,
-            tolerance: self.options.rtol,
-        })
+        match &self.limited {
+            None => self.problem.solve(&mut workspace.all, external_wrench),
+            Some(limited) => limited.solve(&mut workspace.limited, external_wrench),
+        }
     }
 
     /// The same, written as rows of [`Grasp::force_components`] into `forces`; returns the objective.
@@ -203,21 +192,71 @@ impl<const D: usize> ForceDistributor<D> {
         forces: &mut [f64],
     ) -> Result<f64> {
         self.check_rows(forces)?;
-        if let Some(limited) = &self.limited {
-            self.claim(workspace);
-            return limited.write(&self.grasp, workspace, external_wrench, None, forces);
-        }
-        if self.needs_no_forces(external_wrench) {
-            forces.fill(0.0);
-            return Ok(0.0);
-        }
         self.claim(workspace);
-        workspace.solve_into(&-external_wrench, forces).map_err(|error| cause(error, external_wrench))
+        match &self.limited {
+            None => self.problem.solve_into(&mut workspace.all, external_wrench, forces),
+            Some(limited) => {
+                limited.solve_into(self.grasp(), &mut workspace.limited, external_wrench, forces)
+            }
+        }
+    }
+
+    /// The forces whose wrench comes nearest to balance, the least among those: [`Self::solve`]'s where that succeeds
+    /// within the limits.
+    ///
+    /// `residual` is what stays unbalanced and `distance` its norm. `gap` is the larger of two: the objective's at the
+    /// wrench that the forces balance, and that of the distance, relative to the norm of the wrench.
+    ///
+    /// ```
+    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, NearestOptions, Wrench};
+    /// use nalgebra::Vector3;
+    ///
+    /// let fingers = [(-1.0, 1.0), (1.0, -1.0)].map(|(x, n)| {
+    ///     Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(n, 0.0, 0.0)).friction(0.5).max_normal_force(4.0)
+    /// });
+    /// let distributor = ForceDistributor::new(&Grasp::<3>::new(&fingers)?, Criterion::Max)?;
+    /// // Two fingers of 4 N and friction 0.5 lift 4 N of a weight of 5 N.
+    /// let weight = Wrench::<3>::new(0.0, -5.0, 0.0);
+    /// let nearest = distributor.nearest(&mut distributor.workspace(), &weight, &NearestOptions::default())?;
+    /// assert!((nearest.distance - 1.0).abs() < 1e-9);
+    /// assert!((nearest.forces[0][0] - 4.0).abs() < 1e-6);
+    /// # Ok::<(), graspforce::Error>(())
+    /// ```
+    pub fn nearest(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrench: &Wrench<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<Distribution<D>> {
+        self.claim(workspace);
+        match &self.limited {
+            None => self.problem.nearest(&mut workspace.all, external_wrench, options),
+            Some(limited) => limited.nearest(self.grasp(), &mut workspace.limited, external_wrench, options),
+        }
+    }
+
+    /// The same, written as [`Self::solve_into`] does; returns the distance.
+    pub fn nearest_into(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrench: &Wrench<D>,
+        options: &NearestOptions<D>,
+        forces: &mut [f64],
+    ) -> Result<f64> {
+        self.check_rows(forces)?;
+        self.claim(workspace);
+        match &self.limited {
+            None => self.problem.nearest_into(&mut workspace.all, external_wrench, options, forces),
+            Some(limited) => {
+                let of = self.grasp();
+                limited.nearest_into(of, &mut workspace.limited, external_wrench, options, forces)
+            }
+        }
     }
 
     /// Refuses an array that does not hold the components of all forces.
-    pub(crate) fn check_rows(&self, forces: &[f64]) -> Result<()> {
-        let length = self.grasp.num_contacts() * self.grasp.force_dim();
+    fn check_rows(&self, forces: &[f64]) -> Result<()> {
+        let length = self.grasp().num_contacts() * self.grasp().force_dim();
         if forces.len() != length {
             let reason = format!("{} numbers, expected {length}", forces.len());
             return Err(Error::input("forces", reason));
@@ -225,67 +264,13 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(())
     }
 
-    /// The grasp, shared.
-    pub(crate) fn shared_grasp(&self) -> &Arc<Grasp<D>> {
-        &self.grasp
-    }
-
-    /// Lower and upper bounds of the share of each contact.
-    pub(crate) fn bounds(&self) -> Vec<(f64, f64)> {
-        let least = |i: usize| match self.options.min_normal[..] {
-            [] => 0.0,
-            [all] => all,
-            ref each => each[i],
-        };
-        (0..self.grasp.num_contacts()).map(|i| (least(i), 1.0)).collect()
-    }
-
-    /// The objective of least squares; zero with other objectives.
-    pub(crate) fn squared(&self, forces: &[ContactForce]) -> f64 {
-        if let Program::Squares(program) = &self.program { program.dual.objective(forces) } else { 0.0 }
-    }
-
-    /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
-    pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-        self.grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
-    }
-
-    /// Whether the wrench is zero and no contact has a lower bound.
-    pub(crate) fn needs_no_forces(&self, external_wrench: &Wrench<D>) -> bool {
-        external_wrench.iter().all(|x| *x == 0.0)
-            && !matches!(self.program, Program::Preload(_) | Program::Squares(_))
-    }
-
     /// Replaces the workspace of another distributor.
-    pub(crate) fn claim(&self, workspace: &mut ForceWorkspace<D>) {
-        if !workspace.belongs_to(&self.grasp) {
+    fn claim(&self, workspace: &mut ForceWorkspace<D>) {
+        if !workspace.all.belongs_to(&self.problem) {
             *workspace = self.workspace();
         }
         if self.limited.is_none() && workspace.limited.is_some() {
             workspace.limited = None;
         }
-    }
-}
-
-/// A wrench that is not finite, or an interrupt, leads to one error or another; this is the one to report.
-fn cause<const D: usize>(error: Error, external_wrench: &Wrench<D>) -> Error {
-    check_wrench(external_wrench).and_then(|()| interrupt::check()).err().unwrap_or(error)
-}
-
-pub(crate) fn no_forces<const D: usize>(contacts: usize, tolerance: f64) -> Distribution<D> {
-    Distribution {
-        forces: vec![ContactForce::zeros(); contacts],
-        shares: vec![0.0; contacts],
-        sigma: 0.0,
-        sigma_max: 0.0,
-        sigma_sum: 0.0,
-        dual: Wrench::zeros(),
-        gap: 0.0,
-        pivots: 0,
-        unique: true,
-        fell_back: false,
-        residual: Wrench::zeros(),
-        distance: 0.0,
-        tolerance,
     }
 }

@@ -10,6 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::error::{Error, Result};
 use crate::force::simplex::primal::Target;
 use crate::grasp::{Grasp, REPRESENTABLE, unit};
+use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::{RANK_TOLERANCE, UNBALANCED_WRENCH};
 
 /// The map `T` between physical wrenches and equilibrated coordinates.
@@ -34,34 +35,9 @@ impl<const D: usize> Equilibration<D> {
     /// Equilibrates the wrenches that span what the grasp can exert.
     pub(crate) fn new(grasp: &Grasp<D>, wrenches: &[SVector<f64, D>]) -> Self {
         let units = units(grasp);
-        let mut rest: Vec<_> = wrenches.iter().map(|w| w.component_mul(&units)).collect();
-        let mut axes = SMatrix::<f64, D, D>::zeros();
-        let mut map = SMatrix::<f64, D, D>::zeros();
-        let mut lengths = SVector::repeat(1.0);
-        let mut rank = 0;
-        while rank < D {
-            let (strongest, length) = longest(&rest);
-            if length <= RANK_TOLERANCE {
-                break;
-            }
-            // The second projection removes what the first left when almost all of the wrench was cancelled.
-            let mut axis = rest[strongest] / length;
-            axis -= axes * axes.tr_mul(&axis);
-            let axis = axis.normalize();
-            axes.set_column(rank, &axis);
-            lengths[rank] = length;
-            map.set_row(rank, &(axis.component_mul(&units) / length).transpose());
-            for wrench in &mut rest {
-                *wrench -= axis * axis.dot(wrench);
-            }
-            rank += 1;
-        }
-        for k in rank..D {
-            let axis = complement(&axes);
-            axes.set_column(k, &axis);
-            map.set_row(k, &axis.component_mul(&units).transpose());
-        }
-        Self { map, lengths, units, rank }
+        let wrenches = wrenches.iter().map(|w| w.component_mul(&units)).collect();
+        let basis = PivotedBasis::new(wrenches, RANK_TOLERANCE);
+        Self { map: basis.map(&units), lengths: basis.lengths, units, rank: basis.rank }
     }
 
     /// `T w` of a wrench that the grasp can exert.
@@ -149,24 +125,4 @@ pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
     let (force, torque) = (reciprocal(force), reciprocal(torque));
     SVector::from_fn(|row, _| if row < split { force } else { torque })
-}
-
-fn longest<const D: usize>(wrenches: &[SVector<f64, D>]) -> (usize, f64) {
-    let lengths = wrenches.iter().map(SVector::norm).enumerate();
-    lengths.fold((0, 0.0), |best, (i, length)| if length > best.1 { (i, length) } else { best })
-}
-
-/// A unit vector orthogonal to the columns set so far (the others are zero).
-fn complement<const D: usize>(axes: &SMatrix<f64, D, D>) -> SVector<f64, D> {
-    let mut best = SVector::zeros();
-    for k in 0..D {
-        let mut axis = SVector::<f64, D>::zeros();
-        axis[k] = 1.0;
-        axis -= axes * axes.tr_mul(&axis);
-        axis -= axes * axes.tr_mul(&axis);
-        if axis.norm_squared() > SVector::norm_squared(&best) {
-            best = axis;
-        }
-    }
-    best.normalize()
 }

@@ -1,20 +1,17 @@
 //! Limits that change while a controller runs: contacts fade in and out, and one with a limit of zero is switched off.
 //!
-//! The contacts that are on make a grasp of their own, which a distributor of the same objective answers. What earlier
+//! The contacts that are on make a grasp of their own, which a problem of the same objective answers. What earlier
 //! wrenches taught it goes on: the last basis while the same contacts are on, and the multipliers of least squares
 //! always. Bases of sets of contacts that were on before are kept for their return.
 
-use std::sync::Arc;
-
 use crate::error::{Error, Result};
-use crate::force::distributor::ForceDistributor;
-use crate::force::nearest::answer::NearestOptions;
+use crate::force::nearest::options::NearestOptions;
+use crate::force::problem::{Problem, ProblemWorkspace};
+use crate::force::program::Program;
 use crate::force::solution::{Distribution, check_wrench};
 use crate::force::squares::options::SquaresOptions;
-use crate::force::workspace::ForceWorkspace;
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
-use crate::grasp::wrench_norm::Metric;
-use crate::grasp::{Grasp, GraspOptions, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{Grasp, GraspOptions, Wrench, unit};
 
 /// Sets of contacts whose bases are kept.
 const KEPT_SETS: usize = 8;
@@ -27,195 +24,175 @@ pub(crate) struct Limited<const D: usize> {
     /// Contacts that are on.
     active: Vec<usize>,
     /// None where all are off.
-    distributor: Option<ForceDistributor<D>>,
+    problem: Option<Problem<D>>,
 }
 
 /// The workspace of the contacts that are on, and those of earlier sets of contacts.
 #[derive(Debug, Clone)]
 pub(crate) struct LimitedWorkspace<const D: usize> {
-    active: Vec<usize>,
-    inner: ForceWorkspace<D>,
-    earlier: Vec<(Vec<usize>, ForceWorkspace<D>)>,
+    contacts: Vec<usize>,
+    pub(crate) active: ProblemWorkspace<D>,
+    earlier: Vec<(Vec<usize>, ProblemWorkspace<D>)>,
     rows: Vec<f64>,
 }
 
-impl<const D: usize> ForceDistributor<D> {
-    /// Replaces the upper bounds of the normal forces, in N; zero switches a contact off. What earlier wrenches taught the
-    /// workspace goes on. Shares are those of the new limits. On an error nothing changes.
-    ///
-    /// Extreme forces that were listed grow and shrink with their limit.
-    ///
-    /// ```
-    /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, Wrench};
-    /// use nalgebra::Vector3;
-    ///
-    /// let feet = [-1.0, 0.0, 1.0].map(|x| Contact::new(Vector3::new(x, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)));
-    /// let mut distributor = ForceDistributor::new(&Grasp::<3>::new(&feet)?, Criterion::Max)?;
-    /// let mut workspace = distributor.workspace();
-    /// distributor.set_limits(&mut workspace, &[1.0, 0.0, 1.0])?;
-    /// let answer = distributor.solve(&mut workspace, &Wrench::<3>::new(0.0, -1.0, 0.0))?;
-    /// assert_eq!(answer.forces[1][0], 0.0);
-    /// assert!((answer.forces[0][0] - 0.5).abs() < 1e-12);
-    /// # Ok::<(), graspforce::Error>(())
-    /// ```
-    pub fn set_limits(&mut self, workspace: &mut ForceWorkspace<D>, limits: &[f64]) -> Result<()> {
-        let contacts = self.grasp().num_contacts();
-        let refused = |row, reason| Err(Error::InvalidInput { argument: "max_normal_force", row, reason });
-        if limits.len() != contacts {
-            return refused(None, format!("{} limits for {contacts} contacts", limits.len()));
-        }
-        if let Some(row) = limits.iter().position(|limit| !(*limit == 0.0 || REPRESENTABLE.contains(limit))) {
-            return refused(Some(row), format!("{} must be zero, or within 1e-140 to 1e140 N", limits[row]));
-        }
-        let limited = Limited::new(self, limits)?;
-        self.claim(workspace);
-        if let Some(distributor) = &limited.distributor {
-            let mut fresh = distributor.workspace();
-            let mut earlier = Vec::new();
-            match workspace.limited.take() {
-                None => fresh.adopt(workspace),
-                Some(last) => {
-                    earlier = last.earlier;
-                    if last.active != limited.active
-                        && let Some((_, known)) = earlier.iter().find(|(active, _)| *active == limited.active)
-                    {
-                        fresh.adopt(known);
-                    }
-                    // The last multiplier of least squares, and the last basis where the same contacts are on.
-                    fresh.adopt(&last.inner);
-                    earlier.retain(|(active, _)| *active != last.active);
-                    earlier.insert(0, (last.active, last.inner));
-                    earlier.truncate(KEPT_SETS);
-                }
-            }
-            let rows = vec![0.0; distributor.grasp().num_contacts() * distributor.grasp().force_dim()];
-            let active = limited.active.clone();
-            workspace.limited = Some(Box::new(LimitedWorkspace { active, inner: fresh, earlier, rows }));
-        }
-        self.limited = Some(Arc::new(limited));
-        Ok(())
-    }
-
-    /// The limits that [`Self::set_limits`] was given last; `None` where the grasp's are in force.
-    pub fn set_of_limits(&self) -> Option<Vec<f64>> {
-        self.limited.as_ref().map(|limited| limited.limits.clone())
-    }
-
-    /// The upper bounds of the normal forces that are in force, in N.
-    pub fn limits(&self) -> Vec<f64> {
-        match &self.limited {
-            Some(limited) => limited.limits.clone(),
-            None => self.grasp().contacts().iter().map(|contact| contact.max_normal_force).collect(),
-        }
-    }
-}
+/// Empty before limits were set or used.
+type Remembered<const D: usize> = Option<Box<LimitedWorkspace<D>>>;
 
 impl<const D: usize> Limited<D> {
-    fn new(of: &ForceDistributor<D>, limits: &[f64]) -> Result<Self> {
+    /// `limits` are zero or positive.
+    pub(crate) fn new(of: &Problem<D>, limits: &[f64]) -> Result<Self> {
         let active: Vec<usize> = (0..limits.len()).filter(|&i| limits[i] > 0.0).collect();
         if active.is_empty() {
-            return Ok(Self { limits: limits.to_vec(), active, distributor: None });
+            return Ok(Self { limits: limits.to_vec(), active, problem: None });
         }
-        let grasp = of.grasp();
         let contacts: Vec<Contact> =
-            active.iter().map(|&i| with_limit(&grasp.contacts()[i], limits[i])).collect();
+            active.iter().map(|&i| with_limit(&of.grasp.contacts()[i], limits[i])).collect();
         // The contacts' friction is already divided by the margin.
-        let margin = grasp.options().friction_margin;
-        let options = GraspOptions { friction_margin: 1.0, ..*grasp.options() };
+        let margin = of.grasp.options().friction_margin;
+        let options = GraspOptions { friction_margin: 1.0, ..*of.grasp.options() };
         let mut reduced = Grasp::<D>::with_options(&contacts, options)?;
         reduced.set_friction_margin(margin);
         let kept = |values: &[f64]| match values.len() {
             0 | 1 => values.to_vec(),
             _ => active.iter().map(|&i| values[i]).collect(),
         };
-        let distributor = if let Some(squares) = of.squares_options() {
-            let reference = match squares.reference.len() {
-                0 => Vec::new(),
-                _ => active.iter().map(|&i| squares.reference[i]).collect(),
-            };
-            ForceDistributor::squares(
-                &reduced,
-                SquaresOptions {
-                    reference,
-                    weights: kept(&squares.weights),
-                    min_normal: kept(&squares.min_normal),
-                    ..squares.clone()
-                },
-            )?
-        } else {
-            let mut options = of.options().clone();
-            options.min_normal = kept(&options.min_normal);
-            let objective = of.objective().unwrap_or(crate::Criterion::Max);
-            ForceDistributor::with_options(&reduced, objective, options)?
+        let problem = match &of.program {
+            Program::Shares(criterion, _) => {
+                let mut options = of.options.clone();
+                options.min_normal = kept(&options.min_normal);
+                Problem::shares(&reduced, *criterion, options)?
+            }
+            Program::Squares(squares, _) => {
+                let SquaresOptions { reference, weights, min_normal, .. } = squares.as_ref();
+                let reference = match reference.len() {
+                    0 => Vec::new(),
+                    _ => active.iter().map(|&i| reference[i]).collect(),
+                };
+                let (weights, min_normal) = (kept(weights), kept(min_normal));
+                let squares = SquaresOptions { reference, weights, min_normal, ..squares.as_ref().clone() };
+                Problem::squares(&reduced, squares)?
+            }
         };
-        Ok(Self { limits: limits.to_vec(), active, distributor: Some(distributor) })
+        Ok(Self { limits: limits.to_vec(), active, problem: Some(problem) })
     }
 
-    fn workspace<'a>(
+    /// Goes on from the workspace of all contacts, or from that of the limits before.
+    pub(crate) fn adopt(&self, all: &ProblemWorkspace<D>, workspace: &mut Remembered<D>) {
+        let Some(problem) = &self.problem else { return };
+        let mut fresh = self.workspace(problem);
+        match workspace.take() {
+            None => fresh.active.adopt(all),
+            Some(last) => {
+                fresh.earlier = last.earlier;
+                let known = fresh.earlier.iter().find(|(contacts, _)| *contacts == self.active);
+                if last.contacts != self.active
+                    && let Some((_, known)) = known
+                {
+                    fresh.active.adopt(known);
+                }
+                // The last multiplier of least squares, and the last basis where the same contacts are on.
+                fresh.active.adopt(&last.active);
+                fresh.earlier.retain(|(contacts, _)| *contacts != last.contacts);
+                fresh.earlier.insert(0, (last.contacts, last.active));
+                fresh.earlier.truncate(KEPT_SETS);
+            }
+        }
+        *workspace = Some(Box::new(fresh));
+    }
+
+    fn workspace(&self, problem: &Problem<D>) -> LimitedWorkspace<D> {
+        LimitedWorkspace {
+            contacts: self.active.clone(),
+            active: problem.workspace(),
+            earlier: Vec::new(),
+            rows: vec![0.0; problem.grasp.num_contacts() * problem.grasp.force_dim()],
+        }
+    }
+
+    fn claim<'a>(
         &self,
-        distributor: &ForceDistributor<D>,
-        workspace: &'a mut ForceWorkspace<D>,
+        problem: &Problem<D>,
+        workspace: &'a mut Remembered<D>,
     ) -> &'a mut LimitedWorkspace<D> {
-        let fresh = || {
-            let rows = vec![0.0; distributor.grasp().num_contacts() * distributor.grasp().force_dim()];
-            let (active, inner) = (self.active.clone(), distributor.workspace());
-            Box::new(LimitedWorkspace { active, inner, earlier: Vec::new(), rows })
-        };
-        let known = workspace.limited.get_or_insert_with(fresh);
-        if known.active != self.active {
-            *known = fresh();
+        let known = workspace.get_or_insert_with(|| Box::new(self.workspace(problem)));
+        if known.contacts != self.active {
+            **known = self.workspace(problem);
         }
         known
     }
 
     pub(crate) fn solve(
         &self,
-        workspace: &mut ForceWorkspace<D>,
+        workspace: &mut Remembered<D>,
         external_wrench: &Wrench<D>,
     ) -> Result<Distribution<D>> {
-        let Some(distributor) = &self.distributor else { return self.nothing(external_wrench, None) };
-        let inner = &mut self.workspace(distributor, workspace).inner;
-        Ok(self.expanded(distributor.solve(inner, external_wrench)?))
+        let Some(problem) = &self.problem else {
+            check_off(external_wrench)?;
+            return Ok(self.off(external_wrench, 0.0));
+        };
+        let inner = &mut self.claim(problem, workspace).active;
+        Ok(self.expanded(problem.solve(inner, external_wrench)?))
     }
 
     pub(crate) fn nearest(
         &self,
-        workspace: &mut ForceWorkspace<D>,
+        grasp: &Grasp<D>,
+        workspace: &mut Remembered<D>,
         external_wrench: &Wrench<D>,
         options: &NearestOptions<D>,
-        default: Metric<D>,
     ) -> Result<Distribution<D>> {
-        let Some(distributor) = &self.distributor else {
-            let metric = options.metric.unwrap_or(default);
-            return self.nothing(external_wrench, Some(metric.norm(external_wrench)));
+        let Some(problem) = &self.problem else {
+            check_wrench(external_wrench)?;
+            return Ok(self.off(external_wrench, options.metric_of(grasp).norm(external_wrench)));
         };
-        let inner = &mut self.workspace(distributor, workspace).inner;
-        Ok(self.expanded(distributor.nearest(inner, external_wrench, options)?))
+        let inner = &mut self.claim(problem, workspace).active;
+        Ok(self.expanded(problem.nearest(inner, external_wrench, options)?))
     }
 
-    /// Writes forces for an external wrench, or those that come nearest; returns the objective or the distance.
-    pub(crate) fn write(
+    /// Writes the components that `grasp` has; returns the objective.
+    pub(crate) fn solve_into(
         &self,
         grasp: &Grasp<D>,
-        workspace: &mut ForceWorkspace<D>,
+        workspace: &mut Remembered<D>,
         external_wrench: &Wrench<D>,
-        nearest: Option<(&NearestOptions<D>, Metric<D>)>,
         forces: &mut [f64],
     ) -> Result<f64> {
-        let Some(distributor) = &self.distributor else {
-            let distance =
-                nearest.map(|(options, default)| options.metric.unwrap_or(default).norm(external_wrench));
-            let found = self.nothing(external_wrench, distance)?;
+        let Some(problem) = &self.problem else {
+            check_off(external_wrench)?;
             forces.fill(0.0);
-            return Ok(found.distance);
+            return Ok(0.0);
         };
-        let LimitedWorkspace { inner, rows, .. } = self.workspace(distributor, workspace);
-        let value = match nearest {
-            None => distributor.solve_into(inner, external_wrench, rows)?,
-            Some((options, _)) => distributor.nearest_into(inner, external_wrench, options, rows)?,
+        let LimitedWorkspace { active, rows, .. } = self.claim(problem, workspace);
+        let value = problem.solve_into(active, external_wrench, rows)?;
+        self.spread(rows, &problem.grasp, grasp, forces);
+        Ok(value)
+    }
+
+    /// Writes the components that `grasp` has; returns the distance.
+    pub(crate) fn nearest_into(
+        &self,
+        grasp: &Grasp<D>,
+        workspace: &mut Remembered<D>,
+        external_wrench: &Wrench<D>,
+        options: &NearestOptions<D>,
+        forces: &mut [f64],
+    ) -> Result<f64> {
+        let Some(problem) = &self.problem else {
+            check_wrench(external_wrench)?;
+            forces.fill(0.0);
+            return Ok(options.metric_of(grasp).norm(external_wrench));
         };
+        let LimitedWorkspace { active, rows, .. } = self.claim(problem, workspace);
+        let value = problem.nearest_into(active, external_wrench, options, rows)?;
+        self.spread(rows, &problem.grasp, grasp, forces);
+        Ok(value)
+    }
+
+    /// The rows of the contacts that are on among those of all contacts.
+    fn spread(&self, rows: &[f64], reduced: &Grasp<D>, grasp: &Grasp<D>, forces: &mut [f64]) {
         forces.fill(0.0);
-        let (components, known) = (grasp.force_components(), distributor.grasp().force_components());
+        let (components, known) = (grasp.force_components(), reduced.force_components());
         for (row, &i) in rows.chunks(known.len()).zip(&self.active) {
             let place = &mut forces[i * components.len()..(i + 1) * components.len()];
             for (x, component) in row.iter().zip(known) {
@@ -224,24 +201,12 @@ impl<const D: usize> Limited<D> {
                 }
             }
         }
-        Ok(value)
     }
 
-    /// The answer where all contacts are off: `distance` is that of the nearest wrench, zero.
-    fn nothing(&self, external_wrench: &Wrench<D>, distance: Option<f64>) -> Result<Distribution<D>> {
-        check_wrench(external_wrench)?;
-        if external_wrench.amax() > 0.0 && distance.is_none() {
-            let direction = unit(&-external_wrench).as_slice().to_vec();
-            return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
-        }
-        let contacts = self.limits.len();
-        Ok(Distribution {
-            forces: vec![ContactForce::zeros(); contacts],
-            shares: vec![0.0; contacts],
-            residual: *external_wrench,
-            distance: distance.unwrap_or(0.0),
-            ..crate::force::distributor::no_forces(contacts, 0.0)
-        })
+    /// The answer where all contacts are off.
+    fn off(&self, external_wrench: &Wrench<D>, distance: f64) -> Distribution<D> {
+        let none = Distribution::without_forces(self.limits.len(), 0.0);
+        Distribution { residual: *external_wrench, distance, ..none }
     }
 
     /// The same forces among all contacts.
@@ -256,18 +221,14 @@ impl<const D: usize> Limited<D> {
     }
 }
 
-impl<const D: usize> LimitedWorkspace<D> {
-    pub(crate) fn inner(&self) -> &ForceWorkspace<D> {
-        &self.inner
+/// Without contacts only the zero wrench is balanced.
+fn check_off<const D: usize>(external_wrench: &Wrench<D>) -> Result<()> {
+    check_wrench(external_wrench)?;
+    if external_wrench.amax() > 0.0 {
+        let direction = unit(&-external_wrench).as_slice().to_vec();
+        return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
     }
-
-    pub(crate) fn totals(&self, b: &Wrench<D>) -> (f64, f64) {
-        self.inner.totals(b)
-    }
-
-    pub(crate) fn nearest_totals(&self) -> (f64, f64) {
-        self.inner.forces.totals()
-    }
+    Ok(())
 }
 
 /// The contact with another limit.

@@ -1,16 +1,16 @@
 //! Which least contact forces balance an external wrench (section 4, Appendix B)?
 //!
-//! A [`distributor`] holds one grasp and one objective. It solves in a [`workspace`], which holds the program with its
-//! buffers. There are three programs for the least maximum and the least sum: [`linear_cones`] for
-//! finitely many extreme forces, [`true_cones`] for second-order cones, and [`preload`] for contacts with lower bounds.
-//! All three use [`simplex`], whose columns are priced by the support oracle. [`squares`] is the least sum of squares,
-//! over cones of any kind. [`nearest`] answers where no forces balance a wrench.
+//! A [`distributor`] holds one grasp and one objective. It solves in a [`workspace`] and does not change while it does.
+//! Below both, a [`problem`] pairs the grasp with the [`program`] of its objective, without the [`limits`] that a
+//! controller changes. A [`share_program`] is the least maximum or sum: [`linear_cones`] for finitely many extreme
+//! forces, [`true_cones`] for second-order cones, [`preload`] for contacts with lower bounds. All three use
+//! [`simplex`], whose columns are priced by the support oracle. [`squares`] is the least sum of squares, over cones of any
+//! kind. [`nearest`] answers where no forces balance a wrench.
 //!
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
-//! - [`limits`]: limits that change while a controller runs.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
@@ -25,7 +25,10 @@ pub(crate) mod limits;
 pub(crate) mod linear_cones;
 pub(crate) mod nearest;
 pub(crate) mod preload;
+pub(crate) mod problem;
+pub(crate) mod program;
 pub(crate) mod resistance;
+pub(crate) mod share_program;
 pub(crate) mod simplex;
 pub(crate) mod solution;
 pub(crate) mod squares;

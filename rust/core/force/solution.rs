@@ -100,6 +100,25 @@ pub struct Distribution<const D: usize> {
 }
 
 impl<const D: usize> Distribution<D> {
+    /// No force at any contact, which balances the zero wrench.
+    pub(crate) fn without_forces(contacts: usize, tolerance: f64) -> Self {
+        Self {
+            forces: vec![ContactForce::zeros(); contacts],
+            shares: vec![0.0; contacts],
+            sigma: 0.0,
+            sigma_max: 0.0,
+            sigma_sum: 0.0,
+            dual: Wrench::zeros(),
+            gap: 0.0,
+            pivots: 0,
+            unique: true,
+            fell_back: false,
+            residual: Wrench::zeros(),
+            distance: 0.0,
+            tolerance,
+        }
+    }
+
     /// Whether every normal force keeps its upper bound, whatever the tolerance of the gap: `sigma_max <= 1 + 1e-9`.
     pub fn within_limits(&self) -> bool {
         self.sigma_max <= 1.0 + ABOVE_LIMITS

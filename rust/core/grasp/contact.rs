@@ -239,6 +239,16 @@ pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
     force
 }
 
+/// Writes rows of the `components` that exist, as callers see them.
+#[inline]
+pub(crate) fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {
+    for (row, force) in rows.chunks_mut(components.len()).zip(forces) {
+        for (x, &component) in row.iter_mut().zip(components) {
+            *x = force[component];
+        }
+    }
+}
+
 /// Refuses a grasp with this many extreme forces up to contact `index`.
 pub(crate) fn check_count(count: usize, index: usize) -> Result<()> {
     if count > MAX_EXTREME_FORCES {

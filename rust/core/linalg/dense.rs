@@ -150,3 +150,35 @@ pub(crate) fn invert<const R: usize>(
     }
     Some(inverse)
 }
+
+/// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T` with pivots of at least
+/// `smallest`: `D` divisions.
+#[inline]
+pub(crate) fn solve_definite<const D: usize>(
+    matrix: &mut SMatrix<f64, D, D>,
+    right: &Wrench<D>,
+    smallest: f64,
+) -> Wrench<D> {
+    let mut solved = *right;
+    let mut inverse = [0.0; D];
+    for k in 0..D {
+        // Rounding may make a pivot negative.
+        let pivot = matrix[(k, k)].max(smallest);
+        inverse[k] = pivot.recip();
+        for c in k + 1..D {
+            let by = matrix[(c, k)] * inverse[k];
+            for r in c..D {
+                matrix[(r, c)] -= matrix[(r, k)] * by;
+            }
+            solved[c] -= by * solved[k];
+        }
+    }
+    for k in (0..D).rev() {
+        let mut sum = solved[k];
+        for r in k + 1..D {
+            sum -= matrix[(r, k)] * solved[r];
+        }
+        solved[k] = sum * inverse[k];
+    }
+    solved
+}

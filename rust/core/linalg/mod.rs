@@ -1,8 +1,10 @@
 //! Small dense linear algebra that no wrench set knows of.
 //!
-//! - [`dense`]: solves, inverses and square roots of matrices of the size of a wrench.
+//! - [`dense`]: solves and inverses of matrices of the size of a wrench.
+//! - [`pivoted_basis`]: an orthonormal basis of what vectors span.
 //! - [`double_double`]: numbers of 32 digits, as the sum of two doubles; [`orthonormal_equations`]: equations in them.
 
 pub(crate) mod dense;
 pub(crate) mod double_double;
 pub(crate) mod orthonormal_equations;
+pub(crate) mod pivoted_basis;

@@ -57,6 +57,7 @@ FILES = {
 }  # fmt: skip
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("make", FILES.values(), ids=FILES)
 def test_reading_takes_a_time_that_grows_no_faster_than_the_file(tmp_path, make):
     path = tmp_path / "a.ply"

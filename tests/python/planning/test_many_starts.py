@@ -90,6 +90,7 @@ def test_a_predicate_that_does_not_answer_row_by_row_is_refused(answer):
         gf.plan(EGG, [0, 2, 4], bounds=BOUNDS, feasible=answer, **OPTIONS)
 
 
+@pytest.mark.alone
 def test_a_target_and_a_time_limit_end_the_search():
     assert many(target=0.1).stopped == "target"
     began = time.monotonic()

@@ -145,6 +145,7 @@ def test_parts_apart_need_no_other_package_and_parts_together_say_which(monkeypa
         MeshSurface(joined(box(0.1, 0.1, 0.1), box(0.02, 0.02, 0.3)))
 
 
+@pytest.mark.alone
 def test_many_overlapping_parts_take_time_in_proportion():
     ball = trimesh.creation.icosphere(subdivisions=1, radius=0.05)
     took = []

@@ -216,6 +216,7 @@ def ending_after(seconds=np.inf, calls=np.inf):
     return surface
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("limit", [0.0, 0.1, 0.5])
 def test_the_time_limit_ends_a_refinement_between_two_evaluations(limit):
     began = time.monotonic()

@@ -55,7 +55,7 @@ def explained(attribute, text):
 
 
 @pytest.mark.parametrize(
-    ("name", "text"), [pytest.param(name, text, id=name) for name, text in compiled_docstrings()]
+    ("name", "text"), [pytest.param(name, text, id=name) for name, text in sorted(compiled_docstrings())]
 )
 def test_examples_of_the_extension_module_run(name, text):
     assert text, f"{name} has no docstring"

@@ -8,9 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 
 # A grasp makes its quality, and a quality hands its grasp back.
-# A distributor with limits, and least squares that ask whether forces exist, hold a distributor of their own.
-RECURSIVE = {"distributor", "limits", "nearest::answer", "squares::program", "workspace"}
-ALLOWED = {"core": [{f"force::{name}" for name in RECURSIVE}], "py": [{"grasp", "quality"}]}
+ALLOWED = {"core": [], "py": [{"grasp", "quality"}]}
 
 
 def circles(graph):

@@ -51,6 +51,7 @@ def test_importing_loads_nothing_optional():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.alone
 def test_importing_takes_little_longer_than_numpy():
     code = "import time, numpy; t = time.perf_counter(); import graspforce; print(time.perf_counter() - t)"
     run = [sys.executable, "-c", code]

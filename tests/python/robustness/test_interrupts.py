@@ -55,6 +55,7 @@ def latency(call):
     return min(found)
 
 
+@pytest.mark.alone
 @pytest.mark.skipif(os.name != "posix", reason="signals are sent the POSIX way")
 @pytest.mark.parametrize(
     ("call", "expected"),

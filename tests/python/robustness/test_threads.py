@@ -113,6 +113,7 @@ def test_a_shared_distributor_answers_rightly_or_is_busy(grasp):
     assert sum(busy) < THREADS * len(WRENCHES)
 
 
+@pytest.mark.alone
 def test_a_distributor_in_use_is_busy_at_once_and_its_copy_is_not():
     distributor = gf.ForceDistributor(GRASP)
     many = np.random.default_rng(0).normal(size=(100_000, 6))
@@ -141,6 +142,7 @@ def test_a_distributor_in_use_is_busy_at_once_and_its_copy_is_not():
     assert distributor.solve(WRENCHES[0]).sigma_max > 0
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize(
     "call",
     [

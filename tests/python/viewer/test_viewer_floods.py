@@ -42,6 +42,7 @@ def processor_seconds(process):
     return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("kind", ["clients", "silent"])
 def test_hundreds_of_sockets_are_closed_within_a_second_of_ctrl_c(tmp_path, kind):
     command = [sys.executable, "-m", "graspforce", "view", str(EXAMPLES / "pinched_egg.yaml")]

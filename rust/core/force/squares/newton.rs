@@ -5,6 +5,7 @@ use nalgebra::SMatrix;
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
+use crate::linalg::dense::solve_definite;
 
 /// Newton steps at most: 7 from nothing and 2 from the last wrench are usual.
 const MAX_STEPS: usize = 80;
@@ -72,7 +73,7 @@ fn newton_direction<const D: usize>(point: &DualPoint<D>, regularised: f64) -> W
     for k in 0..D {
         matrix[(k, k)] += regularised;
     }
-    solve_definite(&mut matrix, &-point.gradient)
+    solve_definite(&mut matrix, &-point.gradient, LEAST_REGULARISED)
 }
 
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
@@ -124,31 +125,4 @@ fn line_search<const D: usize>(
     }
     let found = lower?;
     Some(dual.at(&found.y, b, forces, shares))
-}
-
-/// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T`: `D` divisions.
-#[inline]
-fn solve_definite<const D: usize>(matrix: &mut SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
-    let mut solved = *right;
-    let mut inverse = [0.0; D];
-    for k in 0..D {
-        // Rounding may make a pivot negative where no contact resists.
-        let pivot = matrix[(k, k)].max(LEAST_REGULARISED);
-        inverse[k] = pivot.recip();
-        for c in k + 1..D {
-            let by = matrix[(c, k)] * inverse[k];
-            for r in c..D {
-                matrix[(r, c)] -= matrix[(r, k)] * by;
-            }
-            solved[c] -= by * solved[k];
-        }
-    }
-    for k in (0..D).rev() {
-        let mut sum = solved[k];
-        for r in k + 1..D {
-            sum -= matrix[(r, k)] * solved[r];
-        }
-        solved[k] = sum * inverse[k];
-    }
-    solved
 }

@@ -6,9 +6,9 @@ use nalgebra::SMatrix;
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces, imbalance};
-use crate::force::distributor::ForceDistributor;
 use crate::force::equilibration::units;
 use crate::force::preload::program::checked_bounds;
+use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{DistributionOptions, check_wrench};
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::force::squares::interior_point_qp::multiplier;
@@ -34,7 +34,7 @@ pub(crate) struct SquaresProgram<const D: usize> {
     /// `phi(0)`: without references and lower bounds zero.
     value_at_zero: f64,
     /// Tells whether forces within the cones balance a wrench, and if not why.
-    feasibility: OnceLock<Arc<ForceDistributor<D>>>,
+    feasibility: OnceLock<ShareProgram<D>>,
 }
 
 /// How often a target is moved by what the forces leave over.
@@ -216,16 +216,21 @@ impl<const D: usize> SquaresProgram<D> {
 
     /// Whether forces in the cones, and within the limits, balance `b`.
     fn feasible(&self, b: &Wrench<D>) -> Result<()> {
-        let distributor = if let Some(known) = self.feasibility.get() {
-            Arc::clone(known)
+        let program = if let Some(known) = self.feasibility.get() {
+            known
         } else {
             let options =
                 DistributionOptions { min_normal: self.least.clone(), ..DistributionOptions::default() };
-            let made = Arc::new(ForceDistributor::with_options(&self.grasp, Criterion::Max, options)?);
-            Arc::clone(self.feasibility.get_or_init(|| made))
+            let made = ShareProgram::new(&self.grasp, Criterion::Max, &options)?;
+            self.feasibility.get_or_init(|| made)
         };
-        let answer = distributor.solve(&mut distributor.workspace(), &-b)?;
-        if self.limits && answer.sigma_max > 1.0 + AT_LIMIT {
+        if b.amax() == 0.0 && !program.has_lower_bounds() {
+            return Ok(());
+        }
+        let mut solver = ShareSolver::new(program);
+        let mut forces = ContactForces::new(self.grasp.num_contacts());
+        let answer = solver.solve(b, self.grasp.force_components(), &mut forces)?;
+        if self.limits && solver.totals(b, &forces).0 > 1.0 + AT_LIMIT {
             let direction = unit(&answer.dual).as_slice().to_vec();
             return Err(Error::BeyondLimits { direction });
         }

@@ -8,6 +8,7 @@
 use nalgebra::SMatrix;
 
 use crate::grasp::{REPRESENTABLE, Wrench};
+use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::RANK_TOLERANCE;
 
 /// The map `T`.
@@ -28,31 +29,9 @@ impl<const D: usize> Whitening<D> {
         };
         let (force, torque) = (longest(0..split), longest(split..D));
         let units = Wrench::<D>::from_fn(|row, _| if row < split { 1.0 / force } else { 1.0 / torque });
-        let mut rest: Vec<_> = wrenches.iter().map(|w| w.component_mul(&units)).collect();
-        let mut axes = SMatrix::<f64, D, D>::zeros();
-        let mut map = SMatrix::<f64, D, D>::zeros();
-        let mut rank = 0;
-        while rank < D {
-            let lengths = rest.iter().map(Wrench::norm).enumerate();
-            let Some((strongest, length)) = lengths.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            if length <= RANK_TOLERANCE {
-                break;
-            }
-            let mut axis = rest[strongest] / length;
-            axis -= axes * axes.tr_mul(&axis);
-            let axis = axis.normalize();
-            axes.set_column(rank, &axis);
-            map.set_row(rank, &(axis.component_mul(&units) / length).transpose());
-            for wrench in &mut rest {
-                *wrench -= axis * axis.dot(wrench);
-            }
-            rank += 1;
-        }
-        for k in rank..D {
-            let axis = complement(&axes);
-            axes.set_column(k, &axis);
-            map.set_row(k, &axis.component_mul(&units).transpose());
-        }
+        let basis =
+            PivotedBasis::new(wrenches.iter().map(|w| w.component_mul(&units)).collect(), RANK_TOLERANCE);
+        let (map, rank) = (basis.map(&units), basis.rank);
         let mut gram = SMatrix::<f64, D, D>::identity();
         for r in 0..rank {
             for c in 0..rank {
@@ -60,14 +39,9 @@ impl<const D: usize> Whitening<D> {
                 gram[(r, c)] = terms.sum();
             }
         }
-        // The inverse of its Cholesky factor; the pivots have kept it from being nearly singular.
-        if let Some(factor) = cholesky(&gram) {
-            for column in 0..D {
-                let solved = forward(&factor, &map.column(column).into_owned());
-                map.set_column(column, &solved);
-            }
-        }
-        Self { map, rank }
+        // The pivots have kept it from being nearly singular.
+        let whitened = gram.cholesky().and_then(|factor| factor.l_dirty().solve_lower_triangular(&map));
+        Self { map: whitened.unwrap_or(map), rank }
     }
 
     /// `T w` of a wrench that contacts exert.
@@ -76,56 +50,6 @@ impl<const D: usize> Whitening<D> {
         mapped.rows_range_mut(self.rank..).fill(0.0);
         mapped
     }
-}
-
-/// The lower factor `L` with `L L^T = matrix`; `None` where a pivot is not positive.
-fn cholesky<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Option<SMatrix<f64, D, D>> {
-    let mut factor = *matrix;
-    for k in 0..D {
-        for j in 0..k {
-            let by = factor[(k, j)];
-            for r in k..D {
-                factor[(r, k)] -= factor[(r, j)] * by;
-            }
-        }
-        let pivot = factor[(k, k)];
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return None;
-        }
-        let inverse = pivot.sqrt().recip();
-        for r in k..D {
-            factor[(r, k)] *= inverse;
-        }
-    }
-    Some(factor)
-}
-
-/// `L^-1 w`.
-fn forward<const D: usize>(factor: &SMatrix<f64, D, D>, right: &Wrench<D>) -> Wrench<D> {
-    let mut solved = *right;
-    for k in 0..D {
-        solved[k] /= factor[(k, k)];
-        for r in k + 1..D {
-            solved[r] -= factor[(r, k)] * solved[k];
-        }
-    }
-    solved
-}
-
-/// A unit vector orthogonal to the columns set so far; the others are zero.
-fn complement<const D: usize>(axes: &SMatrix<f64, D, D>) -> Wrench<D> {
-    let mut best = Wrench::zeros();
-    for k in 0..D {
-        let mut axis = Wrench::<D>::zeros();
-        axis[k] = 1.0;
-        for _ in 0..2 {
-            axis -= axes * axes.tr_mul(&axis);
-        }
-        if axis.norm_squared() > Wrench::norm_squared(&best) {
-            best = axis;
-        }
-    }
-    best.normalize()
 }
 
 #[cfg(test)]
