@@ -35,6 +35,10 @@ const ROUNDED_REACH: f64 = 16.0 * f64::EPSILON;
 /// A wrench this far beyond a plane, relative to its norm, is projected before forces that balance it are looked for.
 const BEYOND: f64 = -1e-12;
 
+/// Distances that count as near, relative to the norm of the wrench, and how far out a wrench is moved instead.
+const NEAR: f64 = 1e-2;
+const OUTSIDE: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+
 /// Without limits the distance is proven for forces up to so many times as strong as those found.
 const STRONGER: f64 = 10.0;
 
@@ -117,16 +121,50 @@ impl<const D: usize> WrenchProjection<D> {
 
     /// Leaves forces that exert the wrench nearest to `b`.
     pub(crate) fn project(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Nearest<D> {
+        if let Some(found) = self.from_last(b, forces) {
+            return found;
+        }
+        let found = self.search(b, forces);
+        let size = self.metric.norm(b);
+        if found.exact || found.distance > NEAR * size || found.distance == 0.0 {
+            return found;
+        }
+        self.from_outside(b, found, forces)
+    }
+
+    /// On the boundary and near it proximal steps are many. A wrench further out along the normal has the same faces.
+    #[cold]
+    fn from_outside(&mut self, b: &Wrench<D>, found: Nearest<D>, forces: &mut ContactForces) -> Nearest<D> {
+        let (kept, size) = (forces.clone(), self.metric.norm(b));
+        let mut n = self.normal(b, forces);
+        for further in OUTSIDE {
+            let moved = self.metric.to_physical(&(n * (further * size)));
+            if self.search(&(b + moved), forces).exact {
+                n = self.last.normal;
+                if let Some(found) = self.from_last(b, forces) {
+                    return found;
+                }
+            }
+        }
+        *forces = kept;
+        self.last.known = false;
+        found
+    }
+
+    fn from_last(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Nearest<D>> {
+        if !self.last.known {
+            return None;
+        }
+        let mut n = self.last.normal;
+        forces.forces.copy_from_slice(&self.last.forces);
+        self.settle(b, &self.metric.to_euclidean(b), &mut n, forces, 0)
+    }
+
+    /// The same from nothing.
+    fn search(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Nearest<D> {
         let t = self.metric.to_euclidean(b);
         let size = t.norm();
         forces.unique = false;
-        if self.last.known {
-            let mut n = self.last.normal;
-            forces.forces.copy_from_slice(&self.last.forces);
-            if let Some(found) = self.settle(b, &t, &mut n, forces, 0) {
-                return found;
-            }
-        }
         let target = self.dual.whitening.map * b;
         for contact in &mut self.dual.contacts {
             contact.reference = ContactForce::zeros();
