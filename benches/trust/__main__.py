@@ -11,6 +11,7 @@ from benches.trust import (
     mesh_unions,
     metrics,
     near_closure,
+    nearest,
     nearly_degenerate,
     origin_contacts,
     smooth,
@@ -20,6 +21,7 @@ from benches.trust import (
 
 FAMILIES = (
     control,
+    nearest,
     nearly_degenerate,
     feet_and_pinches,
     origin_contacts,

@@ -78,11 +78,7 @@ impl<const D: usize> Problem<D> {
         b: &Wrench<D>,
         limits: bool,
     ) -> Result<Found<D>> {
-        memory.apart = None;
-        if memory.projection.is_beyond(b) {
-            let nearest = memory.projection.project(b, &mut workspace.forces);
-            memory.apart = Some(nearest).filter(|nearest| nearest.exact);
-        }
+        memory.apart = memory.projection.project_if_beyond(b, &mut workspace.forces);
         let tight = self.options.rtol.max(AT_LIMIT);
         let mut loose_answer = None;
         if memory.apart.is_none()
@@ -113,10 +109,11 @@ impl<const D: usize> Problem<D> {
         let projected = workspace.forces.clone();
         let least = self.least(workspace, memory, &exerted, limits);
         let rest = self.residual(b, &workspace.forces.forces);
-        let distance = memory.projection.metric.norm(&rest);
+        let metric = memory.projection.metric;
+        let distance = metric.norm(&rest);
         let found = match least {
             // Its own tolerance of the balance must not move it away.
-            Ok(answer) if distance <= nearest.distance + AT_LIMIT * size => {
+            Ok(answer) if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size => {
                 let answer = Certificate {
                     gap: answer.gap.max(loose),
                     pivots: answer.pivots + nearest.steps,

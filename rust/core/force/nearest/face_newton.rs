@@ -28,6 +28,9 @@ const CONVERGED: f64 = 1e-14;
 /// The next step squares a step: one of this size is the last.
 const NEARLY: f64 = 1e-8;
 
+/// The normal turns by less than this in the first step.
+const FURTHEST_TURN: f64 = 1.0;
+
 /// The least distance in Newton's matrix, relative to the target: corners and faces have normals of their own choice.
 const DAMPED: f64 = 1e-7;
 
@@ -97,16 +100,17 @@ pub(crate) fn settle<const D: usize>(
         distance -= n.dot(&(map * *force));
     }
     distance += n.dot(target);
-    let mut last = false;
+    let (mut last, mut before) = (false, FURTHEST_TURN);
     for _ in 0..MAX_STEPS {
         let Some((step, further)) = newton_step(dual, maps, faces, target, (n, distance), forces) else {
             return false;
         };
         let moved = step.norm();
-        // A normal that turns by so much has left the faces.
-        if !(moved < 1.0) {
+        // A normal that turns so far, or no less than before, has left the faces.
+        if moved >= before || moved.is_nan() {
             return false;
         }
+        before = 0.7 * moved.max(NEARLY);
         *n = (*n + step).normalize();
         distance += further;
         let moved = moved.max(further.abs() / size);

@@ -83,6 +83,12 @@ pub(crate) struct Nearest<const D: usize> {
     pub(crate) unique: bool,
 }
 
+impl<const D: usize> Nearest<D> {
+    fn of_no_forces(b: &Wrench<D>, size: f64) -> Self {
+        Self { residual: -b, distance: size, lower: 0.0, steps: 0, exact: false, unique: false }
+    }
+}
+
 impl<const D: usize> WrenchProjection<D> {
     /// `bounds` are the lower and the upper bounds of each contact's share.
     pub(crate) fn new(grasp: &Arc<Grasp<D>>, metric: Metric<D>, limits: bool, bounds: &[(f64, f64)]) -> Self {
@@ -108,7 +114,7 @@ impl<const D: usize> WrenchProjection<D> {
     }
 
     /// Whether `b` lies beyond what forces reach along the last normal.
-    pub(crate) fn is_beyond(&self, b: &Wrench<D>) -> bool {
+    fn is_beyond(&self, b: &Wrench<D>) -> bool {
         if !self.last.known {
             return false;
         }
@@ -119,13 +125,27 @@ impl<const D: usize> WrenchProjection<D> {
         t.dot(n) - reach > BEYOND * t.norm()
     }
 
+    /// Leaves forces that exert the wrench nearest to `b`, where the last wrenches make it likely that it lies beyond all
+    /// others, and this is proven at once; `None` elsewhere.
+    pub(crate) fn project_if_beyond(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Nearest<D>> {
+        if !self.last.known {
+            return None;
+        }
+        let found = if self.is_beyond(b) { self.from_last(b, forces) } else { None };
+        let found = found.or_else(|| self.search(b, forces, true));
+        found.filter(|found| found.exact)
+    }
+
     /// Leaves forces that exert the wrench nearest to `b`.
     pub(crate) fn project(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Nearest<D> {
-        if let Some(found) = self.from_last(b, forces) {
+        if self.is_beyond(b)
+            && let Some(found) = self.from_last(b, forces)
+        {
             return found;
         }
-        let found = self.search(b, forces);
         let size = self.metric.norm(b);
+        let found = self.search(b, forces, false);
+        let found = found.unwrap_or(Nearest::of_no_forces(b, size));
         if found.exact || found.distance > NEAR * size || found.distance == 0.0 {
             return found;
         }
@@ -139,7 +159,7 @@ impl<const D: usize> WrenchProjection<D> {
         let mut n = self.normal(b, forces);
         for further in OUTSIDE {
             let moved = self.metric.to_physical(&(n * (further * size)));
-            if self.search(&(b + moved), forces).exact {
+            if self.search(&(b + moved), forces, false).is_some_and(|found| found.exact) {
                 n = self.last.normal;
                 if let Some(found) = self.from_last(b, forces) {
                     return found;
@@ -160,8 +180,8 @@ impl<const D: usize> WrenchProjection<D> {
         self.settle(b, &self.metric.to_euclidean(b), &mut n, forces, 0)
     }
 
-    /// The same from nothing.
-    fn search(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Nearest<D> {
+    /// The same from nothing. If `probing`, it ends with `None` where the first step does not prove that `b` lies beyond.
+    fn search(&mut self, b: &Wrench<D>, forces: &mut ContactForces, probing: bool) -> Option<Nearest<D>> {
         let t = self.metric.to_euclidean(b);
         let size = t.norm();
         forces.unique = false;
@@ -185,6 +205,9 @@ impl<const D: usize> WrenchProjection<D> {
             (y, steps) = (point.y, steps + more);
             let mut n = self.normal(b, forces);
             let found = self.bracket(b, forces, &n, steps);
+            if probing && found.lower <= 0.0 {
+                break;
+            }
             if found.distance > 0.0 {
                 for (contact, face) in self.dual.contacts.iter().zip(&mut self.last.faces) {
                     let x = contact.reference + contact.pull(&y) / contact.weight;
@@ -192,7 +215,7 @@ impl<const D: usize> WrenchProjection<D> {
                 }
                 self.before.copy_from_slice(&forces.forces);
                 if let Some(found) = self.settle(b, &t, &mut n, forces, steps) {
-                    return found;
+                    return Some(found);
                 }
                 forces.forces.copy_from_slice(&self.before);
             }
@@ -219,7 +242,7 @@ impl<const D: usize> WrenchProjection<D> {
         {
             *share = contact.project(force).share;
         }
-        best.unwrap_or_else(|| self.bracket(b, forces, &self.normal(b, forces), steps))
+        best
     }
 
     /// Ends on the faces, if they are those that the normal exposes and the forces keep their bounds there.
