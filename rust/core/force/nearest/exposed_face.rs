@@ -42,7 +42,8 @@ impl ExposedFace {
             return Self::FIXED;
         }
         let at_bound = normal == cone.high || normal == cone.low;
-        let inside = if at_bound { load(cone, &found.force) < normal * (1.0 - ON_CONE) } else { found.inside };
+        let inside =
+            if at_bound { load(cone, &found.force) < normal * (1.0 - ON_CONE) } else { found.inside };
         if inside {
             let tangential = usize::from(at_bound);
             let axes: [ContactForce; 4] = std::array::from_fn(unit);

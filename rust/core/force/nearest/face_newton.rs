@@ -95,7 +95,8 @@ pub(crate) fn settle<const D: usize>(
 ) -> bool {
     let size = target.norm();
     let mut distance = 0.0;
-    for ((contact, map), (face, force)) in dual.contacts.iter().zip(maps).zip(faces.iter().zip(&mut *forces)) {
+    for ((contact, map), (face, force)) in dual.contacts.iter().zip(maps).zip(faces.iter().zip(&mut *forces))
+    {
         follow(contact, face, &map.tr_mul(n), force);
         distance -= n.dot(&(map * *force));
     }
@@ -154,7 +155,8 @@ fn newton_step<const D: usize>(
 ) -> Option<(Wrench<D>, f64)> {
     let mut rest = n * distance - target;
     let mut matrix = SMatrix::<f64, D, D>::identity() * distance.max(DAMPED * target.norm());
-    for ((contact, map), (face, force)) in dual.contacts.iter().zip(maps).zip(faces.iter().zip(&mut *forces)) {
+    for ((contact, map), (face, force)) in dual.contacts.iter().zip(maps).zip(faces.iter().zip(&mut *forces))
+    {
         let h = map.tr_mul(n);
         let furthest = follow(contact, face, &h, force);
         rest += map * *force;

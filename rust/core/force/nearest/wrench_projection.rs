@@ -127,7 +127,11 @@ impl<const D: usize> WrenchProjection<D> {
 
     /// Leaves forces that exert the wrench nearest to `b`, where the last wrenches make it likely that it lies beyond all
     /// others, and this is proven at once; `None` elsewhere.
-    pub(crate) fn project_if_beyond(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Nearest<D>> {
+    pub(crate) fn project_if_beyond(
+        &mut self,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Nearest<D>> {
         if !self.last.known {
             return None;
         }
