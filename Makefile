@@ -15,16 +15,25 @@ export PIP_COMPILE := 0
 EXTRAS := cli,dask,datasets,mesh,measures,plot,search,viewer
 comma := ,
 
-.PHONY: demo test fuzz bench compare lint docs dist build capi header notices constraints oldest clean
+.PHONY: demo test python-tests-ready rust-tests-ready fuzz bench compare lint docs dist build capi header notices constraints oldest clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
-test: build $(VENV)/simulators
+# The release build links on one core: the tests of Rust are built beside it.
+test:
+	$(MAKE) --jobs 2 python-tests-ready rust-tests-ready
 	cargo test
 	cargo test --package graspforce-c
 	$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadfile
 	$(PY) -m pytest -m alone
+
+python-tests-ready: build
+	$(MAKE) $(VENV)/simulators
+
+rust-tests-ready:
+	cargo test --no-run --quiet
+	cargo test --no-run --quiet --package graspforce-c
 
 # Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
 FUZZ_SECONDS ?= 60

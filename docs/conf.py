@@ -60,14 +60,19 @@ COMMANDS = {
     "egg": ["plan", "egg.yaml", "--plot", str(HERE / "_generated" / "egg.png")],
     "help": ["--help"],
 }
+SCRIPTS = {
+    "force_controller": ["force_controller.py", "--plot", str(HERE / "_generated" / "force_controller.png")],
+    "fourth_foot": ["fourth_foot.py"],
+}
 
 
 def print_commands(_app: object) -> None:
-    """Run every command that a page shows, so that no page shows what it no longer prints."""
+    """Run every command and script that a page shows: the page shows what they print today."""
     folder = HERE / "_generated"
     folder.mkdir(exist_ok=True)
-    for name, arguments in COMMANDS.items():
-        command = [sys.executable, "-m", "graspforce", *arguments]
+    programs = {name: ["-m", "graspforce", *arguments] for name, arguments in COMMANDS.items()} | SCRIPTS
+    for name, arguments in programs.items():
+        command = [sys.executable, *arguments]
         done = subprocess.run(command, cwd=EXAMPLES, capture_output=True, text=True, check=True)
         text = "\n".join(line.rstrip() for line in done.stdout.splitlines())
         (folder / f"{name}.txt").write_text(text + "\n", encoding="utf-8")

@@ -35,15 +35,18 @@ def main() -> int:
     )
     parser.add_argument("--peers", nargs="+", choices=PEERS, default=PEERS, help="packages; all by default")
     parser.add_argument("--write", action="store_true", help="write docs/measured.md and the README's table")
+    parser.add_argument("--only", metavar="WORDS", default="", help="questions whose title holds these words")
     options = parser.parse_args()
-    if options.write and (options.quick or options.peers is not PEERS):
-        parser.error("--write takes a whole run: neither --quick nor --peers")
+    if options.write and (options.quick or options.only or options.peers is not PEERS):
+        parser.error("--write takes a whole run: neither --quick, --only nor --peers")
     keep_native_prints_out()
     warnings.simplefilter("ignore")  # solvers warn of what they did not solve: the tables count it
     start = time.perf_counter()
     run = Run(options.quick, options.peers)
     all_answers, body, disagreements = [], "", 0
     for question in itertools.chain(quality_questions.questions(run), force_questions.questions(run)):
+        if options.only.lower() not in question.title.lower():
+            continue
         text = f"## {question.title}\n\n{textwrap.fill(question.text, 110)}\n"
         print(text)
         for answers in question.answers:

@@ -9,7 +9,7 @@ import numpy as np
 
 import graspforce as gf
 
-from . import certificates, drake, equilibria, general, ours, quadratic
+from . import certificates, drake, equilibria, general, least_squares, ours, quadratic
 from .asking import Answers, Question, Run
 from .problems import any_grasps, closed_grasps, jumps, tile, trajectory
 from .programs import ConeProgram, LinearProgram
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 UP = (0.0, 0.0, 1.0)
 # Everybody's time is per wrench, and blocks are long enough that what others left in caches does not count.
 BLOCK = 500
+EDGES = 16  # of the pyramids that stand for true cones
 
 
 def questions(run: Run) -> Iterator[Question]:
@@ -44,6 +45,21 @@ def questions(run: Run) -> Iterator[Question]:
         "norm; differences of a hundred times the tolerance are allowed. They are measured from this "
         "library's answers at 1e-10.",
         true_cones(run),
+    )
+    yield Question(
+        "Which forces have the least squares?",
+        "Half the sum of the squares of all forces, with friction cones and without limits. ECOS minimises "
+        "the norm. DAQP, ProxQP and OSQP need linear constraints: beside true cones they get inscribed "
+        f"pyramids of {EDGES} edges, with larger answers. In the tables of pyramids everybody gets them. "
+        '"Warm" starts from the last solution.',
+        squares(run, nearest=False),
+    )
+    yield Question(
+        "Which forces come nearest to balance?",
+        "Wrenches beyond what the contacts balance within their limits: twice the trajectory, and jumps 60 "
+        "times as large. The answer is the distance from balance. Peers look for the distance alone; "
+        "`nearest` also finds the least of the forces that reach it.",
+        squares(run, nearest=True),
     )
 
 
@@ -93,7 +109,27 @@ def true_cones(run: Run) -> Iterator[Answers]:
         for name, wrenches in families:
             calls = [*ours.force_calls(grasp, tol), *peers]
             problem = f"least maximum, true cones to {power(tol)}, {name}"
-            answers = run.ask(problem, calls, wrenches, headline=tol == 1e-6, block=BLOCK)
+            answers = run.ask(problem, calls, wrenches, headline=tol == 1e-9, block=BLOCK)
             exact = gf.ForceDistributor(grasp, "max", rtol=1e-10).solve_many(np.array(wrenches))
             answers.reference = exact.sigma_max
             yield answers
+
+
+def squares(run: Run, *, nearest: bool) -> Iterator[Answers]:
+    path, jumped = trajectory(run.number(10_000)), jumps(7, run.number(2000))
+    families = [("tile, 1 kHz trajectory", path), ("tile, random jumps", jumped)]
+    if nearest:
+        families = [
+            ("tile, twice the trajectory", [2 * wrench for wrench in path[: len(jumped)]]),
+            ("tile, jumps beyond the limits", [60 * wrench for wrench in jumped]),
+        ]
+    question = "nearest forces" if nearest else "least squares"
+    grasps = tile(None), tile(EDGES)
+    true, pyramids = (least_squares.LeastSquares(grasp, nearest=nearest) for grasp in grasps)
+    inscribed = least_squares.linear_calls(pyramids, f" on {EDGES} edges")
+    for name, wrenches in families:
+        calls = [*ours.squares_calls(grasps[0], nearest=nearest), *least_squares.cone_calls(true), *inscribed]
+        yield run.ask(f"{question}, true cones, {name}", calls, wrenches, headline=True, block=BLOCK)
+        peers = [*least_squares.cone_calls(pyramids), *least_squares.linear_calls(pyramids)]
+        calls = [*ours.squares_calls(grasps[1], nearest=nearest), *peers]
+        yield run.ask(f"{question}, {EDGES} edges, {name}", calls, wrenches, block=BLOCK)

@@ -74,6 +74,35 @@ def force_calls(grasp: gf.Grasp, tol: float) -> list[Call]:
     ]
 
 
+def squares_calls(grasp: gf.Grasp, *, nearest: bool) -> list[Call]:
+    """Least squares of the forces, or the distance of the nearest wrench within the limits."""
+
+    def made() -> gf.ForceDistributor:
+        return gf.ForceDistributor(grasp, "squares", limits=nearest)
+
+    def into() -> Callable[[np.ndarray], float]:
+        distributor, forces = made(), np.empty((grasp.num_contacts, grasp.force_dim))
+        ask = distributor.nearest_into if nearest else distributor.solve_into
+        return lambda external: ask(external, forces)
+
+    def one() -> Callable[[np.ndarray], float]:
+        distributor = made()
+        if nearest:
+            return lambda external: distributor.nearest(external).distance
+
+        def ask(external: np.ndarray) -> float:
+            forces = distributor.solve(external).forces.ravel()
+            return float(forces @ forces / 2)
+
+        return ask
+
+    name = "nearest" if nearest else "solve"
+    return [
+        Call(f"{name}_into", "graspforce", into, 1e-9, reference=True),
+        Call(name, "graspforce", one, 1e-9, reference=True),
+    ]
+
+
 def least_sum(grasp: gf.Grasp, external: np.ndarray) -> float:
     """Ask a new distributor each time: nothing is kept."""
     try:

@@ -59,7 +59,8 @@ def failings(answers: Answers, measured: Measured) -> list[str]:
 def agreement(answers: Answers, measured: Measured) -> str:
     if measured.call.tolerance > 0:
         largest = measured.differences(answers.reference).max(initial=0)
-        text = f"{power(largest)}, allowed {power(measured.call.tolerance)}"
+        allowed = power(measured.call.tolerance)
+        text = f"{power(largest)}, " + (f"allowed {allowed}" if allowed != "inf" else "other cones")
     else:
         text = f"{len(differing(answers, measured))} differ"
     return "; ".join([text, *failings(answers, measured)])

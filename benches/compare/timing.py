@@ -35,7 +35,8 @@ class Call:
     """One way to ask one peer.
 
     ``make`` imports the peer and returns what answers a problem with a number. ``prepare`` turns a problem
-    into the peer's own form beforehand: neither is timed. ``tolerance`` is the relative difference to accept;
+    into the peer's own form beforehand: neither is timed. ``tolerance`` is the relative difference to accept,
+    infinite where the question is answered for other cones;
     ``reference`` marks calls of this library that peers are measured against; ``whole`` takes a block at
     once; ``apart`` asks in a process of its own, where a peer that spoils memory spoils nobody else's.
     """
@@ -86,10 +87,11 @@ class Measured:
 
     def differences(self, reference: np.ndarray) -> np.ndarray:
         """Relative; 0 where both are infinite or the peer did not solve, infinite where one is."""
-        reference = reference[: len(self.answers)]
+        both = min(len(reference), len(self.answers))
+        answers, reference = self.answers[:both], reference[:both]
         with np.errstate(invalid="ignore"):
-            relative = np.abs(self.answers - reference) / np.maximum(np.abs(reference), 1e-300)
-        relative[(self.answers == reference) | np.isnan(self.answers)] = 0
+            relative = np.abs(answers - reference) / np.maximum(np.abs(reference), 1e-300)
+        relative[(answers == reference) | np.isnan(answers)] = 0
         return np.nan_to_num(relative, nan=np.inf)
 
 

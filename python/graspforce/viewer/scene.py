@@ -30,9 +30,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce._core import ForceSolution
+
 __all__ = ["Viewer", "view"]
 
 _OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
+_UNBALANCED = (209, 118, 43)
 _CONE_EDGES = 16
 _LONGEST = 0.3
 """Length of the largest cone, and of the largest force, as a share of the object's size."""
@@ -151,11 +154,10 @@ class Viewer:
             lines.append(f"**closure** {quality['max'].closure}")
             if solution is not None:
                 lines.append(f"**forces** up to {100 * solution.sigma_max:.3g} % of the limit")
-            elif len(self.state.wrenches):
-                lines.append("**forces** none balance this wrench")
+                lines += _unbalanced(solution)
             self._numbers.content = "\n\n".join(lines)
             self._draw_cones()
-            self._draw_forces(None if solution is None else solution.world_forces)
+            self._draw_forces(solution)
             self._draw_worst(quality[self._criterion.value].direction)
 
     def _add_panel(self) -> None:
@@ -265,11 +267,16 @@ class Viewer:
                 side="double",
             )
 
-    def _draw_forces(self, forces: NDArray[np.float64] | None) -> None:
-        """Draw them as long as the largest of all wrenches allows; cones are as long as the limits."""
-        tips = self.state.grasp.positions
-        shown = np.zeros_like(tips) if forces is None else self._metres_per_newton * forces
+    def _draw_forces(self, solution: ForceSolution | None) -> None:
+        """Draw contact forces, and the unbalanced force at the origin, in one scale for all wrenches."""
+        tips, origin = self.state.grasp.positions, self.state.grasp.origin
+        shown, rest = np.zeros_like(tips), np.zeros_like(origin)
+        if solution is not None:
+            shown = self._metres_per_newton * solution.world_forces
+            if not solution.balanced:
+                rest = self._metres_per_newton * solution.residual[:3]
         self._arrows("/forces", np.stack([tips - shown, tips], axis=1), _FORCE)
+        self._arrows("/unbalanced", np.stack([origin, origin + rest])[None], _UNBALANCED)
 
     def _draw_worst(self, direction: NDArray[np.float64]) -> None:
         """Draw the force of the worst disturbance, opposite to the weakest direction, at the origin."""
@@ -296,6 +303,19 @@ class Viewer:
         if self.state.mesh is not None:
             points = np.vstack([points, self.state.mesh[0]])
         return float(np.ptp(points, axis=0).max()) or 1.0
+
+
+def _unbalanced(solution: ForceSolution) -> list[str]:
+    """Return the lines about a wrench that no forces balance."""
+    if solution.balanced:
+        return []
+    # The residual of nearest forces is as exact as its gap: digits below are rounding.
+    parts = solution.residual[:3], solution.residual[3:]
+    force, torque = (round(float(np.linalg.norm(part)), 9) for part in parts)
+    return [
+        "No forces balance this wrench; the nearest ones within the limits are shown.",
+        f"**unbalanced** {force:.3g} N, {torque:.3g} N m",
+    ]
 
 
 def identifier(control: Any) -> str:

@@ -131,22 +131,32 @@ class ViewState:
         return self.grasp.quality(criterion)
 
     def forces(self, row: int) -> ForceSolution | None:
-        """Least forces against one of the wrenches; None where there are none."""
+        """Least forces against one of the wrenches; None where there are no wrenches.
+
+        If no forces balance the wrench, these are the nearest forces within the limits. Their ``residual`` is
+        the part of the wrench that stays unbalanced.
+        """
         if len(self.wrenches) == 0:
             return None
         row = whole_number("row", row, least=0, most=len(self.wrenches) - 1)
+        distributor = ForceDistributor(self.grasp)
         try:
-            return ForceDistributor(self.grasp).solve(self.wrenches[row])
+            return distributor.solve(self.wrenches[row])
         except InfeasibleWrenchError:
-            return None
+            return distributor.nearest(self.wrenches[row])
 
     def largest_force(self) -> float:
-        """Return the largest contact force in N against any of the wrenches; zero where there is none."""
-        if len(self.wrenches) == 0:
-            return 0.0
-        found = ForceDistributor(self.grasp).solve_many(self.wrenches)
+        """Return the largest force in N, at a contact or unbalanced, against any of the wrenches.
+
+        It is zero where there are no wrenches.
+        """
+        distributor = ForceDistributor(self.grasp)
+        found = distributor.solve_many(self.wrenches)
         solved = found.forces[found.status == 0]
-        return float(np.linalg.norm(solved[:, :, :3], axis=2).max(initial=0.0))
+        rest = distributor.solve_many(self.wrenches[found.status != 0], infeasible="nearest")
+        sizes = [np.linalg.norm(forces[:, :, :3], axis=2) for forces in (solved, rest.forces)]
+        sizes.append(np.linalg.norm(rest.residual[:, :3], axis=1))
+        return float(max(size.max(initial=0.0) for size in sizes))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_tree": None}

@@ -22,6 +22,7 @@ PAGES = [
 
 INSTALLS, WAITS, LONG, CI = "installs", "serves until it is ended", "takes minutes", "is what CI runs itself"
 CLUSTER = "needs a cluster"
+SIMULATED = "needs MuJoCo; tests/python/adapters/test_controller_examples.py runs it"
 NOT_RUN = {
     "pip install .": INSTALLS,
     "pip install '.[all]'": INSTALLS,
@@ -52,8 +53,11 @@ NOT_RUN = {
     "python benches/grade.py": LONG,
     "python benches/growth.py": LONG,
     "python benches/force_sweep.py": LONG,
+    "python benches/facets.py solids": LONG,
     "python benches/global_search.py": LONG,
     "cargo bench --bench control_latency": LONG,
+    "python force_controller.py --plot force_controller.png": SIMULATED,
+    "python fourth_foot.py": SIMULATED,
     "cargo bench --bench force_latency": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,

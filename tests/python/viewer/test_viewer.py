@@ -62,7 +62,54 @@ def test_forces_are_those_of_the_chosen_row():
     assert state.largest_force() == pytest.approx(expected)
     assert ViewState(cup()).forces(0) is None
     state.scale(friction=1e-6, limits=1.0)
-    assert state.forces(3) is None or np.isfinite(state.forces(3).forces).all()
+    assert np.isfinite(state.forces(3).forces).all()
+
+
+def feet():
+    corners = [(0.2, 0.1, 0), (0.2, -0.1, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0)]
+    return gf.Grasp(corners, [(0, 0, 1)] * 4, friction=0.5, max_normal_force=20.0)
+
+
+BEYOND = [[0, 0, -40, 0, 0, 0], [0, 0, 6, 0, 0, 2], [30, 0, -40, 0, 0, 0]]
+"""A load that feet balance, one that lifts them off, and one that pushes them beyond their friction."""
+
+
+def test_wrenches_that_nothing_balances_have_the_nearest_forces():
+    state = ViewState(feet(), wrenches=BEYOND)
+    assert [state.forces(row).balanced for row in range(3)] == [True, False, False]
+    np.testing.assert_allclose(state.forces(1).forces, 0, atol=1e-9)
+    np.testing.assert_allclose(state.forces(1).residual, BEYOND[1], atol=1e-9)
+    for row in range(3):
+        expected = gf.ForceDistributor(feet()).nearest(BEYOND[row])
+        np.testing.assert_allclose(state.forces(row).residual, expected.residual, atol=1e-9)
+        np.testing.assert_allclose(state.forces(row).forces, expected.forces, atol=1e-9)
+    drawn = [np.linalg.norm(state.forces(row).forces, axis=1).max() for row in range(3)]
+    drawn += [np.linalg.norm(state.forces(row).residual[:3]) for row in (1, 2)]
+    assert state.largest_force() == pytest.approx(max(drawn))
+
+
+def test_the_page_says_and_draws_what_stays_unbalanced(monkeypatch):
+    arrows = {}
+    draw = viser.SceneApi.add_arrows
+
+    def record(scene, name, points, *arguments, **options):
+        arrows[name] = np.array(points)
+        return draw(scene, name, points, *arguments, **options)
+
+    monkeypatch.setattr(viser.SceneApi, "add_arrows", record)
+    viewer = view(feet(), wrenches=BEYOND, port=18083)
+    try:
+        assert "unbalanced" not in viewer._numbers.content
+        np.testing.assert_array_equal(arrows["/unbalanced"], np.zeros((1, 2, 3)))
+        for row, shown in ((1, "**unbalanced** 6 N, 2 N m"), (2, "**unbalanced** ")):
+            viewer._row.value = row
+            viewer.update()
+            assert shown in viewer._numbers.content
+            (tail, head), rest = arrows["/unbalanced"][0], viewer.state.forces(row).residual[:3]
+            np.testing.assert_allclose(head - tail, viewer._metres_per_newton * rest, atol=1e-9)
+        assert np.ptp(arrows["/forces"], axis=1).max() > 0
+    finally:
+        viewer.stop()
 
 
 def test_given_forces_are_not_scaled():
