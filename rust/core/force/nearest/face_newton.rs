@@ -64,18 +64,18 @@ impl<const D: usize> Columns<D> {
         let mut rest = *column;
         let mut along = [0.0; D];
         for _ in 0..2 {
-            for j in 0..self.len {
-                let by = self.q[j].dot(&rest);
-                along[j] += by;
-                rest -= self.q[j] * by;
+            for (axis, along) in self.q[..self.len].iter().zip(&mut along) {
+                let by = axis.dot(&rest);
+                *along += by;
+                rest -= axis * by;
             }
         }
         let left = rest.norm();
         if left <= dependent * length {
             return false;
         }
-        for j in 0..self.len {
-            self.r[j][self.len] = along[j];
+        for (row, along) in self.r[..self.len].iter_mut().zip(along) {
+            row[self.len] = along;
         }
         self.r[self.len][self.len] = left;
         self.q[self.len] = rest / left;
@@ -195,23 +195,22 @@ fn newton_step<const D: usize>(
         }
     }
     // With `v = L^-1 F` and `B = Q R`: `R^T p = g - R^T Q^T v`, `R c = p`, and `n` moves by `-L^-T (v + Q p)`.
+    let Columns { q, r, len } = &columns;
     let mut p = [0.0; D];
-    for k in 0..columns.len {
-        let known: f64 = (0..k).map(|j| columns.r[j][k] * p[j]).sum();
-        p[k] = (slopes[k] - known) / columns.r[k][k];
-    }
-    for k in 0..columns.len {
-        p[k] -= columns.q[k].dot(&v);
+    for k in 0..*len {
+        let known: f64 = (0..k).map(|j| r[j][k] * p[j]).sum();
+        p[k] = (slopes[k] - known) / r[k][k];
     }
     let mut moved = v;
-    for k in 0..columns.len {
-        moved += columns.q[k] * p[k];
+    for (p, axis) in p[..*len].iter_mut().zip(q) {
+        *p -= axis.dot(&v);
+        moved += axis * *p;
     }
     factor.tr_solve_lower_triangular_mut(&mut moved);
     let mut c = p;
-    for k in (0..columns.len).rev() {
-        let known: f64 = (k + 1..columns.len).map(|j| columns.r[k][j] * c[j]).sum();
-        c[k] = (c[k] - known) / columns.r[k][k];
+    for k in (0..*len).rev() {
+        let known: f64 = (k + 1..*len).map(|j| r[k][j] * c[j]).sum();
+        c[k] = (c[k] - known) / r[k][k];
         if k == 0 {
             break;
         }

@@ -135,7 +135,7 @@ impl<const D: usize> WrenchProjection<D> {
         if !self.last.known {
             return None;
         }
-        let found = if self.is_beyond(b) { self.from_last(b, forces) } else { None };
+        let found = if self.is_beyond(b) { self.continue_from_last(b, forces) } else { None };
         let found = found.or_else(|| self.search(b, forces, true));
         found.filter(|found| found.exact)
     }
@@ -143,7 +143,7 @@ impl<const D: usize> WrenchProjection<D> {
     /// Leaves forces that exert the wrench nearest to `b`.
     pub(crate) fn project(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Nearest<D> {
         if self.is_beyond(b)
-            && let Some(found) = self.from_last(b, forces)
+            && let Some(found) = self.continue_from_last(b, forces)
         {
             return found;
         }
@@ -153,19 +153,24 @@ impl<const D: usize> WrenchProjection<D> {
         if found.exact || found.distance > NEAR * size || found.distance == 0.0 {
             return found;
         }
-        self.from_outside(b, found, forces)
+        self.approach_from_outside(b, found, forces)
     }
 
     /// On the boundary and near it proximal steps are many. A wrench further out along the normal has the same faces.
     #[cold]
-    fn from_outside(&mut self, b: &Wrench<D>, found: Nearest<D>, forces: &mut ContactForces) -> Nearest<D> {
+    fn approach_from_outside(
+        &mut self,
+        b: &Wrench<D>,
+        found: Nearest<D>,
+        forces: &mut ContactForces,
+    ) -> Nearest<D> {
         let (kept, size) = (forces.clone(), self.metric.norm(b));
         let mut n = self.normal(b, forces);
         for further in OUTSIDE {
             let moved = self.metric.to_physical(&(n * (further * size)));
             if self.search(&(b + moved), forces, false).is_some_and(|found| found.exact) {
                 n = self.last.normal;
-                if let Some(found) = self.from_last(b, forces) {
+                if let Some(found) = self.continue_from_last(b, forces) {
                     return found;
                 }
             }
@@ -175,7 +180,7 @@ impl<const D: usize> WrenchProjection<D> {
         found
     }
 
-    fn from_last(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Nearest<D>> {
+    fn continue_from_last(&mut self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Nearest<D>> {
         if !self.last.known {
             return None;
         }
