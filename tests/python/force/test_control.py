@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from benches.trust import nearest
 from benches.trust.control import hands, hard_squares, rows
 
 import graspforce as gf
@@ -20,6 +21,29 @@ def feet(**changes):
 def test_a_share_of_the_family_agrees_with_clarabel():
     for row in rows(0.03):
         assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_residuals_of_infeasible_wrenches_are_certified_and_clarabels():
+    for row in nearest.rows(0.06):
+        assert (row.missed, row.wrong) == (0, 0), row
+
+
+@pytest.mark.parametrize(
+    ("seed", "friction", "limits", "external"),
+    [
+        (2, [0.4, 0.9, 0.4], [6.9, 3.1, 9.6], [1.3, -0.6, 2.1]),
+        (3, [0.1, 1.0, 0.2, 0.7], [7.0, 13.6, 0.7, 18.1], [2.0, 1.0, -1.0]),
+    ],
+)
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_limits_far_apart_leave_no_loose_gap(seed, friction, limits, external, objective):
+    rng = np.random.default_rng(seed)
+    positions = rng.normal(size=(len(limits), 2))
+    normals = -positions + 0.5 * rng.normal(size=positions.shape)
+    grasp = gf.Grasp(positions, normals, friction=friction, max_normal_force=limits)
+    distributor = gf.ForceDistributor(grasp, objective)
+    for size in (0.1, 1.0, 10.0, 1e3):
+        assert distributor.nearest(np.array(external) * size).gap < 1e-8
 
 
 def test_an_infeasible_wrench_has_a_witness():

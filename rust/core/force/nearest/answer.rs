@@ -101,7 +101,14 @@ impl<const D: usize> Problem<D> {
         if nearest.unique {
             return Ok(self.as_projected(workspace, memory, b, &nearest, loose));
         }
+        let as_projected = |workspace: &ProblemWorkspace<D>, memory: &NearestWorkspace<D>| {
+            let found = self.as_projected(workspace, memory, b, &nearest, loose);
+            Found { answer: Certificate { fell_back: true, ..found.answer }, ..found }
+        };
         if let Some((found, forces)) = loose_answer {
+            if found.answer.gap > LOOSEST_GAP && loose <= LOOSEST_GAP {
+                return Ok(as_projected(workspace, memory));
+            }
             workspace.forces = forces;
             return proven(found, limits);
         }
@@ -113,7 +120,10 @@ impl<const D: usize> Problem<D> {
         let distance = metric.norm(&rest);
         let found = match least {
             // Its own tolerance of the balance must not move it away.
-            Ok(answer) if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size => {
+            Ok(answer)
+                if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
+                    && (answer.gap <= LOOSEST_GAP || loose > LOOSEST_GAP) =>
+            {
                 let answer = Certificate {
                     gap: answer.gap.max(loose),
                     pivots: answer.pivots + nearest.steps,
@@ -123,8 +133,7 @@ impl<const D: usize> Problem<D> {
             }
             _ => {
                 workspace.forces = projected;
-                let found = self.as_projected(workspace, memory, b, &nearest, loose);
-                Found { answer: Certificate { fell_back: true, ..found.answer }, ..found }
+                as_projected(workspace, memory)
             }
         };
         proven(found, limits)
