@@ -1,12 +1,13 @@
 """Nearest forces of a million wrenches on a thousand grasps, half of them infeasible or beyond the limits.
 
-Every residual is certified: in the norm of the residual no direction proves that other forces come nearer. A sample is
-compared with Clarabel.
+Every residual is certified: its own direction proves that no other forces come nearer. A sample is compared with
+Clarabel.
 """
 
 from __future__ import annotations
 
 import itertools
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 GRASPS, WRENCHES, SAMPLED = 1000, 1000, 5
 """Grasps, wrenches on each, and how many of them Clarabel is asked."""
 
-CERTIFIED = 1e-8
+CERTIFIED = 1e-7
 """Largest distance between the residual and what its direction proves, relative to the wrench."""
 
 AGREE = 1e-6
@@ -66,17 +67,12 @@ def grasps(count: int, seed: int) -> Iterator[tuple[np.random.Generator, gf.Gras
         friction = rng.uniform(0.1, 0.9, len(positions)) if turn % 7 else 0.0
         limits = 10.0 ** rng.uniform(-0.5, 0.5, len(positions))
         scale = float(rng.choice([0.2, 1.0, 3.0]))
-        yield (
-            rng,
-            gf.Grasp(
-                positions,
-                normals,
-                friction=friction,
-                max_normal_force=limits,
-                length_scale=scale,
-                **options,
-            ),
-        )
+        options |= {"friction": friction, "max_normal_force": limits, "length_scale": scale}
+        with warnings.catch_warnings():
+            # A few planar grasps press from inside.
+            warnings.simplefilter("ignore", gf.GraspWarning)
+            grasp = gf.Grasp(positions, normals, **options)
+        yield rng, grasp
 
 
 def half_beyond(rng: np.random.Generator, grasp: gf.Grasp, count: int) -> np.ndarray:
@@ -133,7 +129,9 @@ class Geometry:
             slope += (grasp.torsion * h[..., 3]) ** 2
         return (grasp.max_normal_force * np.maximum(h[..., 0] + np.sqrt(slope), 0.0)).sum(axis=1)
 
-    def certified(self, wrenches: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def certified(
+        self, wrenches: np.ndarray, forces: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return distances, the bounds that their directions prove, and the norms of the wrenches."""
         residual = wrenches + forces.reshape(len(forces), -1) @ self.grasp.grasp_matrix.T
         distance = np.linalg.norm(residual * self.scale, axis=1)
