@@ -1,7 +1,7 @@
 """Nearest forces of a million wrenches on a thousand grasps, half of them infeasible or beyond the limits.
 
-Every residual is certified: its own direction proves that no other forces come nearer. A sample is compared with
-Clarabel.
+Every residual is certified: its own direction proves that no other forces come nearer. A sample is compared
+with Clarabel.
 """
 
 from __future__ import annotations
