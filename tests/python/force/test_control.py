@@ -187,3 +187,32 @@ def test_limits_are_checked():
         with pytest.raises(gf.InvalidInputError, match="max_normal_force"):
             distributor.set_limits(bad)
     assert distributor.max_normal_force.tolist() == [100] * 4
+
+
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_forces_within_torque_limits_need_torques_within_them(objective):
+    rng = np.random.default_rng(8)
+    options = {"limits": True} if objective == "squares" else {}
+    at_limit = 0
+    for _, hand in hands(10, 4):
+        limits = rng.uniform(0.1, 0.5, 8)
+        jacobians = [np.zeros((3, 8)) for _ in range(4)]
+        for i, jacobian in enumerate(jacobians):
+            jacobian[:, 2 * i : 2 * i + 2] = 0.3 * rng.normal(size=(3, 2))
+        forces = [
+            gf.torque_limited_forces(jacobian[:, 2 * i : 2 * i + 2], limits[2 * i : 2 * i + 2], 0.6, 3.0)
+            for i, jacobian in enumerate(jacobians)
+        ]
+        grasp = gf.Grasp(
+            hand.positions, hand.normals, friction=0.6, max_normal_force=3, extreme_forces=forces
+        )
+        distributor = gf.ForceDistributor(grasp, objective, **options)
+        for size in (0.1, 1.0, 10.0):
+            found = distributor.nearest(rng.normal(size=6) * size)
+            torques = found.joint_torques(jacobians, frame="contact")
+            assert (np.abs(torques) <= limits * (1 + 1e-8)).all()
+            assert found.gap < 1e-8
+            normal, tangential = found.forces[:, 0], found.forces[:, 1:3]
+            assert (np.linalg.norm(tangential, axis=1) <= 0.6 * normal + 1e-9).all()
+            at_limit += int((np.abs(torques) > limits * (1 - 1e-6)).any())
+    assert at_limit > 5
