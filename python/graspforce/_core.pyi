@@ -12,6 +12,7 @@ _Criterion = Literal["max", "sum"]
 _Objective = Literal["max", "sum", "squares"]
 
 __all__ = [
+    "TIE",
     "BoxBound",
     "CandidateSearch",
     "ForceBatch",
@@ -30,6 +31,7 @@ __all__ = [
 ]
 
 __version__: str
+TIE: float
 
 @final
 class Grasp:

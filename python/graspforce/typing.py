@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypedDict, get_args
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,10 +13,22 @@ if TYPE_CHECKING:
 
     from ._core import Grasp, Quality
 
-__all__ = ["GRASP_ARGUMENTS", "Criterion", "Feasible", "GraspOptions", "SearchResult", "Stopped", "Surface"]
+__all__ = [
+    "CRITERIA",
+    "GRASP_ARGUMENTS",
+    "Criterion",
+    "Feasible",
+    "GraspOptions",
+    "SearchResult",
+    "Stopped",
+    "Surface",
+]
 
 Criterion: TypeAlias = Literal["max", "sum"]
 """Which normalised normal forces are limited to 1: each of them (max), or their sum (sum)."""
+
+CRITERIA: tuple[Criterion, ...] = get_args(Criterion)
+"""Both criteria."""
 
 Surface: TypeAlias = Callable[["NDArray[np.float64]"], "tuple[ArrayLike, ...]"]
 """Parameters (B, p) to positions (B, m, dim), normals (B, m, dim) and, optionally, tangents (B, m, dim)."""

@@ -186,10 +186,10 @@ pub unsafe extern "C" fn gf_distributor_solve(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
-    let target = Target { forces, num_forces, solution, distance: ptr::null_mut() };
+    let outputs = Outputs { forces, num_forces, solution, distance: ptr::null_mut() };
     // SAFETY: the header's rules.
     unsafe {
-        compute(distributor, Question::Balance, external_wrench, wrench_dim, &target, message, message_size)
+        compute(distributor, Question::Balance, external_wrench, wrench_dim, &outputs, message, message_size)
     }
 }
 
@@ -212,15 +212,15 @@ pub unsafe extern "C" fn gf_distributor_nearest(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
-    let target = Target { forces, num_forces, solution, distance };
+    let outputs = Outputs { forces, num_forces, solution, distance };
     // SAFETY: the header's rules.
     unsafe {
-        compute(distributor, Question::Nearest, external_wrench, wrench_dim, &target, message, message_size)
+        compute(distributor, Question::Nearest, external_wrench, wrench_dim, &outputs, message, message_size)
     }
 }
 
 /// Where an answer goes.
-struct Target {
+struct Outputs {
     forces: *mut f64,
     num_forces: usize,
     /// NULL where not asked for.
@@ -237,31 +237,31 @@ unsafe fn compute(
     question: Question,
     external_wrench: *const f64,
     wrench_dim: usize,
-    target: &Target,
+    outputs: &Outputs,
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
     let body = |control: &mut dyn ControlLoop| {
-        check("forces", target.forces)?;
-        check_length("forces", target.num_forces, control.num_forces())?;
-        if !target.distance.is_null() {
-            check("distance", target.distance)?;
+        check("forces", outputs.forces)?;
+        check_length("forces", outputs.num_forces, control.num_forces())?;
+        if !outputs.distance.is_null() {
+            check("distance", outputs.distance)?;
         }
         // SAFETY: the header's rules.
         let wrench = unsafe { required("external_wrench", external_wrench, wrench_dim) }?;
         let mut found = Solution::default();
-        let wanted = !target.solution.is_null();
+        let wanted = !outputs.solution.is_null();
         let answer = control.compute(question, wrench, wanted.then_some(&mut found));
         if wanted {
             // SAFETY: the header's rules.
-            unsafe { memory::write(target.solution, &found) }?;
+            unsafe { memory::write(outputs.solution, &found) }?;
         }
         let (forces, distance) = answer?;
         // SAFETY: the header's rules; `distance` is NULL or aligned.
         unsafe {
-            copy_to("forces", target.forces, target.num_forces, forces)?;
-            if !target.distance.is_null() {
-                target.distance.write(distance);
+            copy_to("forces", outputs.forces, outputs.num_forces, forces)?;
+            if !outputs.distance.is_null() {
+                outputs.distance.write(distance);
             }
         }
         Ok(Status::Solved)

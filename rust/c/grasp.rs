@@ -131,14 +131,29 @@ pub unsafe extern "C" fn gf_grasp_matrix(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
+    let entries = |any: &_| with_grasp!(any, grasp => grasp_matrix(grasp));
+    // SAFETY: the header's rules.
+    unsafe { write_entries(grasp, "matrix", (matrix, length), entries, (message, message_size)) }
+}
+
+/// Writes what is computed of a grasp into a caller's array.
+///
+/// # Safety
+///
+/// The pointers keep the header's rules.
+unsafe fn write_entries(
+    grasp: *const Grasp,
+    argument: &'static str,
+    (array, length): (*mut f64, usize),
+    entries: impl Fn(&AnyGrasp) -> Vec<f64>,
+    (message, message_size): (*mut c_char, usize),
+) -> Status {
     let body = || {
-        // SAFETY: the header's rules.
-        let any = unsafe { borrowed(grasp) }?;
-        // SAFETY: the header's rules.
-        with_grasp!(any, grasp => unsafe { copy_to("matrix", matrix, length, &grasp_matrix(grasp)) })?;
+        // SAFETY: the caller's promise.
+        unsafe { copy_to(argument, array, length, &entries(borrowed(grasp)?)) }?;
         Ok(Status::Solved)
     };
-    // SAFETY: the header's rules.
+    // SAFETY: the caller's promise.
     unsafe { call(message, message_size, body) }
 }
 
@@ -163,15 +178,9 @@ pub unsafe extern "C" fn gf_grasp_frames(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
-    let body = || {
-        // SAFETY: the header's rules.
-        let any = unsafe { borrowed(grasp) }?;
-        // SAFETY: the header's rules.
-        with_grasp!(any, grasp => unsafe { copy_to("frames", frames, length, &contact_frames(grasp)) })?;
-        Ok(Status::Solved)
-    };
+    let entries = |any: &_| with_grasp!(any, grasp => contact_frames(grasp));
     // SAFETY: the header's rules.
-    unsafe { call(message, message_size, body) }
+    unsafe { write_entries(grasp, "frames", (frames, length), entries, (message, message_size)) }
 }
 
 fn contact_frames<const D: usize>(grasp: &core::Grasp<D>) -> Vec<f64> {

@@ -5,12 +5,12 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`boundary`] | what each function passes through: panics are caught, faults become a status and a message |
-//! | [`fault`], [`message`] | what can go wrong, and the text about it in the caller's buffer |
-//! | [`memory`] | the caller's arrays and structs: checked, then copied |
-//! | [`contacts`], [`grasp`], [`quality`] | grasps from arrays, and how good they are |
+//! | [`boundary`] | the wrapper of every function: it catches panics and returns errors as status and message |
+//! | [`fault`], [`message`] | errors with their status, and their text in the caller's buffer |
+//! | [`memory`] | checks and copies of the caller's arrays and structs |
+//! | [`contacts`], [`grasp`], [`quality`] | contacts from arrays, grasps, and their quality |
 //! | [`distributor`], [`distributor_options`], [`control_loop`], [`solution`] | least contact forces |
-//! | [`heap`] | the memory of a distributor |
+//! | [`heap`] | the allocator of a distributor's memory |
 #![allow(
     clippy::missing_safety_doc,
     reason = "the header states the rules for pointers once, for all functions"

@@ -47,6 +47,8 @@ mod memory;
 mod planning;
 mod quality;
 mod status;
+#[cfg(test)]
+mod test_numbers;
 mod tolerances;
 mod wrench_set;
 

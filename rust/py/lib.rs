@@ -24,6 +24,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("TIE", graspforce::TIE)?;
     module.add_class::<grasp::PyGrasp>()?;
     module.add_class::<quality::PyQuality>()?;
     module.add_class::<quality::gradient::PyGradient>()?;

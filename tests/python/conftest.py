@@ -28,3 +28,26 @@ def racket() -> dict[str, Any]:
 def spatial_case(request: pytest.FixtureRequest) -> dict[str, Any]:
     """Return one grasp of spatial.json with its reference answers."""
     return request.param
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder with a box of 60 x 40 x 20 mm, in mm, and an egg."""
+    trimesh = pytest.importorskip(
+        "trimesh", reason="trimesh is not installed: pip install 'graspforce[mesh]'"
+    )
+    trimesh.creation.box((60, 40, 20)).export(tmp_path / "box.ply")
+    egg = trimesh.creation.icosphere(subdivisions=3)
+    egg.apply_scale([0.04, 0.03, 0.025])
+    egg.export(tmp_path / "egg.stl")
+    return tmp_path
+
+
+@pytest.fixture
+def write(folder):
+    def written(text, name="grasp.yaml"):
+        path = folder / name
+        path.write_text(text)
+        return path
+
+    return written

@@ -7,13 +7,25 @@ record that contradicts itself. The results of the extension module check theirs
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._core import Grasp, Quality
 from graspforce.errors import InvalidInputError
 
-__all__ = ["expect", "expect_array", "expect_instance", "expect_number", "expect_tuple", "expect_whole"]
+if TYPE_CHECKING:
+    from graspforce.typing import SearchResult
+
+__all__ = [
+    "expect",
+    "expect_array",
+    "expect_instance",
+    "expect_number",
+    "expect_search_result",
+    "expect_tuple",
+    "expect_whole",
+]
 
 
 def expect(holds: object, field: str, expected: str) -> None:
@@ -36,6 +48,14 @@ def expect_number(field: str, value: Any, *, least: float = -math.inf, finite: b
     """Refuse what is not a float of at least `least`; infinity only where it has a meaning."""
     expect(isinstance(value, float) and not math.isnan(value), field, "a number")
     expect(value >= least and (math.isfinite(value) or not finite), field, f"a number from {least:g}")
+
+
+def expect_search_result(result: SearchResult) -> None:
+    """Refuse a result of a search whose parameters, grasp and quality do not belong together."""
+    expect_array("params", result.params, (None,))
+    expect_instance("grasp", result.grasp, Grasp)
+    expect_instance("quality", result.quality, Quality)
+    expect(result.quality.grasp == result.grasp, "quality", "that of the grasp")
 
 
 def expect_whole(field: str, value: Any) -> None:

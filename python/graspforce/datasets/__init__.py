@@ -1,4 +1,4 @@
-"""Datasets of grasps: in memory, in Parquet files larger than memory, on the machines of a Dask cluster.
+"""Quality of all grasps of a dataset: in memory, in Parquet files of any size, or on a Dask cluster.
 
 Needs pyarrow (the ``datasets`` extra), and Dask for clusters (the ``dask`` extra).
 """

@@ -1,4 +1,4 @@
-"""Lists of Arrow columns as flat NumPy arrays: no row becomes a Python object."""
+"""Lists of Arrow columns as flat NumPy arrays, without a Python object for each row."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ __all__ = ["Numbers", "Ragged", "first_within", "numbers", "ragged"]
 
 @dataclass(frozen=True, slots=True)
 class Ragged:
-    """Lists laid end to end.
+    """Lists of different lengths as one array of values.
 
     Attributes
     ----------
     starts, lengths : numpy.ndarray
         Where each list begins in `values`, and how long it is: zero where it is null.
     null : numpy.ndarray
-        Which lists are null.
+        True for lists that are null.
     values : pyarrow.Array
-        What the lists hold.
+        The values of all lists, one list after another.
     """
 
     starts: Indices
@@ -66,7 +66,7 @@ def ragged(column: pa.Array) -> Ragged:
         bounds = (column.offset + np.arange(count + 1, dtype=np.int64)) * size
     else:
         bounds = column.offsets.to_numpy().astype(np.int64)
-    # Of a slice only its own part of the values is wanted.
+    # A slice shares the values of the whole column; only its own part is converted.
     first, last = int(bounds[0]), int(bounds[-1])
     lengths = np.where(null, 0, np.diff(bounds))
     return Ragged(bounds[:-1] - first, lengths, null, column.values.slice(first, last - first))
@@ -74,7 +74,7 @@ def ragged(column: pa.Array) -> Ragged:
 
 def numbers(column: pa.Array) -> Numbers:
     """Convert a column of numbers to float64."""
-    # As NumPy converts: integers past 2^53 are rounded, not refused.
+    # As in NumPy, integers beyond 2^53 are rounded.
     values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
     return Numbers(values, _null(column))
 

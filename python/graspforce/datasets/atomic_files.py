@@ -1,4 +1,4 @@
-"""Files that appear complete or not at all, in a folder that one run owns at a time."""
+"""Atomic writing of files, and a lock on the folder of results."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 @contextlib.contextmanager
 def owned(folder: Path) -> Iterator[bool]:
-    """Keep other runs out of the folder while the block runs; a killed process lets go of it.
+    """Lock the folder while the block runs. The lock of a killed process ends with it.
 
-    The block is told whether the folder can be written to. Where it cannot, nobody is kept out: two runs can
-    do nothing to each other.
+    Yields whether the folder can be written to. A folder that cannot is not locked, because no run can change
+    it.
     """
     if folder.exists() and not folder.is_dir():
         raise InvalidInputError(f"out: {folder} is a file, expected a folder")
@@ -56,9 +56,9 @@ def owned(folder: Path) -> Iterator[bool]:
 
 @contextlib.contextmanager
 def appearing(path: Path) -> Iterator[IO[bytes]]:
-    """Write a file under another name; it gets its own when the block ends well, and is gone otherwise.
+    """Write a file under a temporary name; rename it if the block succeeds, and delete it otherwise.
 
-    Two writers of one file do not disturb each other: the last to end stays.
+    Of two writers of one file, the last to end wins.
     """
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
     try:
@@ -74,24 +74,24 @@ def appearing(path: Path) -> Iterator[IO[bytes]]:
 
 
 def is_leftover(name: str) -> bool:
-    """Whether a killed writer of a part or manifest has left this file."""
+    """Return True for the temporary file of a part or manifest whose writer was killed."""
     return _LEFTOVER.fullmatch(name) is not None
 
 
 def clear_leftovers(folder: Path) -> None:
-    """Delete what killed writers of parts and manifests have left; the folder must be owned."""
+    """Delete temporary files of killed writers. The folder must be locked."""
     for path in folder.glob(".*.tmp"):
         if is_leftover(path.name):
             path.unlink(missing_ok=True)
 
 
 def sync(folder: Path) -> None:
-    """See to it that names outlast a power cut, where the system can."""
+    """Write the names of a folder to disk, so that they survive a power failure, where the system can."""
     if sys.platform == "win32":
         return
     handle = os.open(folder, os.O_RDONLY)
     try:
-        # Some network file systems do not know this call of folders.
+        # Some network file systems cannot synchronise folders.
         with contextlib.suppress(OSError):
             os.fsync(handle)
     finally:

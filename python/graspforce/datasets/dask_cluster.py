@@ -21,14 +21,14 @@ __all__ = ["grade_parts_on"]
 def grade_parts_on(
     client: Any, parts: list[Part], common: dict[str, Any], tell: Callable[[int], None]
 ) -> Iterator[PartReport]:
-    """Yield reports of parts as machines finish them; a part whose machine is lost is given to another.
+    """Yield reports of parts as machines finish them. Parts of a lost machine go to another one.
 
-    `common` are the arguments of `grade_part` that all parts share.
+    `common` holds the arguments of `grade_part` that all parts share.
     """
     distributed = optional("distributed", "dask")
     if not isinstance(client, distributed.Client):
         raise InvalidInputError(f"client: {client!r} is not a distributed.Client")
-    # Not pure: the same part asked for again, after its file was deleted, is work again.
+    # Not pure: a part whose file was deleted has to be graded again.
     futures = client.map(grade_part, parts, **common, version=__version__, pure=False)
     left = {future.key: part.rows for future, part in zip(futures, parts, strict=True)}
     done = 0
@@ -37,10 +37,10 @@ def grade_parts_on(
             yield _result(future)
             done += left.pop(future.key)
             tell(done)
-            # A report that is here already need not be made again when its machine is lost.
+            # A report that has arrived is kept, even if its machine is lost later.
             future.release()
     finally:
-        # After an error or Ctrl-C the rest is not wanted; what is done already stays.
+        # After an error or Ctrl-C the remaining parts are cancelled; finished ones stay.
         client.cancel([future for future in futures if future.key in left])
 
 

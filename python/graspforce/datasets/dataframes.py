@@ -27,7 +27,7 @@ _TEXT = "string[pyarrow]"
 def grade_pandas(
     frame: Any, options: GradeOptions, progress: Callable[[int, int], object] | None = None
 ) -> Any:
-    """Return a pandas DataFrame with its grades; the columns it has, and its index, stay as they are."""
+    """Return a pandas DataFrame with its grades. Its own columns and its index do not change."""
     check_names(list(frame.columns), options)
     if not len(frame):
         return _with_nothing_graded(frame, options)
@@ -57,7 +57,7 @@ def grade_dask(frame: Any, options: GradeOptions) -> Any:
     for name, dtype in frame.dtypes.items():
         if name in GRASP_COLUMNS and isinstance(dtype, pd.ArrowDtype | pd.StringDtype):
             check_type(name, getattr(dtype, "pyarrow_dtype", pa.string()))
-    # Columns of Python objects have no type before they are computed: each partition looks for itself.
+    # Columns of Python objects have no type before they are computed: each partition checks its own.
     meta = _with_nothing_graded(frame._meta, options)  # noqa: SLF001 - what Dask documents for this use
     return frame.map_partitions(grade_pandas, options, meta=meta)
 

@@ -1,4 +1,4 @@
-"""`graspforce.grade`: one name for datasets in memory, in files and on clusters."""
+"""`graspforce.grade`: the quality of every grasp of a dataset."""
 
 from __future__ import annotations
 
@@ -187,5 +187,5 @@ def grade(
 
 
 def _kind(source: object) -> str:
-    # By name: neither package is imported for those who do not use it.
+    # By name, so that neither package is imported unless it is in use.
     return f"{type(source).__module__.partition('.')[0]}.{type(source).__name__}"

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graspforce._internal.checks import whole_number
-from graspforce.errors import GraspForceError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidInputError, ResumeError
 
 from .atomic_files import owned
 from .dask_cluster import grade_parts_on
 from .grade_table import CLOSURES, STATUSES
-from .manifest import graded_parts, prepare, publish
-from .parquet_source import READERS, find_files, look_at
+from .manifest import prepare, publish, refuse_other_folder
+from .parquet_source import find_files, look_at
+from .part_files import READERS, graded_parts
 from .parts import Part, PartReport, grade_part, report_of, shifted, split
 from .summary import GradeSummary
 
@@ -75,6 +76,7 @@ def _grade_files(
     files = look_at(paths, options)
     parts = split(files, rows_per_part)
     total = sum(file.rows for file in files)
+    refuse_other_folder(folder)
     with owned(folder) as writable:
         place = prepare(folder, root, files, options, rows_per_part, overwrite=overwrite, writable=writable)
         report, pending = _done_before(place.folder, place.run, parts)
@@ -116,6 +118,12 @@ def _grade_files(
 
 def _done_before(out: Path, run: str, parts: list[Part]) -> tuple[PartReport, list[Part]]:
     names = {path.name for path in graded_parts(out)}
+    others = {path.name for path in out.iterdir()} - names
+    for part in parts:
+        if part.name in others:
+            raise ResumeError(
+                f"{out / part.name}: not a regular file, so not of this run; delete or rename it"
+            )
     done = [part for part in parts if part.name in names]
     report = PartReport()
     with ThreadPoolExecutor(READERS) as pool:

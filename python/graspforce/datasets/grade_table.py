@@ -1,4 +1,4 @@
-"""The grades of one batch of rows: what every way to grade a dataset comes down to."""
+"""The grades of one batch of rows; all kinds of datasets use them."""
 
 from __future__ import annotations
 
@@ -38,8 +38,7 @@ def grade_batch(
 ) -> list[pa.Array]:
     """Return the columns of `result_fields` for a batch whose schema has been checked.
 
-    The grade of a row depends on that row alone, whatever stands beside it. `progress` is told how many rows
-    are done, by all criteria.
+    The grade of a row depends on that row alone. `progress` is called with the number of rows that are done.
     """
     count = batch.num_rows
     rows = Rows(batch)
@@ -91,10 +90,10 @@ def grade_table(
     rows_at_once: int,
     progress: Callable[[int, int], object] | None = None,
 ) -> pa.Table:
-    """Return a table whose schema has been checked with its grades beside it."""
+    """Return a table with its grades as further columns. Its schema has been checked."""
     fields = result_fields(options)
     pieces: list[list[pa.Array]] = [[] for _ in fields]
-    # Only what is graded: the other columns are passed on as they are.
+    # Only the columns that are graded; all others are passed on unchanged.
     done = 0
     for batch in table.to_batches(max_chunksize=rows_at_once):
         tell = progress and _reported_in_all(progress, done, table.num_rows)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +12,7 @@ from graspforce._core import __version__
 from graspforce.errors import InvalidInputError, ResumeError
 
 from .atomic_files import LOCK, appearing, clear_leftovers, is_leftover, sync
+from .part_files import graded_parts, is_part_name, is_regular, own_parts, part_name
 from .replacement import HIDDEN, complete, discard, finished, in_work, is_folder
 
 if TYPE_CHECKING:
@@ -22,13 +22,11 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .parquet_source import SourceFile
 
-__all__ = ["Workplace", "graded_parts", "identity", "part_name", "prepare", "publish"]
+__all__ = ["Workplace", "identity", "prepare", "publish", "refuse_other_folder"]
 
 _MANIFEST = "_grade.json"
 """Readers of Parquet folders pass over names that begin with an underscore or a dot."""
 
-_PARTS = "part-*.parquet"
-_PART_NAME = re.compile(r"part-\d{6,}\.parquet")
 _FORMAT = 2
 _MAX_TOLD = 5
 
@@ -55,9 +53,10 @@ class Workplace:
     recovered: bool
 
 
-def part_name(index: int) -> str:
-    """Return the name of the file of a part."""
-    return f"part-{index:06d}.parquet"
+def refuse_other_folder(out: Path) -> None:
+    """Refuse a folder that holds something and no run's results, before anything is written there."""
+    if out.is_dir() and not is_folder(finished(out)) and not _is_there(out / _MANIFEST):
+        _refuse(out, _others(out, set()))
 
 
 def prepare(
@@ -80,20 +79,18 @@ def prepare(
     }
     begun = is_folder(finished(out))
     begun_manifest = finished(out) / _MANIFEST
-    manifest = begun_manifest if begun and begun_manifest.exists() else out / _MANIFEST
+    manifest = begun_manifest if begun and _is_there(begun_manifest) else out / _MANIFEST
     waiting = in_work(out) if is_folder(in_work(out)) else None
     goes_on = waiting is not None and _holds(waiting, asked)
     replaces = goes_on or (overwrite and _is_there(manifest))
     if not _is_there(manifest):
-        _refuse_others(out, set())
-    elif replaces:
-        if not goes_on and not manifest.is_file():
-            raise ResumeError(
-                f"{manifest}: not a regular file, so not of a graded dataset; name another folder"
-            )
-        _refuse_others(out, _names_of_parts(out, {manifest, out / _MANIFEST}))
-    else:
+        _refuse(out, _others(out, set()))
+    elif not replaces:
         _compare(out, _read(manifest), asked)
+    elif not goes_on and not is_regular(manifest):
+        raise ResumeError(f"{manifest}: not a regular file, so not of a graded dataset; name another folder")
+    if begun or replaces:
+        _refuse_foreign(out, manifest, *([] if waiting is None or not replaces else [waiting]))
     folder = in_work(out) if replaces else out
     if not writable:
         if begun or replaces or not _is_there(manifest):
@@ -119,6 +116,8 @@ def prepare(
 def publish(out: Path, place: Workplace) -> None:
     """Let the finished parts of a run take the place of an earlier run's."""
     if place.replaces:
+        others = _others(out, _own_parts(out, {out / _MANIFEST}))
+        _refuse(out, set(filter(is_part_name, others)))
         place.folder.replace(finished(out))
         sync(out)
         _complete(out)
@@ -130,11 +129,6 @@ def identity(out: Path) -> str | None:
         return _digest((out / _MANIFEST).read_bytes())
     except FileNotFoundError:
         return None
-
-
-def graded_parts(out: Path) -> list[Path]:
-    """Find the files of parts that are done; a run writes no links."""
-    return [path for path in out.glob(_PARTS) if _PART_NAME.fullmatch(path.name) and not path.is_symlink()]
 
 
 def _digest(content: bytes) -> str:
@@ -155,14 +149,11 @@ def _num_parts(found: dict[str, Any]) -> int:
     return sum(max(1, -(-file["rows"] // each)) for file in found["files"])
 
 
-def _names_of_parts(out: Path, manifests: set[Path]) -> set[str]:
-    """Return the names of the parts in the folder; a number that no run reached is not of its parts."""
-    names = {path.name for path in graded_parts(out)}
-    try:
-        last = part_name(max(_num_parts(_read(path)) for path in manifests if _is_there(path)) - 1)
-    except ResumeError:  # a manifest does not say
-        return names
-    return {name for name in names if (len(name), name) <= (len(last), last)}
+def _own_parts(folder: Path, manifests: set[Path]) -> set[str]:
+    """Return the names of the parts of the runs that the manifests are of."""
+    there = [path for path in manifests if is_regular(path)]
+    runs = {_digest(path.read_bytes()) for path in there}
+    return own_parts(folder, runs, any_run=not all(map(_is_readable, there)))
 
 
 def _is_there(path: Path) -> bool:
@@ -170,16 +161,34 @@ def _is_there(path: Path) -> bool:
     return path.exists() or path.is_symlink()
 
 
-def _refuse_others(out: Path, ours: set[str]) -> None:
-    """Refuse a folder with files that no run has written; beside a run's results hidden ones may stay."""
-    names = {path.name for path in out.iterdir() if not is_leftover(path.name)}
-    others = names - ours - {LOCK, _MANIFEST, *HIDDEN}
-    if ours or _is_there(out / _MANIFEST):
-        others = {name for name in others if not name.startswith(".")}
+def _others(folder: Path, ours: set[str]) -> set[str]:
+    """Return the names in a folder that no run has written."""
+    names = {path.name for path in folder.iterdir() if not is_leftover(path.name)}
+    return names - ours - {LOCK, _MANIFEST, *HIDDEN}
+
+
+def _refuse(folder: Path, others: set[str]) -> None:
     if others:
         raise ResumeError(
-            f"{out}: holds {min(others)}, which is not of a graded dataset; name another folder"
+            f"{folder}: holds {min(others)}, which is not of a graded dataset; name another folder"
         )
+
+
+def _refuse_foreign(out: Path, manifest: Path, *of_runs: Path) -> None:
+    """Refuse strangers' files beside results, where hidden ones may stay, and in a run's own folders."""
+    others = _others(out, _own_parts(out, {manifest, out / _MANIFEST}))
+    _refuse(out, {name for name in others if not name.startswith(".")})
+    if is_folder(finished(out)):
+        _refuse(finished(out), _others(finished(out), _own_parts(finished(out), {manifest})))
+    for folder in of_runs:
+        _refuse(folder, _others(folder, _own_parts(folder, {folder / _MANIFEST})))
+
+
+def _is_readable(manifest: Path) -> bool:
+    try:
+        return bool(_read(manifest))
+    except ResumeError:
+        return False
 
 
 def _holds(folder: Path, asked: dict[str, Any]) -> bool:
@@ -191,7 +200,7 @@ def _holds(folder: Path, asked: dict[str, Any]) -> bool:
 
 def _read(manifest: Path) -> dict[str, Any]:
     try:
-        if not manifest.is_file():
+        if not is_regular(manifest):
             raise ResumeError(f"{manifest}: not a regular file; name another folder")
         found = json.loads(manifest.read_text("utf-8"))
     except (ValueError, RecursionError) as error:

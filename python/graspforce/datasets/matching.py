@@ -1,4 +1,4 @@
-"""Files that a pattern names, each once, whatever links lead to it."""
+"""Files that match a pattern, each once, also if several links lead to it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _MAGIC = re.compile(r"[*?\[]")
 
 
 def paths_matching(pattern: str) -> list[Path]:
-    """Return the paths that a pattern names: ``*``, ``?``, ``[...]``, and ``**`` for any folders.
+    """Return the paths that match a pattern of ``*``, ``?``, ``[...]``, and ``**`` for any folders.
 
-    As `glob.glob` but for links: below ``**`` a folder is entered once, so links in loops end.
+    It differs from `glob.glob` for links: below ``**`` each folder is entered once, so that loops end.
     """
     given = Path(pattern)
     parts = given.parts[1:] if given.anchor else given.parts
@@ -40,12 +40,12 @@ def paths_matching(pattern: str) -> list[Path]:
 
 
 def once(paths: Iterable[Path]) -> list[Path]:
-    """Leave out paths that lead to a file of a path before; files themselves come before links to them."""
+    """Leave out paths to files that an earlier path leads to. Files come before links to them."""
     seen: set[tuple[int, int]] = set()
     kept = []
     for path in sorted(paths, key=lambda path: (path.is_symlink(), path)):
         found = path.stat()
-        # Where the system has no numbers of files, each path counts.
+        # On a system without file numbers every path counts as a file of its own.
         if found.st_ino and (found.st_dev, found.st_ino) in seen:
             continue
         seen.add((found.st_dev, found.st_ino))
@@ -54,7 +54,7 @@ def once(paths: Iterable[Path]) -> list[Path]:
 
 
 def _folders(roots: list[Path]) -> Iterator[Path]:
-    """Yield folders and those below them, nearest first, each once and without hidden ones."""
+    """Yield folders and all folders below them, nearest first, each once, without hidden ones."""
     waiting, seen = list(roots), set()
     while waiting:
         deeper: list[Path] = []
@@ -69,7 +69,7 @@ def _folders(roots: list[Path]) -> Iterator[Path]:
             seen.add(identity)
             yield folder
             deeper += [folder / entry.name for entry in _entries(folder) if _is_folder(entry)]
-        # Of a folder and a link to it, the folder gives the name.
+        # The folder itself comes before links to it.
         waiting = sorted(deeper, key=lambda path: (path.is_symlink(), path))
 
 
@@ -87,7 +87,7 @@ def _entries(folder: Path, *, hidden: bool = False) -> list[os.DirEntry[str]]:
         with os.scandir(folder) as entries:
             return [entry for entry in entries if hidden or not entry.name.startswith(".")]
     except OSError:
-        # As the shell does: what is no folder, or may not be read, holds nothing.
+        # As in a shell, a path that is not a readable folder matches nothing.
         return []
 
 
@@ -95,5 +95,5 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
     try:
         return entry.is_dir()
     except OSError:
-        # A link to itself, or to one that leads back.
+        # Links that lead back to themselves.
         return False

@@ -1,4 +1,4 @@
-"""Options of quality that hold for every grasp of a dataset."""
+"""Options of the quality of all grasps of a dataset."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from graspforce._core import Grasp, quality_many
 from graspforce._internal.checks import chosen, instance, real_number, whole_number
 from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.typing import CRITERIA
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,12 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["GradeOptions"]
 
-_CRITERIA: tuple[Criterion, ...] = ("max", "sum")
-
 
 @dataclass(frozen=True, slots=True)
 class GradeOptions:
-    """Options that hold for all rows; checked when made.
+    """Options of all rows, checked by the constructor.
 
     Attributes
     ----------
@@ -37,18 +36,18 @@ class GradeOptions:
         Length scale in m for datasets without a column of this name; None for 1 m.
     """
 
-    criteria: tuple[Criterion, ...] = _CRITERIA
+    criteria: tuple[Criterion, ...] = CRITERIA
     edges: int | None = 8
     rtol: float | None = None
     length_scale: float | None = None
 
     def __post_init__(self) -> None:
-        """Let the core check the options before any grasp is read."""
+        """Check the options, by the core's checks, before any grasp is read."""
         if not self.criteria or len(set(self.criteria)) != len(self.criteria):
-            raise InvalidInputError(f"criteria: {self.criteria!r}, expected some of {_CRITERIA}, each once")
+            raise InvalidInputError(f"criteria: {self.criteria!r}, expected some of {CRITERIA}, each once")
         nothing = np.empty((0, 1, 3))
         try:
-            # The core checks edges contact by contact, so that they need a grasp.
+            # The core checks the edges of contacts, so a grasp is needed.
             Grasp([(1, 0, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)], edges=self.edges)
             for criterion in self.criteria:
                 quality_many(nothing, nothing, criterion=criterion, **self.arguments())
@@ -64,11 +63,11 @@ class GradeOptions:
         rtol: float | None = None,
         length_scale: float | None = None,
     ) -> GradeOptions:
-        """Take one criterion or several, and numbers of any kind, as plain ones that JSON can hold."""
+        """Return options of one criterion or several, with numbers that JSON can hold."""
         instance("criteria", criteria, str, list, tuple)
         given = (criteria,) if isinstance(criteria, str) else tuple(criteria)
         for criterion in given:
-            chosen("criteria", criterion, _CRITERIA)
+            chosen("criteria", criterion, CRITERIA)
         return cls(
             cast("tuple[Criterion, ...]", given),
             None if edges is None else whole_number("edges", edges, least=3),

@@ -17,21 +17,19 @@ import pyarrow.parquet as pq
 from graspforce.errors import InvalidFileError, InvalidInputError
 
 from .matching import once, paths_matching
+from .part_files import READERS
 from .schema import GRASP_COLUMNS, check_schema
 
 if TYPE_CHECKING:
     from .options import GradeOptions
 
-__all__ = ["READERS", "FileState", "SourceFile", "changed", "find_files", "look_at", "state_of"]
+__all__ = ["FileState", "SourceFile", "changed", "find_files", "look_at", "state_of"]
 
 _FOOTER_END = 8
 """Bytes after the footer: its length and a magic number."""
 
 _CLOCK_TICK = 0.02
 """In s: two writes within one tick of a file system's clock leave the same time of change."""
-
-READERS = 16
-"""Files looked at in parallel: on network file systems it is their latency that counts."""
 
 
 @dataclass(frozen=True, slots=True)

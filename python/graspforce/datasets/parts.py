@@ -5,10 +5,12 @@ A part is what an interruption loses, what a machine of a cluster grades, and wh
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sys
 from collections import Counter
 from dataclasses import dataclass, field
+from io import BytesIO
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,8 +24,9 @@ from graspforce.errors import GraspForceError, InvalidFileError, InvalidInputErr
 
 from .atomic_files import appearing
 from .grade_table import grade_batch
-from .manifest import identity, part_name
+from .manifest import identity
 from .parquet_source import changed, state_of
+from .part_files import ORIGIN, origin_of, part_name
 from .schema import graded_schema, is_list
 
 if TYPE_CHECKING:
@@ -42,8 +45,8 @@ _READ_BUFFER_BYTES = 1 << 20
 
 _LINUX_STATUS = Path("/proc/self/status")
 
-_ORIGIN = b"graspforce"
-"""Key of a part's metadata that says of which run, and of which rows, it is."""
+_SEEN = "source_changed"
+"""In a part's origin: when the status of its source was last changed, in ns."""
 
 _MAX_PARTS = 1_000_000
 """Files in one folder; more are a mistake, or a file that lies about its rows."""
@@ -67,9 +70,9 @@ class Part:
         """Of the file that holds its grades."""
         return part_name(self.index)
 
-    def origin(self, run: str) -> bytes:
+    def origin(self, run: str) -> dict[str, str | int]:
         """Return what the file of the part says of itself: the run, its number and its rows."""
-        return json.dumps({"run": run, "part": self.index, "start": self.start, "rows": self.rows}).encode()
+        return {"run": run, "part": self.index, "start": self.start, "rows": self.rows}
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +133,8 @@ def grade_part(
         raise changed(part.source)
     with _opened(part.source) as file, appearing(out / part.name) as stream:
         schema = graded_schema(file.schema_arrow, options)
-        schema = schema.with_metadata({**(schema.metadata or {}), _ORIGIN: part.origin(run)})
+        origin = {**part.origin(run), _SEEN: before[0].status_changed}
+        schema = schema.with_metadata({**(schema.metadata or {}), ORIGIN: json.dumps(origin).encode()})
         at_once = _rows_at_once(file, part)
         with pq.ParquetWriter(stream, schema) as writer:
             done = 0
@@ -161,18 +165,49 @@ def report_of(part: Part, out: Path, run: str) -> PartReport:
     try:
         with pq.ParquetFile(path) as file:
             report = _counted(file.read(columns=["status", "closure"]))
-            origin = (file.schema_arrow.metadata or {}).get(_ORIGIN)
+            origin = origin_of(file.schema_arrow)
+            rows = report.statuses.total()
+            if rows != part.rows:
+                raise ResumeError(
+                    f"{path}: holds {rows} rows, not {part.rows}; delete it, and they are graded again"
+                )
+            seen = origin.pop(_SEEN, None)
+            own = origin == part.origin(run)
+            # The source may have been copied with its time, or changed and given its time again.
+            if own and part.state is not None and seen != part.state.status_changed:
+                own = _same_rows(part, file)
     except (pa.ArrowException, OSError, KeyError) as error:
         raise InvalidFileError(path, f"{error}; delete it, and its rows are graded again") from error
-    rows = report.statuses.total()
-    if rows != part.rows:
-        raise ResumeError(f"{path}: holds {rows} rows, not {part.rows}; delete it, and they are graded again")
-    if origin != part.origin(run):
+    if not own:
         raise ResumeError(
             f"{path}: holds other rows than those from row {part.start} of {part.source.name} on; delete it, "
             "and these are graded again"
         )
     return report
+
+
+def _same_rows(part: Part, graded: pq.ParquetFile) -> bool:
+    """Whether the part holds what its rows of the source are now: it was written batch by batch."""
+    with _opened(part.source) as file:
+        names = file.schema_arrow.names
+        batches = _batches(file, part, _rows_at_once(file, part))
+        groups = iter(range(graded.num_row_groups))
+        return (
+            all(
+                (group := next(groups, None)) is not None
+                and _content(pa.Table.from_batches([batch]))
+                == _content(graded.read_row_group(group, columns=names))
+                for batch in batches
+            )
+            and next(groups, None) is None
+        )
+
+
+def _content(table: pa.Table) -> bytes:
+    """Return a digest of the values; Arrow's own comparison finds NaN unequal to itself."""
+    stream = BytesIO()
+    pq.write_table(table.replace_schema_metadata(None), stream, compression="none")
+    return hashlib.blake2b(stream.getbuffer()).digest()
 
 
 def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:

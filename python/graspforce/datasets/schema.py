@@ -1,4 +1,4 @@
-"""Which columns a dataset of grasps has, and which ones grading adds.
+"""Columns of a dataset of grasps, and columns that grading adds.
 
 The columns are named as the arguments of `graspforce.Grasp`.
 """
@@ -43,7 +43,7 @@ GRASP_COLUMNS = {
 }
 """What each column holds; those after the limits may be missing."""
 
-# How many lists may lie around the numbers of a column.
+# Levels of lists around the numbers of a column.
 _DEPTHS = {
     _VECTORS: (2,),
     _NUMBERS: (0, 1),
@@ -60,7 +60,7 @@ def check_schema(schema: pa.Schema, options: GradeOptions) -> None:
 
 
 def check_names(names: Sequence[object], options: GradeOptions) -> None:
-    """Refuse columns that are missing, are there twice, or have the name of a grade."""
+    """Refuse missing columns, repeated columns, and columns with the name of a grade."""
     for name, count in Counter(names).items():
         if count > 1:
             raise InvalidInputError(f"column {name}: there are {count} of them")
@@ -78,7 +78,7 @@ def check_names(names: Sequence[object], options: GradeOptions) -> None:
 
 
 def check_type(name: str, found: pa.DataType) -> None:
-    """Refuse a column of grasps that holds something else."""
+    """Refuse a column of a grasp that has another type than its argument."""
     expected = GRASP_COLUMNS.get(name)
     if expected is not None and not _fits(found, _DEPTHS[expected]):
         raise InvalidInputError(f"column {name}: {found}, expected {expected}{_hint(found)}")
@@ -105,7 +105,7 @@ def result_fields(options: GradeOptions) -> list[pa.Field]:
 
 
 def is_list(kind: pa.DataType) -> bool:
-    """Whether values of this type are lists of one of Arrow's plain layouts."""
+    """Return True for Arrow's plain types of lists."""
     kinds = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
     return any(is_kind(kind) for is_kind in kinds)
 
@@ -114,7 +114,7 @@ def _fits(kind: pa.DataType, depths: tuple[int, ...]) -> bool:
     depth = 0
     while is_list(kind):
         kind, depth = kind.value_type, depth + 1
-    # A column or list in which everything is null has no type of its own, and could be any.
+    # A column or list of nulls alone has no type and fits every one.
     if pa.types.is_null(kind):
         return depth <= max(depths)
     return depth in depths and bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))

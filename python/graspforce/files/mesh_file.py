@@ -26,6 +26,7 @@ MAX_MESH_BYTES = 64 * 1024 * 1024
 FORMATS = ("obj", "off", "ply", "stl")
 _MAX_PLY_HEADER_BYTES = 64 * 1024
 _MAX_PLY_ELEMENTS = 64
+_PLY_COMMENT = re.compile(rb"^comment\b.*\n", re.MULTILINE)
 _PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTILINE)
 
 
@@ -80,7 +81,9 @@ def _ply(path: Path, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.in
         claimed[name] = int(count)
     try:
         trimesh = optional("trimesh", "mesh")
-        mesh: Any = trimesh.load(io.BytesIO(content), file_type="ply", force="mesh", process=False)
+        # trimesh looks for pictures that comments name, and reports to the terminal that they are missing.
+        plain = _PLY_COMMENT.sub(b"", content[:end]) + content[end:]
+        mesh: Any = trimesh.load(io.BytesIO(plain), file_type="ply", force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # noqa: BLE001 - whatever a parser of someone else's makes of a broken file
         raise InvalidFileError(path, f"not a mesh: {error}") from None

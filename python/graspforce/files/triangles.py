@@ -61,7 +61,7 @@ def _off(path: Path, content: bytes) -> Triangles:
     if head is None:
         raise InvalidFileError(path, "not a mesh: an OFF file begins with OFF", 1)
     lines = content.lstrip(b"\xef\xbb\xbf")[head.end() :].splitlines()
-    rows = [(number, line.partition(b"#")[0].split()) for number, line in enumerate(lines, 1)]
+    rows = ((number, line.partition(b"#")[0].split()) for number, line in enumerate(lines, 1))
     left = [row for row in rows if row[1]]
     number, counts = left.pop(0) if left else (1, [])
     num_vertices, num_faces = (_whole(path, number, word) for word in (*counts[:2], b"", b"")[:2])
@@ -109,7 +109,7 @@ READERS = {"obj": _obj, "off": _off, "stl": _stl}
 
 def _coordinates(path: Path, line: int, words: list[bytes]) -> list[float]:
     try:
-        numbers = [float(word) for word in words]
+        numbers = [float(_plain(word)) for word in words]
     except ValueError:
         numbers = []
     if len(numbers) != 3 or not all(abs(number) < np.inf for number in numbers):
@@ -120,13 +120,20 @@ def _coordinates(path: Path, line: int, words: list[bytes]) -> list[float]:
 
 def _whole(path: Path, line: int, word: bytes) -> int:
     try:
-        number = int(word)
+        number = int(_plain(word))
     except ValueError:
         number = 2**63
     if not -(2**63) <= number < 2**63:
         given = word[:60].decode("ascii", "replace")
         raise InvalidFileError(path, f"not a mesh: {given!r} is not a whole number", line)
     return number
+
+
+def _plain(word: bytes) -> bytes:
+    """Refuse what only Python calls a number: 1_000."""
+    if b"_" in word:
+        raise ValueError
+    return word
 
 
 def _fan(faces: array.array[int], corners: list[int]) -> None:

@@ -2,7 +2,7 @@
 
 Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifingered grasping", Mechanism and
 Machine Theory 41 (2006) 1243-1257, section 5.
-`examples` holds what it printed; `racket`, `tile` and `tile_forces` compute it again.
+`examples` holds the printed numbers. `racket`, `tile` and `tile_forces` compute them again.
 """
 
 from .examples import (

@@ -1,4 +1,4 @@
-"""Searches whose whole course is compared with print."""
+"""Searches of which every iterate is compared with the printed ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["completed"]
 
 
 def completed(found: Plan) -> Plan:
-    """Return the plan, or pass on the Ctrl-C that ended it: half a search is no use here."""
+    """Return the plan of a completed search; raise KeyboardInterrupt if Ctrl-C ended it."""
     if found.stopped == "interrupted":
         raise KeyboardInterrupt
     return found

@@ -1,4 +1,4 @@
-"""The racket and the tile as printed: their grasps, their wrenches, and what the paper says of them."""
+"""Inputs and results of both examples as printed: grasps, wrenches, plans and forces."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class PublishedPlan:
-    """What the paper says about one run of the planner: where it ended, after how long."""
+    """The printed end of one plan, its number of iterations and its time."""
 
     params: tuple[float, ...]
     iterations: int
@@ -43,7 +43,7 @@ class PublishedPlan:
 
 @dataclass(frozen=True, slots=True)
 class PlanningProblem:
-    """One planning problem of the racket: a curve and a limit for each contact, and where the search starts.
+    """One planning problem of the racket: a curve and a force limit for each contact, and the start.
 
     Lengths are in m, angles in rad, forces in N.
     """
@@ -74,7 +74,7 @@ class PublishedForces:
 
 
 def _throat(side: Literal[-1, 1]) -> PlanarCurve:
-    """Outer edge of the racket's throat, left (-1) or right (+1); the racket lies between the two."""
+    """Outer edge of the racket's throat, left (-1) or right (+1)."""
     return PlanarCurve(
         point=lambda s: np.stack([side * (0.68 * s**3 + 0.015), 0.8 * s**2 - 0.315], axis=-1),
         # The derivative (+-2.04 s^2, 1.6 s) vanishes at s = 0; divided by s it tends to (0, 1.6) there.
@@ -157,7 +157,7 @@ TABLE_1: Mapping[str, PublishedForces] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class TileProblem:
-    """The planning problem of Example 2: two contacts on top of a monkey saddle, two beneath, in pairs.
+    """The planning problem of Example 2: two pairs of contacts on a monkey saddle, on top and beneath.
 
     The parameters are ``[phi_1, psi_1, phi_3, psi_3]`` in m, with the paper's numbers of the contacts from 1.
     The paper's contact 2 is opposite to its contact 1, and 4 to 3: ``phi_2 = -phi_1``, ``psi_2 = -psi_1``,

@@ -1,4 +1,4 @@
-"""Example 1 of the paper, computed: both plans of both grasps, Table 1, and the time each takes."""
+"""Example 1 of the paper, computed: both plans of both grasps, Table 1, and computing times."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from graspforce._core import ForceDistributor, Grasp
 from graspforce.errors import InfeasibleWrenchError
 from graspforce.planning import Plan, plan
+from graspforce.typing import CRITERIA
 
 from .completed import completed
 from .examples import RACKET, RACKET_WRENCH, TABLE_1, PlanningProblem, PublishedForces
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["NOTES", "REPEATS", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
 
 _T = TypeVar("_T")
-_CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
 _AGREES = "Rows d and e agree with print, and so do both three-finger plans."
 _TIES = (
@@ -44,7 +44,7 @@ NOTES = (_AGREES, _TIES, _DIFFERS)
 
 @dataclass(frozen=True, slots=True)
 class PlanRun:
-    """One run of the planner beside what the paper reports of its own."""
+    """One plan, with the printed one of the same problem."""
 
     problem: PlanningProblem
     plan: Plan
@@ -82,7 +82,7 @@ class PlanRun:
 
 @dataclass(frozen=True, slots=True)
 class TableCell:
-    """Normalised normal forces under one objective, and how long they took to find."""
+    """Normalised normal forces under one objective, and the time to compute them."""
 
     max: float
     sum: float
@@ -91,7 +91,7 @@ class TableCell:
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """One row of Table 1: the same grasp, published and computed."""
+    """One row of Table 1, with published and computed forces of the same grasp."""
 
     letter: str
     published: PublishedForces
@@ -151,7 +151,7 @@ def run_racket(*, repeats: int = REPEATS) -> RacketRun:
     [('three fingers', 'max', 4), ('three fingers', 'sum', 4)]
     """
     plans = tuple(
-        _run_plan(problem, criterion, repeats) for problem in RACKET.values() for criterion in _CRITERIA
+        _run_plan(problem, criterion, repeats) for problem in RACKET.values() for criterion in CRITERIA
     )
     table = tuple(_fill_row(letter, row, repeats) for letter, row in TABLE_1.items())
     return RacketRun(plans, table)

@@ -1,4 +1,4 @@
-"""The racket's plans, iterate by iterate, as Fig. 4 of the paper shows them."""
+"""Drawings of the racket's plans, one panel for each iterate, as in Fig. 4 of the paper."""
 
 from __future__ import annotations
 

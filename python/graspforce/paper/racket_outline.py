@@ -1,6 +1,6 @@
-"""The paper's racket as a picture: its curves joined into one silhouette.
+"""Drawing of the paper's racket: its curves, joined to one outline.
 
-The paper gives the curves that contacts may lie on; between them the outline is drawn straight.
+The paper prints the curves on which contacts may lie. Straight lines join them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LABEL_DISTANCE = 0.011
 
 
 def draw_racket(axes: Axes) -> None:
-    """Draw head, throat and handle, with the head's hole cut out and strung, in m."""
+    """Draw head, strings, throat and handle, in m."""
     axes.add_patch(Polygon(_outline(), facecolor=_FRAME, edgecolor=_EDGE, lw=0.7, zorder=1))
     hole = _hole()
     head = Polygon(hole, facecolor="white", edgecolor="none", zorder=1)
@@ -37,7 +37,7 @@ def draw_racket(axes: Axes) -> None:
 
 
 def label_contacts(axes: Axes, positions: NDArray[np.float64], normals: NDArray[np.float64]) -> None:
-    """Write each contact's number, from 0, on its object side (m, 2); coinciding contacts share a label."""
+    """Write each contact's number, from 0, on its object side (m, 2). Coinciding contacts share a label."""
     labels: dict[tuple[float, ...], list[str]] = {}
     for i, place in enumerate(np.hstack([positions + _LABEL_DISTANCE * normals, normals])):
         labels.setdefault(tuple(np.round(place, 3)), []).append(str(i))

@@ -1,4 +1,4 @@
-"""The racket example as text: iterations, Table 1 with published and computed columns, times."""
+"""Text report of Example 1: iterations, Table 1 with published and computed columns, times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's examples, printed beside the published numbers; needs no optional package but for pictures."""
+"""Both examples, printed beside the published numbers. Only the pictures need an optional package."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ __all__ = ["EXAMPLES", "reproduce"]
 
 
 def reproduce(example: str, *, json_file: Path | None = None, out: Path | None = None) -> None:
-    """Compute one of `EXAMPLES`, print it, and write its numbers to a file and its pictures into a folder."""
-    # Before minutes of someone's attention are spent: a missing extra is known from the start.
+    """Compute and print one of `EXAMPLES`; write its numbers to a file and its pictures into a folder."""
+    # A missing extra is reported before minutes of computing, not after.
     if out is not None:
         optional("matplotlib", "plot")
         out.mkdir(exist_ok=True)

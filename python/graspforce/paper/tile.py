@@ -1,8 +1,8 @@
 """Example 2 of the paper, computed: plans of the tile and forces on it, as printed and as inferred.
 
-With the printed friction of 0.2 neither printed end is force closure, and the search ends elsewhere. Friction
-near 0.68 makes the printed psi_1 local optima, and the forces behave as in Figs. 6 and 7: it is inferred, and
-labelled.
+With the printed friction of 0.2 neither printed end is force closure, and the search ends elsewhere. With
+friction near 0.68 the printed psi_1 are local optima, and the forces behave as in Figs. 6 and 7. This
+friction is inferred, and results that use it say so.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 
 from graspforce._core import Grasp
 from graspforce.planning import Plan, plan
+from graspforce.typing import CRITERIA
 
 from .completed import completed
 from .examples import TILE
@@ -28,12 +29,11 @@ if TYPE_CHECKING:
 __all__ = ["INFERRED_FRICTION", "TilePlanRun", "TileRun", "run_tile", "tile_grasp"]
 
 INFERRED_FRICTION = 0.68
-_CRITERIA: tuple[Criterion, ...] = ("max", "sum")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TilePlanRun:
-    """One plan of the tile, and the quality of the printed end under the same assumptions.
+    """One plan of the tile, and the quality of the printed end with the same friction.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class TilePlanRun:
     plan : Plan
         The plan.
     seconds : float
-        How long it took from Python.
+        Time of the plan, called from Python.
     published_rho : float
         Quality of the end that the paper prints.
     published_closure : {"force", "partial", "none"}
-        Its class.
+        Closure at the printed end.
     """
 
     friction: float
@@ -57,7 +57,7 @@ class TilePlanRun:
 
     @property
     def as_printed(self) -> bool:
-        """Whether every input is as printed."""
+        """True if every input is as printed."""
         return self.friction == TILE.friction
 
     def to_dict(self) -> dict[str, Any]:
@@ -100,7 +100,7 @@ class TileRun:
 
 
 def run_tile() -> TileRun:
-    """Plan the tile by both criteria and load the printed optimum, with printed and with inferred friction.
+    """Plan the tile by both criteria, and distribute forces at the printed optimum, with both frictions.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def run_tile() -> TileRun:
     [(0.68, 'max', 10), (0.68, 'sum', 19)]
     """
     frictions = (TILE.friction, INFERRED_FRICTION)
-    plans = tuple(_run_plan(criterion, friction) for friction in frictions for criterion in _CRITERIA)
+    plans = tuple(_run_plan(criterion, friction) for friction in frictions for criterion in CRITERIA)
     optimum = TILE.published["max"].params
     return TileRun(plans, tuple(tile_forces((mu, tile_grasp(optimum, mu)) for mu in frictions)))
 
@@ -118,7 +118,7 @@ def run_tile() -> TileRun:
 def tile_grasp(
     params: NDArray[np.float64] | tuple[float, ...], friction: float, edges: int | None = TILE.edges
 ) -> Grasp:
-    """Grasp of the tile at ``[phi_1, psi_1, phi_3, psi_3]`` (m), else as printed; no edges: true cones."""
+    """Grasp of the tile at ``[phi_1, psi_1, phi_3, psi_3]`` (m); with ``edges=None`` true cones."""
     positions, normals = TILE.surface(np.asarray(params, dtype=np.float64)[None])
     return Grasp(
         positions[0], normals[0], friction=friction, max_normal_force=TILE.max_normal_force, edges=edges

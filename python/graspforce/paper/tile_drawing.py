@@ -1,4 +1,4 @@
-"""Pictures of the tile's plans, iterate by iterate, as in Fig. 5.
+"""Drawings of the tile's plans, one panel for each iterate, as in Fig. 5 of the paper.
 
 Needs matplotlib (the ``plot`` extra).
 """
@@ -48,7 +48,7 @@ def draw_tile(axes: Axes3D) -> None:
 
 
 def tile_plan_figure(run: TilePlanRun) -> Figure:
-    """Return one panel for each iterate that moved, up to eight: the first ones, and the end."""
+    """Return one panel for each iterate that moved: at most eight, the first ones and the last."""
     moved = _moved(run.plan.history)
     shown = moved if len(moved) <= _PANELS else [*moved[: _PANELS - 1], moved[-1]]
     columns = min(4, len(shown))
@@ -81,7 +81,7 @@ def save_tile_figures(run: TileRun, folder: Path) -> list[Path]:
 
 
 def _moved(history: tuple[Iterate, ...]) -> list[tuple[int, Iterate]]:
-    """Return iterates, by number, that are elsewhere than the one before."""
+    """Return iterates that differ from the one before, with their numbers."""
     previous: NDArray[np.float64] | None = None
     moved = []
     for k, row in enumerate(history):
@@ -93,7 +93,7 @@ def _moved(history: tuple[Iterate, ...]) -> list[tuple[int, Iterate]]:
 
 def _draw_iterate(axes: Axes3D, run: TilePlanRun, params: NDArray[np.float64]) -> None:
     positions, normals = (array[0] for array in TILE.surface(params[None]))
-    # Painter's order by hand: what stands beneath the tile is drawn before it, what stands on top after.
+    # Contacts beneath the tile are drawn before it, contacts on top after it.
     beneath, above = slice(2, 4), slice(0, 2)
     grasps = [
         unwarned_grasp(positions[side], normals[side], run.friction, edges=_SIDES)

@@ -1,4 +1,4 @@
-"""The dynamic wrenches of Example 2: least forces at the printed optimum over one period (Figs. 6 and 7)."""
+"""Least forces at the printed optimum against the dynamic wrenches of Example 2 (Figs. 6 and 7)."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class TrajectoryForces:
 
     @property
     def as_printed(self) -> bool:
-        """Whether every input is as printed."""
+        """True if every input is as printed."""
         return self.friction == TILE.friction
 
     @property

@@ -1,4 +1,4 @@
-"""Pictures of the least forces on the tile over one period, as in Figs. 6 and 7.
+"""Drawings of the least forces on the tile over one period, as in Figs. 6 and 7.
 
 Needs matplotlib (the ``plot`` extra).
 """
@@ -30,7 +30,7 @@ _PANELS = (
 def tile_forces_figure(runs: Sequence[TrajectoryForces]) -> Figure:
     """Return maximum and sum over time under both objectives, for runs of one wrench and any frictions.
 
-    Runs in which nothing balances the wrench have no curve; the title says so.
+    A run in which no forces balance the wrench has no curve. The title says so.
     """
     figure = Figure(figsize=(8.4, 3.5), dpi=130, layout="constrained")
     shown = [run for run in runs if run.balanced > 0]

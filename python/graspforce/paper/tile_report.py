@@ -1,4 +1,4 @@
-"""The tile example as text: every iterate beside the printed ends, what the plans cost, and the forces."""
+"""Text report of Example 2: iterates, printed ends, computing times of the plans, and forces."""
 
 from __future__ import annotations
 

@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias, get_args
 
-from graspforce._core import Grasp, Quality
 from graspforce._internal.restored import (
     expect,
-    expect_array,
     expect_instance,
     expect_number,
+    expect_search_result,
     expect_whole,
 )
 from graspforce._internal.to_dict import Record
@@ -19,6 +18,8 @@ from graspforce._internal.to_dict import Record
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from graspforce._core import Grasp, Quality
 
 __all__ = ["Ended", "GlobalOptimum"]
 
@@ -73,10 +74,7 @@ class GlobalOptimum(Record):
     seconds: float
 
     def _check(self) -> None:
-        expect_array("params", self.params, (None,))
-        expect_instance("grasp", self.grasp, Grasp)
-        expect_instance("quality", self.quality, Quality)
-        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_search_result(self)
         expect_number("epsilon_upper", self.epsilon_upper, least=self.quality.epsilon, finite=False)
         expect_number("gap", self.gap, least=0, finite=False)
         reached = self.quality.epsilon + self.gap * abs(self.quality.epsilon)

@@ -14,16 +14,10 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._core import Grasp, Quality, unwarned_grasp
+from graspforce._core import unwarned_grasp
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce._internal.optional_imports import optional
-from graspforce._internal.restored import (
-    expect,
-    expect_array,
-    expect_instance,
-    expect_number,
-    expect_whole,
-)
+from graspforce._internal.restored import expect_instance, expect_number, expect_search_result, expect_whole
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidInputError, NotConvergedError
@@ -33,6 +27,7 @@ from .problem import SearchProblem, deadline_after, read_only_copy
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce._core import Grasp, Quality
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .scoring import Contacts
@@ -91,10 +86,7 @@ class Refinement(Record):
     stopped: RefinementStopped
 
     def _check(self) -> None:
-        expect_array("params", self.params, (None,))
-        expect_instance("grasp", self.grasp, Grasp)
-        expect_instance("quality", self.quality, Quality)
-        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_search_result(self)
         expect_number("gain", self.gain, least=0)
         expect_number("slope", self.slope, least=0)
         for name in ("stationary", "unique"):

@@ -13,13 +13,7 @@ from graspforce._core import quality_many
 from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
 from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
-from graspforce._internal.restored import (
-    expect,
-    expect_array,
-    expect_instance,
-    expect_number,
-    expect_tuple,
-)
+from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number, expect_tuple
 from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 from graspforce.typing import Stopped
@@ -107,9 +101,9 @@ class PlanSet(Record):
     def _repr_html_(self) -> str:
         rows = (
             (str(k), f"{plan.quality.epsilon:.6g}", plan.quality.closure, vector(plan.params))
-            for k, plan in enumerate(self.plans, start=1)
+            for k, plan in enumerate(self.plans)
         )
-        return table(repr(self), ("grasp", "epsilon", "closure", "parameters"), rows)
+        return table(repr(self), ("plan", "epsilon", "closure", "parameters"), rows)
 
     def __repr__(self) -> str:
         run = int(np.isfinite(self.epsilon).sum())

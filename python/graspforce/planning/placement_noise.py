@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graspforce._core import quality_many
+from graspforce._core import TIE, quality_many
 from graspforce._internal.checks import chosen, finite_array, real_number, whole_number
 from graspforce._internal.restored import expect_array
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidGraspError, InvalidInputError
 
-from .scoring import TIE, Choice, SearchCounts
+from .scoring import Choice, SearchCounts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 import numpy as np
 
-from graspforce._core import Grasp, Quality
 from graspforce._internal.html import table, vector
 from graspforce._internal.restored import (
     expect,
     expect_array,
     expect_instance,
     expect_number,
+    expect_search_result,
     expect_tuple,
 )
 from graspforce._internal.to_dict import Record
@@ -24,6 +24,7 @@ from .scoring import SearchCounts
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from graspforce._core import Grasp, Quality
     from graspforce.typing import Criterion
 
 __all__ = ["Blocks", "Iterate", "Plan"]
@@ -95,10 +96,7 @@ class Plan(Record):
     stopped: Stopped
 
     def _check(self) -> None:
-        expect_array("params", self.params, (None,))
-        expect_instance("grasp", self.grasp, Grasp)
-        expect_instance("quality", self.quality, Quality)
-        expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
+        expect_search_result(self)
         expect(self.criterion == self.quality.criterion, "criterion", "that of the quality")
         expect_tuple("history", self.history, Iterate)
         expect(self.history, "history", "one iterate or more")

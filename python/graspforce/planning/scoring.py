@@ -18,11 +18,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Contacts = dict[str, Array]
 
-__all__ = ["TIE", "Choice", "EpsilonScore", "Score", "SearchCounts"]
-
-
-# The core's; the paper does not say which of equally good candidates wins.
-TIE = 1e-9
+__all__ = ["Choice", "EpsilonScore", "Score", "SearchCounts"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a triangle mesh must be before contacts go on it, and its parts joined."""
+"""Checks of a triangle mesh before contacts are placed on it, and the union of its parts."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 __all__ = ["CheckedMesh", "checked_mesh", "metres", "outer_surface"]
 
 _UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
-# A hand holds nothing smaller or larger: such a mesh is in other units than it says.
+# No hand holds a smaller or larger object: the unit of such a mesh is wrong.
 _SIZES = (1e-3, 5.0)
 
 
 @dataclass(frozen=True, slots=True)
 class CheckedMesh:
-    """A mesh in m as it was given, its parts, and the boundary of their union."""
+    """A mesh as given, in m, its parts, and the boundary of their union."""
 
     vertices: Array
     faces: NDArray[np.int64]
@@ -48,7 +48,7 @@ def metres(unit: str | float) -> float:
 
 
 def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: bool) -> CheckedMesh:
-    """Return the mesh in m, its parts checked and joined, or raise what is wrong with it."""
+    """Return the mesh in m with its parts checked and united; raise an error for an unsound mesh."""
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")) or len(mesh.faces) == 0:
         raise InvalidInputError(f"mesh: {mesh!r} has no triangles")
     vertices, faces = _triangles(mesh)
@@ -80,9 +80,9 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
 
 
 def outer_surface(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices and faces of the union of a mesh's parts, or as they are where some part is no solid.
+    """Return vertices and faces of the union of a mesh's parts; those given if some part is not solid.
 
-    For pictures, and for contacts that are moved by hand: a mesh that is not sound is shown all the same.
+    For drawings, and for contacts that are moved by hand: an unsound mesh is drawn, too.
     """
     points, triangles = np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
     try:
@@ -96,7 +96,7 @@ def outer_surface(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, NDArray
 
 
 def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (V, 3) and faces (F, 3) that name vertices."""
+    """Return vertices (V, 3), and faces (F, 3) by the rows of their vertices."""
     vertices = np.asarray(mesh.vertices)
     if vertices.dtype.kind not in "iuf" or vertices.ndim != 2 or vertices.shape[1] != 3:
         raise InvalidInputError(

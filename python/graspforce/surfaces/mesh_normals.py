@@ -1,4 +1,4 @@
-"""Normals of a triangle mesh: of faces, of corners, and whether given ones point out of it."""
+"""Normals of a triangle mesh at faces and corners, and a check of given normals."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def center_of_mass(triangles: Array) -> Array:
 
 
 def corner_normals(parts: Iterable[Part], flat: Array) -> Array:
-    """(F, 3, 3) outward unit normals at the corners of each face: the mean of its part's faces, by angle."""
+    """(F, 3, 3) outward unit normals at the corners of each face: means over adjacent faces, by angle."""
     normals = np.repeat(flat[:, None], 3, axis=1)
     for part in parts:
         corners = part.triangles
@@ -62,7 +62,7 @@ def corner_normals(parts: Iterable[Part], flat: Array) -> Array:
 
 
 def barycentric(triangles: Array, points: Array) -> Array:
-    """(B, 3) weights of the corners of triangles (B, 3, 3) at points (B, 3) of theirs."""
+    """(B, 3) barycentric coordinates of points (B, 3) in triangles (B, 3, 3)."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     across = np.cross(b - a, c - a)
     area = np.maximum((across * across).sum(axis=1), np.finfo(float).tiny)
@@ -86,13 +86,13 @@ def refuse_outward(
     tree = TriangleTree(vertices, faces[real])
     tie = _TIE * float(np.ptp(vertices, axis=0).max())
     nearest, rows, _ = tree.closest(places)
-    # Around the nearest point, for the other faces of an edge that the contact is on.
+    # A contact on an edge is near to several faces: each is looked up around the nearest point.
     steps = tie * np.vstack([np.eye(3), -np.eye(3)])
     around = tree.closest((nearest[:, None] + steps).reshape(-1, 3))[1].reshape(-1, len(steps))
     beside = outward[real[np.column_stack([rows, around])]]
     cosines = np.einsum("mkd,md->mk", beside, unit(given))
-    # Where faces meet at an edge, the inward normal of either is less against the other than along its own.
-    # A normal of no length, which is not a number here, is refused where the grasp is built.
+    # At an edge, the inward normal of one face is less against the other face than along its own.
+    # Normals of zero length give NaN here; the grasp refuses them.
     wrong = cosines.max(axis=1) + cosines.min(axis=1) > _TIE
     for contact in np.flatnonzero(wrong):
         nearest_normal = (outward[real[rows[contact]]] + 0.0).round(6).tolist()

@@ -1,4 +1,4 @@
-"""The closed parts of a triangle mesh: which faces belong together, and what is wrong with each of them."""
+"""The connected parts of a triangle mesh, and why a part is not solid."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Part", "components", "parts_of"]
 
-_FLAT = 1e-12  # of the cube of the largest extent: a volume that is all rounding
-_SAME_ANGLE = 1e-7  # rad between faces around an edge that are one plane but for rounding
+_FLAT = 1e-12  # of the cube of the largest extent: a smaller volume is rounding
+_SAME_ANGLE = 1e-7  # rad: faces around an edge that differ by less lie in one plane
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +43,17 @@ class Part:
 
     @property
     def extent(self) -> float:
-        """The largest side of its box."""
+        """Largest side of the bounding box in m."""
         return float(np.ptp(self.vertices, axis=0).max())
 
     @property
     def flat(self) -> bool:
-        """Whether it is closed and holds nothing: a sheet with two sides."""
+        """True if the part is closed but has no volume: a sheet with two sides."""
         return abs(self.volume) <= _FLAT * self.extent**3
 
     @property
     def fault(self) -> str | None:
-        """Why it is no solid, or None."""
+        """Why the part is not solid; None if it is."""
         if self.open_edges:
             return f"not watertight: {self.open_edges} of {self.edges} edges do not have two faces"
         if self.twisted:
@@ -74,8 +74,8 @@ class Part:
 def parts_of(vertices: Array, faces: Integers) -> list[Part]:
     """Split triangles (F, 3) into the parts that their edges join.
 
-    An edge of more than two faces belongs to several parts that touch there, or to copies of one: around it,
-    each face that the inside follows is joined to the next one that the inside precedes.
+    An edge of more than two faces belongs to several parts that touch there, or to copies of one part. Faces
+    around such an edge are joined in pairs that enclose a wedge of the inside.
     """
     # Faces with a repeated corner have no area and join nothing.
     real = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
@@ -95,7 +95,7 @@ def parts_of(vertices: Array, faces: Integers) -> list[Part]:
     for start, count in zip(starts[several], uses[several], strict=True):
         around = order[start : start + count]
         joins.append(owner[_around(vertices, corners, directed, forward, owner, around)])
-    # What cannot be paired is one part, so that the fault is named once.
+    # Faces that cannot be paired form one part, so that one error names them.
     for start, count in zip(starts[~paired & ~several], uses[~paired & ~several], strict=True):
         around = owner[order[start : start + count]]
         joins.append(np.stack([around[:-1], around[1:]], axis=1))
@@ -130,7 +130,7 @@ def _around(
     vertices: Array, corners: Integers, directed: Integers, forward: NDArray[np.bool_], owner: Integers,
     around: Integers,
 ) -> Integers:  # fmt: skip
-    """Pairs of rows of `around`, the uses of one edge, with the inside of a part between each two."""
+    """Pairs of rows of `around`, the faces at one edge, that enclose a wedge of the inside."""
     first, second = np.sort(directed[around[0]])
     axis = vertices[second] - vertices[first]
     axis = axis / np.linalg.norm(axis)
@@ -144,7 +144,7 @@ def _around(
     angles = np.arctan2(
         away @ side / max(np.linalg.norm(side), 1e-300), away @ away[0] / np.linalg.norm(away[0])
     )
-    # From the widest gap on, so that no plane is torn apart at the turn from pi to -pi.
+    # Angles start at the widest gap, so that faces of one plane stay together where angles pass pi.
     rank = np.argsort(angles, kind="stable")
     gaps = np.diff(np.append(angles[rank], angles[rank[0]] + 2 * np.pi))
     rank = np.roll(rank, -(int(np.argmax(gaps)) + 1))
@@ -161,7 +161,7 @@ def _around(
 
 
 def components(count: int, joins: Integers) -> Integers:
-    """(count,) group of each, where `joins` (K, 2) connect two; groups are numbered by their first."""
+    """(count,) number of each item's group, where `joins` (K, 2) connect items; numbered by first item."""
     sparse, graph = optional("scipy.sparse", "mesh"), optional("scipy.sparse.csgraph", "mesh")
     ones = np.ones(len(joins), dtype=bool)
     matrix = sparse.coo_matrix((ones, (joins[:, 0], joins[:, 1])), shape=(count, count))

@@ -1,4 +1,4 @@
-"""Where a triangle mesh is sharper than a contact may be, and what is left of its faces away from there."""
+"""Sharp edges and corners of a triangle mesh, and the faces that keep a distance from them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 
 __all__ = ["SharpPlaces", "sharp_places"]
 
-_COPLANAR = 1e-4  # rad: single precision writes a plane no better
-_FAIR = 0.6  # rad, 34 degrees: faces that turn by more are an edge, not a coarse picture of something round
-_FINEST = 32  # pieces of a face that is cut are this share of the radius
+_COPLANAR = 1e-4  # rad: what single precision leaves between faces of one plane
+_FAIR = 0.6  # rad, 34 degrees: a larger angle between faces is an edge, not a coarse tessellation
+_FINEST = 32  # pieces of a face that is cut are at most this share of the distance across
 _PIECES = 400_000  # bounds the work of cutting
 _HULL = 64  # corners of a facet beyond which its width is taken from its extremes alone
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SharpPlaces:
-    """Edges and corners from which contacts keep a radius."""
+    """Sharp edges and corners, with the distance that contacts keep from them."""
 
     corners: Array
     """(2 S, 3) ends of segments, two by two; a point is a segment with equal ends."""
@@ -44,9 +44,9 @@ class SharpPlaces:
         return _distance(self.tree(), points)
 
     def away(self, triangles: Array) -> tuple[Array, Integers]:
-        """Pieces (K, 3, 3) of triangles (F, 3, 3) that keep the radius, and the triangle of each.
+        """Pieces (K, 3, 3) of triangles (F, 3, 3) that keep the distance, and the triangle of each.
 
-        Triangles across the border are halved until they are small against the radius.
+        Triangles that only partly keep it are halved until they are small against it.
         """
         tree, radius = self.tree(), self.radius
         extent = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
@@ -86,10 +86,10 @@ def sharp_places(
 ) -> SharpPlaces | None:
     """Return the edges and corners that are sharper than `max_curvature` in rad/m, or None.
 
-    Faces in one plane count as one facet, however finely it is cut. An edge between two facets is sharp where
-    they turn by more than a fair tessellation of something round does, or by more than the curvature times
-    the smaller of their widths across the edge. A corner of three facets or more is sharp likewise: by the
-    largest turn of a face from the mean normal, and the longest of the edges that meet there.
+    Faces in one plane count as one facet. An edge between two facets is sharp if the angle between their
+    normals exceeds 34 degrees. It is also sharp if that angle exceeds the curvature times the smaller of the
+    facets' widths across the edge. A corner of three facets or more follows the same rule, with the largest
+    angle of a face from the mean normal and the longest edge at the corner.
     """
     edges, pairs, crowded = _adjacency(faces, len(vertices))
     turns = _angles(normals[pairs[:, 0]], normals[pairs[:, 1]])
@@ -130,7 +130,7 @@ def _angles(first: Array, second: Array) -> Array:
 
 
 def _widths(vertices: Array, faces: Integers, facets: Integers, edges: Integers, sides: Integers) -> Array:
-    """(E,) width of the facet `sides` across each edge: its reach, or twice the way to its middle."""
+    """(E,) width of the facet `sides` across each edge: its extent, or twice the distance of its centroid."""
     starts, corners = _corners_of_facets(vertices, faces, facets)
     # The middle of a triangle is a third of its height away from an edge, that of a strip half of its width.
     share = np.where(np.bincount(facets)[sides] == 1, 2 / 3, 1.0)
@@ -153,7 +153,7 @@ def _widths(vertices: Array, faces: Integers, facets: Integers, edges: Integers,
 
 
 def _between_circumcentres(vertices: Array, faces: Integers, edges: Integers, pairs: Integers) -> Array:
-    """(E,) distance of the circumcentres of the triangles at each edge, rolled into one plane."""
+    """(E,) distance of the circumcentres of the two triangles at each edge, unfolded into one plane."""
     distance = np.zeros(len(edges))
     first, second = vertices[edges[:, 0]], vertices[edges[:, 1]]
     for side in (0, 1):
@@ -186,7 +186,7 @@ def _corners_of_facets(vertices: Array, faces: Integers, facets: Integers) -> tu
 def _sharp_corners(
     vertices: Array, faces: Integers, normals: Array, facets: Integers, max_curvature: float
 ) -> Integers:
-    """Numbers of the vertices whose faces turn too far from their mean."""
+    """Numbers of the vertices with a face whose normal is too far from the mean."""
     corners, owner = faces.ravel(), np.repeat(np.arange(len(faces)), 3)
     before, after = np.roll(faces, 1, axis=1).ravel(), np.roll(faces, -1, axis=1).ravel()
     sides = [vertices[other] - vertices[corners] for other in (before, after)]

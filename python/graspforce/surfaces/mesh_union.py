@@ -1,7 +1,7 @@
-"""The surface of several solid parts together: the boundary of their union, by manifold3d.
+"""The boundary of the union of several solid parts, by manifold3d.
 
-Parts that touch are joined even where rounding leaves a crack between them: each is grown by a fraction of
-the mesh's extent before the union, and what comes out is put back on the planes of the faces as given.
+Rounding may leave a crack between parts that touch. Each part is therefore grown by a fraction of the mesh's
+extent before the union. Afterwards all corners are put back on the planes of the given faces.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _CRACK = 2e-7  # of the extent: corners that single precision wrote are off by l
 
 @dataclass(frozen=True, slots=True)
 class Boundary:
-    """Triangles of a surface, each a piece of a face that was given."""
+    """Triangles of a surface, each of them a piece of a given face."""
 
     vertices: Array
     faces: Integers
@@ -132,7 +132,7 @@ def _union(
             if around[cavity.number] == body.number
         ]
         solids.append(manifold.Manifold.batch_boolean([solid, *holes], subtract) if holes else solid)
-    # All at once: one after another would take time quadratic in the number of parts.
+    # One call for all parts: uniting them one after another would take quadratic time.
     union = manifold.Manifold.batch_boolean(solids, add)
     if union.status() != manifold.Error.NoError:
         raise InvalidInputError(f"mesh: its {len(bodies)} parts cannot be joined: {union.status().name}")
@@ -154,7 +154,7 @@ def _solid(manifold: Any, part: Part, vertices: Array, triangles: Integers) -> A
 
 
 def _grown(part: Part, by: float) -> Array:
-    """Corners of a part whose faces have moved outward, as far as three planes meet in each corner."""
+    """Corners of a part whose faces have moved outward, where three of their planes meet."""
     normals = unit_normals(part.vertices[part.triangles])
     return part.vertices + _moves(
         part.triangles, normals, np.full(len(normals), by), len(part.vertices), 3 * by
@@ -186,7 +186,7 @@ def _moves(triangles: Integers, normals: Array, gaps: Array, count: int, most: f
         np.add.at(matrix, triangles[:, corner], normals[:, :, None] * normals[:, None, :])
         np.add.at(right, triangles[:, corner], normals * gaps[:, corner, None])
     sizes, axes = np.linalg.eigh(matrix)
-    # Directions in which the faces of a corner hardly differ are not worth a step.
+    # Along directions in which the faces of a corner hardly differ it does not move.
     inverse = np.where(sizes > 1e-3 * sizes[:, 2:], 1 / np.maximum(sizes, 1e-300), 0.0)
     moves: Array = np.einsum("vij,vj,vkj,vk->vi", axes, inverse, axes, right)
     lengths = np.linalg.norm(moves, axis=1)

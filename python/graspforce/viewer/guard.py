@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit, urlunsplit
 
 import websockets.asyncio.server as websockets_server
+from websockets.frames import Frame, Opcode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -201,6 +202,19 @@ class _Connection(websockets_server.ServerConnection):
     def connection_lost(self, exc: Exception | None) -> None:
         self._guard.closed(self)
         super().connection_lost(exc)
+
+    def process_event(self, event: Any) -> None:
+        if isinstance(event, Frame) and self._fills_memory(event):
+            self.transport.abort()
+        else:
+            super().process_event(event)
+
+    def _fills_memory(self, frame: Frame) -> bool:
+        # Empty pieces of a message that never ends take memory and no part of its size.
+        if frame.opcode is Opcode.CONT:
+            return not frame.data
+        # Answers to pings wait until the client reads them.
+        return frame.opcode is Opcode.PING and self.transport.get_write_buffer_size() > MAX_MESSAGE_BYTES
 
     async def recv(self, decode: bool | None = None) -> Any:
         while True:

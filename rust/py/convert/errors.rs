@@ -30,6 +30,12 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     raised
 }
 
+/// The Python exception for a core error in one row of a batch, with the row as its attribute.
+pub fn in_row(py: Python<'_>, row: usize, error: &Error) -> PyErr {
+    let raised = to_python(py, error);
+    raised.value(py).setattr(intern!(py, "row"), row).err().unwrap_or(raised)
+}
+
 /// An argument that cannot describe a grasp.
 pub fn invalid_grasp(py: Python<'_>, message: impl AsRef<str>) -> PyErr {
     raise(py, "InvalidGraspError", message.as_ref())

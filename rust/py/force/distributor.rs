@@ -23,6 +23,7 @@ use crate::force::solve_iter::PyForceSteps;
 use crate::force::squares_arguments::SquaresArguments;
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
+use crate::runtime::memory::{Work, check_work};
 
 type AnyDistributor = Dimensional<SharedDistributor<3>, SharedDistributor<6>>;
 
@@ -258,6 +259,7 @@ impl PyForceDistributor {
         let limits = float_vector("max_normal_force", max_normal_force, contacts)
             .map_err(|message| invalid_input(py, message))?;
         let inner = &mut state.inner;
+        by_dimension!(&*inner, of => check_work(py, of.distributor.grasp(), Work::Distributor))?;
         let set = detached(py, || by_dimension!(inner, shared => shared.set_limits(&limits)))?;
         set.map_err(|error| to_python(py, &error))
     }

@@ -10,6 +10,7 @@ use crate::convert::quality_options::parse_metric;
 use crate::force::shared::{SharedDistributor, unless_busy};
 use crate::force::solve::described;
 use crate::runtime::interrupt::watched;
+use crate::runtime::memory::{Work, check_work};
 
 /// The options of `nearest`, or what is wrong with them.
 pub fn nearest_options<const D: usize>(
@@ -32,6 +33,7 @@ pub fn nearest<const D: usize>(
     let refused = |message: String| invalid_input(py, message);
     let wrench = Wrench::<D>::from_column_slice(external_wrench);
     let options = nearest_options(metric, limits).map_err(refused)?;
+    check_work(py, shared.distributor.grasp(), Work::Nearest)?;
     let work = || shared.solve(|distributor, workspace| distributor.nearest(workspace, &wrench, &options));
     unless_busy(py, watched(work)?)?.map_err(|error| to_python(py, &error))
 }
@@ -50,6 +52,7 @@ pub fn nearest_into<const D: usize>(
     let wrench = Wrench::<D>::from_column_slice(&wrench);
     let options = nearest_options(metric, limits).map_err(refused)?;
     let grasp = shared.distributor.grasp();
+    check_work(py, grasp, Work::Nearest)?;
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
     let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
         let given = described(forces);

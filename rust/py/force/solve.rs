@@ -93,7 +93,8 @@ pub fn solve_many<const D: usize>(
         let message = format!("external_wrenches: shape {}, expected (T, {D})", shaped(array.shape()));
         return Err(invalid_input(py, message));
     }
-    check_work(py, shared.distributor.grasp(), Work::Solve)?;
+    let work = if nearest { Work::Nearest } else { Work::Solve };
+    check_work(py, shared.distributor.grasp(), work)?;
     let wrenches = vectors::<D>("external_wrenches", &array)?;
     let work = || {
         shared.solve(|distributor, workspace| {

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arrays::{contents, float_array};
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
-use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
+use crate::convert::errors::{busy, in_row, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
@@ -116,11 +116,7 @@ impl PyBoxBound {
         match bounds {
             Ok(bounds) => Ok(PyArray1::from_vec(py, bounds)),
             Err(None) => Err(invalid_grasp(py, "positions: not of the bound's dimension")),
-            Err(Some((row, error))) => {
-                let raised = to_python(py, &error);
-                raised.value(py).setattr("row", row)?;
-                Err(raised)
-            }
+            Err(Some((row, error))) => Err(in_row(py, row, &error)),
         }
     }
 }

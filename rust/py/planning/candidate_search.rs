@@ -7,13 +7,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::dimension::{Dimension, Dimensional, map_dimension};
-use crate::convert::errors::{busy, invalid_grasp, invalid_input, to_python};
+use crate::convert::errors::{busy, in_row, invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::scalars::{Given, flag, whole};
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::check_kept_rows;
 use crate::runtime::thread_pool::lock;
 
 type Search = Dimensional<CandidateSearch<3>, CandidateSearch<6>>;
@@ -107,7 +107,7 @@ impl PyCandidateSearch {
         let raw = Raw::new("best", arguments, options)?;
         let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
         arguments.options.check().map_err(|error| to_python(py, &error))?;
-        check_rows(py, &arguments, 1)?;
+        check_kept_rows(py, &arguments)?;
         let mut search = lock(&self.inner).ok_or_else(|| busy(py))?;
         let search = &mut *search;
         let winner = on_all_cores(py, || match (search, arguments.dim) {
@@ -118,11 +118,7 @@ impl PyCandidateSearch {
         match winner {
             Ok(winner) => summary(py, &winner),
             Err((_, None)) => Err(invalid_grasp(py, "positions: not of the search's dimension")),
-            Err((row, Some(error))) => {
-                let raised = to_python(py, &error);
-                raised.value(py).setattr("row", row)?;
-                Err(raised)
-            }
+            Err((row, Some(error))) => Err(in_row(py, row, &error)),
         }
     }
 }

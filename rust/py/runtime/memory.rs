@@ -10,6 +10,9 @@ use pyo3::prelude::*;
 use crate::convert::errors::to_python;
 use crate::convert::grasp_arguments::Arguments;
 
+/// What is kept of each grasp of a batch beside its contacts and extreme forces.
+const KEPT_GRASP_BYTES: usize = 5 << 10;
+
 /// A computation about a grasp.
 #[derive(Debug, Clone, Copy)]
 pub enum Work {
@@ -23,6 +26,8 @@ pub enum Work {
     Distributor,
     /// One solve of a distributor that is there.
     Solve,
+    /// The forces nearest to balance, of a distributor that is there.
+    Nearest,
     /// Vectors and matrices with some rows for each contact.
     Arrays,
 }
@@ -36,15 +41,20 @@ impl Work {
             Self::Gradient => (2560, 192),
             Self::Distributor => (6400, 1152),
             Self::Solve => (512, 0),
+            Self::Nearest => (1536, 96),
             Self::Arrays => (256, 0),
         }
     }
 
+    /// Bytes for this many contacts and extreme forces.
+    const fn total(self, contacts: usize, forces: usize) -> usize {
+        let (each_contact, each_force) = self.bytes();
+        contacts.saturating_mul(each_contact).saturating_add(forces.saturating_mul(each_force))
+    }
+
     /// Refuses work about this many contacts and extreme forces that does not fit.
     fn check(self, contacts: usize, forces: usize) -> Result<(), Error> {
-        let (each_contact, each_force) = self.bytes();
-        let bytes = contacts.saturating_mul(each_contact).saturating_add(forces.saturating_mul(each_force));
-        check_room("contacts", 1, bytes)
+        check_room("contacts", 1, self.total(contacts, forces))
     }
 }
 
@@ -55,15 +65,30 @@ pub fn check_work<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, work: Work) 
 
 /// The same for the grasps of a batch, one on each thread; the first stands for all.
 pub fn check_rows(py: Python<'_>, arguments: &Arguments, threads: usize) -> PyResult<()> {
+    let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
+    let (contacts, forces) = (contacts.saturating_mul(threads), forces.saturating_mul(threads));
+    let checked = [Work::Construction, Work::Quality].map(|work| work.check(contacts, forces));
+    checked.into_iter().collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
+}
+
+/// The same where all grasps of a batch are kept at once.
+pub fn check_kept_rows(py: Python<'_>, arguments: &Arguments) -> PyResult<()> {
+    let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
+    let each = KEPT_GRASP_BYTES.saturating_add(Work::Construction.total(contacts, forces));
+    let quality = Work::Quality.total(contacts, forces);
+    let bytes = each.saturating_mul(arguments.batch).saturating_add(quality);
+    check_room("contacts", 1, bytes).map_err(|error| to_python(py, &error))
+}
+
+/// Numbers of contacts and of extreme forces of the first grasp; none of an empty batch.
+fn first_row(py: Python<'_>, arguments: &Arguments) -> PyResult<Option<(usize, usize)>> {
     if arguments.batch == 0 {
-        return Ok(());
+        return Ok(None);
     }
     let contacts = arguments.contacts_of(0).map_err(|error| to_python(py, &error))?;
     let planar = arguments.dim == 2;
     let forces = contacts.iter().fold(0, |sum: usize, one| sum.saturating_add(one.force_count(planar)));
-    let (contacts, forces) = (contacts.len().saturating_mul(threads), forces.saturating_mul(threads));
-    let checked = [Work::Construction, Work::Quality].map(|work| work.check(contacts, forces));
-    checked.into_iter().collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
+    Ok(Some((contacts.len(), forces)))
 }
 
 /// Raises `TooLargeError` where the points of the Minkowski sum, `each` and `entry` bytes for a point and one of its

@@ -104,3 +104,10 @@ def test_a_header_without_end_is_refused(tmp_path):
         path.write_bytes(content)
         with pytest.raises(gf.InvalidFileError, match="end_header"):
             load_mesh(path)
+
+
+def test_a_picture_that_a_comment_names_is_not_asked_for(tmp_path, caplog):
+    path = tmp_path / "a.ply"
+    path.write_bytes(ASCII + b"comment TextureFile /etc/passwd\r\ncomment \n" + SOLID)
+    assert load_mesh(path)[1].shape == (4, 3)
+    assert caplog.records == []

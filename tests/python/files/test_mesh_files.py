@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 import pytest
+from support.plan_files import SURFACES
 
 import graspforce as gf
 from graspforce.cli.exit_codes import DONE, MISUSED
@@ -23,26 +24,6 @@ mesh: {file: box.ply, unit: mm, normals: face}
 length_scale: 0.03
 contacts:
 """
-
-
-@pytest.fixture
-def folder(tmp_path):
-    """Return a folder with a box of 60 x 40 x 20 mm, in mm, and an egg."""
-    trimesh.creation.box((60, 40, 20)).export(tmp_path / "box.ply")
-    egg = trimesh.creation.icosphere(subdivisions=3)
-    egg.apply_scale([0.04, 0.03, 0.025])
-    egg.export(tmp_path / "egg.stl")
-    return tmp_path
-
-
-@pytest.fixture
-def write(folder):
-    def written(text, name="grasp.yaml"):
-        path = folder / name
-        path.write_text(text)
-        return path
-
-    return written
 
 
 @pytest.fixture
@@ -168,27 +149,6 @@ def test_an_unusable_plan_on_a_mesh_is_refused_with_its_place(write, old, new, m
     text = "mesh: egg.stl\ncontacts: 2\nstarts: 4\n".replace(old, new)
     with pytest.raises(gf.InvalidFileError, match=message):
         load_problem(write(text, "plan.yaml"))
-
-
-SURFACES = """
-edges: 6
-contacts:
-  - surface: {kind: plane, start: [0, 0, 0.1], u: [1, 0, 0], v: [0, 1, 0], object_side: against}
-    initial: [0, 0.01]
-    step: 0.02
-    tolerance: [0.01, 0.005]
-    bounds: [[-0.05, 0.05], [-0.04, 0.04]]
-  - surface: {kind: ellipsoid, semi_x: 0.05, semi_y: 0.05, semi_z: 0.1}
-    initial: [0, -1]
-    step: [0.5, 0.4]
-    tolerance: 0.1
-    bounds: [[-3, 3], [-1.5, 0]]
-  - surface: {kind: cylinder, radius: 0.05}
-    initial: [3, 0]
-    step: 0.4
-    tolerance: 0.1
-    bounds: [[1, 5], [-0.05, 0.05]]
-"""
 
 
 def test_a_plan_file_puts_contacts_on_spatial_surfaces(write):

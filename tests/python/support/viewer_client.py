@@ -56,6 +56,21 @@ def client(viewer, token=None, **headers):
         yield opened
 
 
+@contextmanager
+def raw_client(viewer):
+    """Connect a socket that has made the handshake and reads nothing more."""
+    with socket.create_connection(("127.0.0.1", viewer.port), timeout=10) as opened:
+        lines = [
+            "GET / HTTP/1.1", f"Host: 127.0.0.1:{viewer.port}", "Upgrade: websocket", "Connection: Upgrade",
+            f"Sec-WebSocket-Key: {'A' * 22}==", "Sec-WebSocket-Version: 13",
+            f"Sec-WebSocket-Protocol: {PROTOCOL}",
+            f"Cookie: graspforce-{viewer.port}={token_of(viewer)}", "", "",
+        ]  # fmt: skip
+        opened.sendall("\r\n".join(lines).encode())
+        assert b" 101 " in opened.recv(4096)
+        yield opened
+
+
 def say(opened, message):
     opened.send(msgspec.msgpack.encode(message))
 

@@ -7,25 +7,15 @@ use graspforce::{
 use nalgebra::{SMatrix, Vector3};
 use support::friction_cone::slip;
 use support::least_squares::least_squares;
-use support::problems::Random;
+use support::problems::{Random, ellipsoid_grasp};
 
 fn grasp(random: &mut Random, count: usize, kind: usize) -> Grasp<6> {
-    let axes = Vector3::new(1.0, 0.8, 1.3);
-    let contacts: Vec<Contact> = (0..count)
-        .map(|i| {
-            let u = random.direction();
-            let contact = Contact::new(u.component_mul(&axes), -u.component_div(&axes))
-                .friction(random.within(0.2, 0.9))
-                .max_normal_force(random.within(0.5, 3.0));
-            match if kind == 4 { i % 4 } else { kind } {
-                0 => contact.cone(),
-                1 => contact.cone().torsion(random.within(0.05, 0.3)),
-                2 => contact.edges(8),
-                _ => contact.friction(0.0).cone(),
-            }
-        })
-        .collect();
-    Grasp::new(&contacts).unwrap()
+    ellipsoid_grasp(random, count, |random, i, contact| match if kind == 4 { i % 4 } else { kind } {
+        0 => contact.cone(),
+        1 => contact.cone().torsion(random.within(0.05, 0.3)),
+        2 => contact.edges(8),
+        _ => contact.friction(0.0).cone(),
+    })
 }
 
 fn metric(random: &mut Random) -> SMatrix<f64, 6, 6> {

@@ -6,7 +6,7 @@ use graspforce::{
 use nalgebra::{SMatrix, Vector3};
 use support::friction_cone::slip;
 use support::least_squares::least_squares;
-use support::problems::Random;
+use support::problems::{Random, ellipsoid_grasp};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -26,23 +26,13 @@ fn kind_of(kind: Kind, i: usize) -> Kind {
 }
 
 fn grasp(random: &mut Random, count: usize, kind: Kind) -> Grasp<6> {
-    let axes = Vector3::new(1.0, 0.8, 1.3);
-    let contacts: Vec<Contact> = (0..count)
-        .map(|i| {
-            let u = random.direction();
-            let contact = Contact::new(u.component_mul(&axes), -u.component_div(&axes))
-                .friction(random.within(0.2, 0.9))
-                .max_normal_force(random.within(0.5, 3.0));
-            match kind_of(kind, i) {
-                Kind::Hard | Kind::Mixed => contact.cone(),
-                Kind::Soft => contact.cone().torsion(random.within(0.01, 0.3)),
-                Kind::Pyramid => contact.edges(8),
-                Kind::SoftPolytope => contact.edges(6).torsion(0.1),
-                Kind::Frictionless => contact.friction(0.0).cone(),
-            }
-        })
-        .collect();
-    Grasp::new(&contacts).unwrap()
+    ellipsoid_grasp(random, count, |random, i, contact| match kind_of(kind, i) {
+        Kind::Hard | Kind::Mixed => contact.cone(),
+        Kind::Soft => contact.cone().torsion(random.within(0.01, 0.3)),
+        Kind::Pyramid => contact.edges(8),
+        Kind::SoftPolytope => contact.edges(6).torsion(0.1),
+        Kind::Frictionless => contact.friction(0.0).cone(),
+    })
 }
 
 fn planar(random: &mut Random, count: usize) -> Grasp<3> {

@@ -43,6 +43,24 @@ pub fn ellipsoid_contacts(random: &mut Random, count: usize) -> Vec<Contact> {
     (0..count).map(contact).collect()
 }
 
+/// A grasp at random points of the same ellipsoid, with random friction and limits; `kind` says what contact i is.
+pub fn ellipsoid_grasp(
+    random: &mut Random,
+    count: usize,
+    kind: impl Fn(&mut Random, usize, Contact) -> Contact,
+) -> Grasp<6> {
+    let axes = Vector3::new(1.0, 0.8, 1.3);
+    let contact = |i| {
+        let u = random.direction();
+        let contact = Contact::new(u.component_mul(&axes), -u.component_div(&axes))
+            .friction(random.within(0.2, 0.9))
+            .max_normal_force(random.within(0.5, 3.0));
+        kind(random, i, contact)
+    };
+    let contacts: Vec<_> = (0..count).map(contact).collect();
+    Grasp::new(&contacts).expect("ellipsoid contacts are valid")
+}
+
 /// The first `number` force-closure grasps of a seeded sequence, with `edges` edges, or true cones for 0.
 pub fn closed_grasps(seed: u64, number: usize, contacts: usize, edges: usize) -> Vec<Grasp<6>> {
     let mut random = Random::new(seed);

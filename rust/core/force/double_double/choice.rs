@@ -8,9 +8,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::force::double_double::columns::{DoubleDoubleColumns, Vector, dot};
 use crate::force::least_norm::face_program::COEFFICIENT_WEIGHT;
-use crate::force::least_norm::solver::{Constraints, Solutions};
+use crate::force::least_norm::solver::Solutions;
 use crate::force::simplex::pricing::Objective;
 use crate::linalg::double_double::DoubleDouble;
+use crate::linalg::least_distance::Constraints;
 use crate::linalg::orthonormal_equations::{Equation, orthonormal_equations};
 use crate::tolerances::{CHOSEN_REST, DEPENDENT_EQUATION, LOST_OBJECTIVE, UNMOVED_BY_CHOICE};
 

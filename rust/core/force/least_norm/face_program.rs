@@ -1,16 +1,19 @@
 //! The third level: among forces that are equally good, the least `sum_i |f_i|^2 / f_i^U^2`.
 //!
-//! On a symmetric grasp the objective and its tie-break leave a polytope of forces, with lower bounds or without. Its
-//! point of least norm is unique, so the forces depend on the wrench alone, and it moves continuously with the wrench.
-//! The unknowns are the coefficients of the active extreme forces, of at most four where a contact may exert any force
-//! of its cone, and the common level of the saturated contacts, which a weighted objective does not determine.
+//! On a symmetric grasp the objective and its tie-break leave a polytope of forces. Its point of least norm is unique and
+//! moves continuously with the wrench. The forces then depend on the wrench alone.
+//!
+//! The unknowns are the coefficients of the active extreme forces. A contact that may exert any force of its cone has at
+//! most four of them. The common level of the saturated contacts is one more unknown: a weighted objective does not
+//! determine it.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::force::least_norm::solver::{Constraints, LeastNormSolution, Solutions};
+use crate::force::least_norm::solver::{LeastNormSolution, Solutions};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
 use crate::grasp::contact::ContactForce;
+use crate::linalg::least_distance::Constraints;
 
 /// Unknowns beyond which the level is left out: its cost grows with their cube.
 const MAX_UNKNOWNS: usize = 768;
@@ -19,7 +22,7 @@ const MAX_UNKNOWNS: usize = 768;
 /// moves the forces by no more than its square.
 pub(crate) const COEFFICIENT_WEIGHT: f64 = 1e-5;
 
-/// A face of optimal forces, and what they have to keep on it.
+/// A face of optimal forces with their bounds.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FaceProgram<'a> {
     pub(crate) face: &'a OptimalFace,

@@ -9,11 +9,11 @@
 //! F(z)   = sum_i G_i f_i(z) - b + S^-1 z = 0,   b = -w_ext       (the last term with a price S of the residual)
 //! ```
 //!
-//! and `F` is the gradient of a convex function. Newton's method with a line search finds its root. The forces are exact for
-//! the wrench that they balance, whatever `z` is: what is left of `F` is the whole error. The answer is the only one, and
+//! `F` is the gradient of a convex function. Newton's method with a line search finds its root. For any `z` the forces are
+//! optimal for the wrench that they balance, so that the residual of `F` is the whole error. The answer is unique, and
 //! Lipschitz continuous in the wrench.
 //!
-//! - [`options`]: what can be asked for, and its checks.
+//! - [`options`]: the options and their checks.
 //! - [`projection`], [`polytope`]: projections onto cones, cut cones and hulls of extreme forces, with derivatives.
 //! - [`whitening`]: coordinates of wrenches in which Newton's matrix is at most the identity.
 //! - [`dual`]: the dual function of a grasp; [`newton`]: its minimiser.

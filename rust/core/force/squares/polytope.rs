@@ -1,9 +1,8 @@
-//! Projections onto what finitely many extreme forces span: a pyramid, cut or not, or any hull with zero.
+//! Projections onto pyramids, cut or not, and onto the convex hull of zero and finitely many extreme forces.
 //!
-//! A search over faces: of the points that carry the nearest one, the affine hull is projected onto, points with
-//! negative weights are left out, and the point that reaches furthest towards what is missing comes in (Wolfe 1976;
-//! for cones, Lawson and Hanson's nonnegative least squares). A contact force has four components, so a face needs at most
-//! five points.
+//! The projection searches over faces (Wolfe 1976; for cones the nonnegative least squares of Lawson and Hanson). It
+//! projects onto the affine hull of the current face. Points with negative weights leave the face. The extreme force that
+//! reaches furthest along the residual joins it. A contact force has four components, so a face needs at most five points.
 
 use crate::force::squares::projection::Projection;
 use crate::grasp::contact::ContactForce;
@@ -20,7 +19,7 @@ pub(crate) struct Polytope {
     pub(crate) general: bool,
 }
 
-/// What becomes of the apex, the force of zero.
+/// How the apex, the force of zero, takes part.
 #[derive(Clone, Copy, PartialEq)]
 enum Apex {
     /// Any nonnegative combination belongs to the set: its weight is free.
@@ -232,18 +231,11 @@ const DEPENDENT_EDGE: f64 = 1e-13;
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn numbers() -> impl FnMut() -> f64 {
-        let mut state = 3_u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        }
-    }
+    use crate::test_numbers::numbers;
 
     /// Pyramids, soft fingers' polytopes and any forces, with bounds or without, and a point.
     fn cases() -> impl Iterator<Item = (Polytope, ContactForce)> {
-        let mut number = numbers();
+        let mut number = numbers(3);
         (0..4_000).map(move |k| {
             let general = k % 3 == 0;
             let mut forces: Vec<ContactForce> = (0..3 + k % 6)
@@ -291,7 +283,7 @@ mod tests {
 
     #[test]
     fn the_derivative_of_a_projection_projects_onto_the_face() {
-        let mut number = numbers();
+        let mut number = numbers(3);
         let mut checked = 0;
         for (polytope, x) in cases() {
             let step = ContactForce::from_fn(|_, _| 1e-7 * number());

@@ -1,8 +1,9 @@
 //! Projections onto friction cones, cut or not, with their derivatives.
 //!
 //! The cone is `|(f_o, f_t)| <= mu f_n` for hard fingers, and `sqrt((f_o^2 + f_t^2) / mu^2 + f_torsion^2 / gamma^2) <= f_n`
-//! for soft ones. It may be cut at `low <= f_n <= high`. A projection onto the cone that breaks a bound moves onto the
-//! disc (for soft fingers: the ellipsoid) of that normal force: the set is convex, so the bound is active.
+//! for soft ones. It may be cut at `low <= f_n <= high`. Where the projection onto the whole cone breaks a bound, that
+//! bound is active, because the set is convex. The force is then projected onto the disc (for soft fingers the ellipsoid)
+//! of that normal force.
 
 use crate::grasp::contact::ContactForce;
 use crate::wrench_set::cone::cone_slope;
@@ -80,8 +81,8 @@ impl CutCone {
         found
     }
 
-    /// With `D = diag(-1, 1/mu^2, 1/mu^2, 1/gamma^2)`, the nearest point `p` has `(I + lambda D) p = x` and
-    /// `p^T D p = 0`. In `u = lambda / (1 + lambda)` the multiplier is the only root of a function that falls on `[0, 1]`.
+    /// The nearest point `p` has `(I + lambda D) p = x` and `p^T D p = 0` with `D = diag(-1, 1/mu^2, 1/mu^2, 1/gamma^2)`.
+    /// The unknown is `u = lambda / (1 + lambda)`: the only root of a function that decreases on `[0, 1]`.
     fn soft(&self, x: &ContactForce) -> Projection {
         let (mu, gamma) = (self.mu, self.gamma);
         let meridian = Meridian::of(x);
@@ -231,18 +232,11 @@ impl Meridian {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn numbers() -> impl FnMut() -> f64 {
-        let mut state = 7_u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        }
-    }
+    use crate::test_numbers::numbers;
 
     /// Cones of all kinds with a point anywhere around them.
     fn cases() -> impl Iterator<Item = (CutCone, ContactForce)> {
-        let mut number = numbers();
+        let mut number = numbers(7);
         (0..20_000).map(move |k| {
             let mu = 10.0_f64.powf(number());
             let gamma = if k % 2 == 0 { 0.0 } else { 10.0_f64.powf(2.0 * number() - 1.0) };
@@ -280,7 +274,7 @@ mod tests {
     #[test]
     fn what_a_projection_takes_away_is_orthogonal_to_the_set() {
         // (x - p) . (q - p) <= 0 for every q of the set: for the furthest q along x - p, too.
-        let mut number = numbers();
+        let mut number = numbers(7);
         for (cone, x) in cases() {
             let p = cone.project(&x).force;
             let rest = x - p;
@@ -302,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_derivative_is_that_of_differences() {
-        let mut number = numbers();
+        let mut number = numbers(7);
         let (mut checked, mut total) = (0, 0);
         for (cone, x) in cases().filter(|(_, x)| x.norm() > 0.1) {
             let found = cone.project(&x);

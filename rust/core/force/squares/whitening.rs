@@ -1,8 +1,8 @@
 //! Coordinates of wrenches in which the dual of the least squares is as round as it can be.
 //!
-//! With `T sum_i (G_i P_i G_i^T / weight_i) T^T = I` (with a price `S` of what stays unbalanced: `+ T S^-1 T^T`) the matrix
-//! of Newton's method lies between zero and the identity, whatever the units, levers and weights are. `P_i` projects
-//! onto the components that contact i has. A pivoted orthogonalisation goes first: it keeps the digits of
+//! The map `T` has `T (sum_i G_i P_i G_i^T / weight_i) T^T = I`, where `P_i` projects onto the components that contact i
+//! has. A price `S` of the residual adds `S^-1` to the sum. The matrix of Newton's method then lies between zero and the
+//! identity, whatever the units, levers and weights are. A pivoted orthogonal basis comes first: it keeps the digits of
 //! directions in which the contacts are weak.
 
 use nalgebra::SMatrix;

@@ -30,13 +30,6 @@ pub(crate) enum ContactStatus {
     FullSticking,
 }
 
-impl ContactStatus {
-    /// Whether the share equals the maximum.
-    pub(crate) fn is_full(self) -> bool {
-        matches!(self, Self::FullSliding | Self::FullSticking)
-    }
-}
-
 /// A friction cone as a standard second-order cone in equilibrated coordinates.
 #[derive(Debug, Clone)]
 pub(crate) struct StandardCone<const D: usize> {

@@ -258,14 +258,11 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
+    use crate::test_numbers::numbers;
 
     #[test]
     fn a_step_solves_the_conditions_and_leaves_dependent_forces_alone() {
-        let mut state = 1_u64;
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        };
+        let mut next = numbers(1);
         for case in 0..500 {
             let (columns, dependent) = (1 + case % 6, case % 3);
             let mut system = OptimalitySystem::<6>::new(4);

@@ -111,29 +111,20 @@ impl Segment {
                 }
                 at += 1;
             }
-            let full = bounded && !status.is_full();
+            let saturated = match status {
+                ContactStatus::Sliding => Some(ContactStatus::FullSliding),
+                ContactStatus::Sticking => Some(ContactStatus::FullSticking),
+                _ => None,
+            };
+            if let Some(saturated) = saturated.filter(|_| bounded) {
+                segment.nonnegative(point.level - x[0], rise - dx[0], contact, saturated);
+            }
             match status {
                 ContactStatus::Sliding => {
                     segment.nonnegative(x[0], dx[0], contact, ContactStatus::Idle);
-                    if full {
-                        segment.nonnegative(
-                            point.level - x[0],
-                            rise - dx[0],
-                            contact,
-                            ContactStatus::FullSliding,
-                        );
-                    }
                 }
                 ContactStatus::Sticking => {
                     segment.within_cone((&x, &dx), contact, ContactStatus::Sliding);
-                    if full {
-                        segment.nonnegative(
-                            point.level - x[0],
-                            rise - dx[0],
-                            contact,
-                            ContactStatus::FullSticking,
-                        );
-                    }
                 }
                 ContactStatus::FullSticking => {
                     segment.within_cone((&x, &dx), contact, ContactStatus::FullSliding);
@@ -148,14 +139,11 @@ impl Segment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_numbers::numbers;
 
     #[test]
     fn a_segment_is_what_of_a_line_lies_in_the_cone() {
-        let mut state = 1_u64;
-        let mut next = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        };
+        let mut next = numbers(1);
         for case in 0..2000 {
             let mut x = Vector4::from_fn(|_, _| next());
             x[0] = load(&x) + next().abs() * f64::from(case % 3);

@@ -1,0 +1,92 @@
+"""The files of parts: their names, and the run that each says it is of."""
+
+from __future__ import annotations
+
+import json
+import re
+import stat
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
+__all__ = [
+    "ORIGIN",
+    "READERS",
+    "graded_parts",
+    "is_part_name",
+    "is_regular",
+    "origin_of",
+    "own_parts",
+    "part_name",
+]
+
+ORIGIN = b"graspforce"
+"""Key of a part's metadata that says of which run, and of which rows, it is."""
+
+READERS = 16
+"""Files looked at in parallel: on network file systems it is their latency that counts."""
+
+_PARTS = "part-*.parquet"
+_PART_NAME = re.compile(r"part-\d{6,}\.parquet")
+
+
+def part_name(index: int) -> str:
+    """Return the name of the file of a part."""
+    return f"part-{index:06d}.parquet"
+
+
+def is_part_name(name: str) -> bool:
+    """Whether a part may have this name."""
+    return _PART_NAME.fullmatch(name) is not None
+
+
+def is_regular(path: Path) -> bool:
+    """Whether a regular file is there: a run writes neither links nor pipes."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
+def graded_parts(out: Path) -> list[Path]:
+    """Find the files that have the names of parts."""
+    return [path for path in out.glob(_PARTS) if is_part_name(path.name) and is_regular(path)]
+
+
+def origin_of(schema: pa.Schema) -> dict[str, Any]:
+    """Return what a part says of itself; empty where it says nothing."""
+    try:
+        found = json.loads((schema.metadata or {}).get(ORIGIN, b"{}"))
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def own_parts(out: Path, runs: Collection[str], *, any_run: bool) -> set[str]:
+    """Return the names of the parts that one of these runs has written, by what is inside them.
+
+    With `any_run`, where a manifest does not say which run it is of, the parts of one other run count, too.
+    """
+    paths = graded_parts(out)
+    with ThreadPoolExecutor(READERS) as pool:
+        found = dict(zip((path.name for path in paths), pool.map(_run_of, paths), strict=True))
+    others = {run for run in found.values() if run is not None and run not in runs}
+    accepted = {*runs, *(others if any_run and len(others) == 1 else ())}
+    return {name for name, run in found.items() if run in accepted}
+
+
+def _run_of(path: Path) -> str | None:
+    try:
+        origin = origin_of(pq.read_schema(path))
+    except (pa.ArrowException, OSError, ValueError):  # also names that are no text
+        return None
+    run, index = origin.get("run"), origin.get("part")
+    # A copy under another number is the user's.
+    own = isinstance(run, str) and type(index) is int and part_name(index) == path.name
+    return run if own else None
