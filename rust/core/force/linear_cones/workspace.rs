@@ -70,7 +70,7 @@ impl<const D: usize> LinearWorkspace<D> {
         let (mut most, mut ray) = (f64::NEG_INFINITY, None);
         for (slot, Remembered { region, .. }) in self.remembered.iter().enumerate() {
             let proves = region.dual.dot(b);
-            if region.proven.is_some() {
+            if region.is_ray() {
                 if proves > 0.0 && region.answers(b, NEGATIVE_IN_KNOWN_REGION) {
                     ray = Some(slot);
                 }
