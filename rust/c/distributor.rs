@@ -16,7 +16,8 @@ use crate::heap::Heap;
 use crate::memory::{self, check, check_length, copy_to, required};
 use crate::solution::Solution;
 
-/// Least contact forces of one grasp at a time. One thread at a time uses it; its calls take no memory from the system.
+/// Least contact forces of one grasp at a time. One thread at a time uses it. Its calls take memory from
+/// the system only where they need more than `reserve`.
 pub struct Distributor {
     busy: AtomicBool,
     state: UnsafeCell<State>,
@@ -197,7 +198,8 @@ pub unsafe extern "C" fn gf_distributor_solve(
 /// succeeds within the limits. `nearest_limits` and `nearest_metric` of the options say within what limits, and nearest
 /// in which norm.
 ///
-/// Every wrench has an answer, with what stays unbalanced in `residual`. `distance` gets its norm; it and `solution` may
+/// Every wrench has nearest forces; `residual` holds what they leave unbalanced. Without limits the distance is proven for
+/// forces up to ten times as strong as those returned. `distance` gets the norm of the residual; it and `solution` may
 /// be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "the contract with C")]

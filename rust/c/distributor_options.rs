@@ -116,6 +116,9 @@ impl DistributorOptions {
         if let Some((argument, _)) = squares.iter().find(|(_, pointer)| !pointer.is_null()) {
             return Err(Fault::Argument(argument, "only with GF_OBJECTIVE_SQUARES"));
         }
+        if self.limits != 0 {
+            return Err(Fault::Argument("limits", "only with GF_OBJECTIVE_SQUARES"));
+        }
         let mut options = core::DistributionOptions::default();
         options.weight = self.weight;
         options.rtol = self.rtol;

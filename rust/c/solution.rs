@@ -28,6 +28,7 @@ pub struct Solution {
     /// The norm of the residual by `gf_distributor_nearest`; 0 by `gf_distributor_solve`.
     distance: f64,
     /// Of an infeasible wrench: a direction along which no contact can push, but the external wrench must be balanced.
+    /// Where stronger forces balance it: a direction along which forces within the limits do not push far enough.
     direction: [f64; 6],
     /// 1 where objective and tie-break alone determine the forces, else 0.
     unique: i32,
@@ -35,6 +36,9 @@ pub struct Solution {
     within_limits: i32,
     /// Simplex pivots of this solve.
     pivots: u64,
+    /// 1 where another solver had to give the answer, else 0. With an infinite `gap`: the forces come nearest, but nothing
+    /// proves that they are the least of those.
+    fell_back: i32,
 }
 
 // SAFETY: `repr(C)`, the first field is a `usize`, the others are numbers.
@@ -57,6 +61,7 @@ impl Default for Solution {
             unique: 0,
             within_limits: 0,
             pivots: 0,
+            fell_back: 0,
         }
     }
 }
@@ -79,6 +84,7 @@ impl<const D: usize> From<&Distribution<D>> for Solution {
             unique: i32::from(found.unique),
             within_limits: i32::from(found.within_limits()),
             pivots: found.pivots as u64,
+            fell_back: i32::from(found.fell_back),
             ..Self::default()
         };
         solution.dual[..D].copy_from_slice(found.dual.as_slice());

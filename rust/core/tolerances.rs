@@ -348,6 +348,9 @@ pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
 /// What rounding leaves of a balance in the coordinates of the least squares, relative to its terms.
 pub(crate) const ROUNDED_BALANCE: f64 = 64.0 * f64::EPSILON;
 
+/// What a balance with a priced residual may miss, relative to its terms, where the gap is closed nevertheless.
+pub(crate) const PRICED_BALANCE: f64 = 1e-5;
+
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;
 

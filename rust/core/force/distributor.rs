@@ -207,6 +207,10 @@ impl<const D: usize> ForceDistributor<D> {
     /// `residual` is what stays unbalanced and `distance` its norm. `gap` is the larger of two: the objective's at the
     /// wrench that the forces balance, and that of the distance, relative to the norm of the wrench.
     ///
+    /// An infinite gap means that the forces come nearest, but nothing proves them the least of those. A distance whose gap
+    /// stays above 1e-6 is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
+    /// forces up to ten times as strong as those returned.
+    ///
     /// ```
     /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, NearestOptions, Wrench};
     /// use nalgebra::Vector3;

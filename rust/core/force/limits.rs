@@ -86,15 +86,18 @@ impl<const D: usize> Limited<D> {
             Some(last) => {
                 fresh.earlier = last.earlier;
                 let known = fresh.earlier.iter().find(|(contacts, _)| *contacts == self.active);
+                // The last multiplier of least squares, and the last basis where the same contacts are on.
+                fresh.active.adopt(&last.active);
                 if last.contacts != self.active
+                    && problem.program.criterion().is_some()
                     && let Some((_, known)) = known
                 {
                     fresh.active.adopt(known);
                 }
-                // The last multiplier of least squares, and the last basis where the same contacts are on.
-                fresh.active.adopt(&last.active);
                 fresh.earlier.retain(|(contacts, _)| *contacts != last.contacts);
-                fresh.earlier.insert(0, (last.contacts, last.active));
+                let mut kept = last.active;
+                kept.nearest = None;
+                fresh.earlier.insert(0, (last.contacts, kept));
                 fresh.earlier.truncate(KEPT_SETS);
             }
         }

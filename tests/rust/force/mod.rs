@@ -9,6 +9,7 @@ mod force_reduced;
 mod force_reference;
 mod limits;
 mod nearest;
+mod proven_answers;
 mod squares;
 mod third_level;
 mod true_cone_newton;

@@ -8,12 +8,16 @@ use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::nearest::wrench_projection::Nearest;
 use crate::force::problem::{Problem, ProblemWorkspace};
 use crate::force::program::Program;
-use crate::force::solution::{Distribution, check_wrench};
+use crate::force::share_program::{ShareProgram, ShareSolver};
+use crate::force::solution::{Distribution, DistributionOptions, check_wrench};
 use crate::grasp::contact::write_components;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
 use crate::tolerances::{AT_LIMIT, LOOSEST_GAP};
 use crate::wrench_set::Criterion;
+
+/// The gap that decides whether forces keep their limits: a tenth of the tolerance of limits.
+const TIGHT_GAP: f64 = 0.1 * AT_LIMIT;
 
 /// The certificate of forces that come nearest, with the distance and the gap of both.
 struct Found<const D: usize> {
@@ -99,22 +103,27 @@ impl<const D: usize> Problem<D> {
         let size = memory.projection.metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
         if nearest.unique {
-            return Ok(self.as_projected(workspace, memory, b, &nearest, loose));
+            return proven(self.as_projected(workspace, memory, b, &nearest, loose));
         }
         let as_projected = |workspace: &ProblemWorkspace<D>, memory: &NearestWorkspace<D>| {
             let found = self.as_projected(workspace, memory, b, &nearest, loose);
-            Found { answer: Certificate { fell_back: true, ..found.answer }, ..found }
+            // These forces come nearest, but nothing proves them the least of those.
+            let gap = if loose > LOOSEST_GAP { loose } else { f64::INFINITY };
+            Found { answer: Certificate { gap, fell_back: true, ..found.answer }, ..found }
         };
         if let Some((found, forces)) = loose_answer {
             if found.answer.gap > LOOSEST_GAP && loose <= LOOSEST_GAP {
                 return Ok(as_projected(workspace, memory));
             }
             workspace.forces = forces;
-            return proven(found, limits);
+            return proven(found);
         }
         let exerted = b + nearest.residual;
         let projected = workspace.forces.clone();
-        let least = self.least(workspace, memory, &exerted, limits);
+        let mut least = self.least(workspace, memory, &exerted, limits);
+        if let Err(Error::NotConverged { .. }) = least {
+            least = self.least_at_last(workspace, memory, &exerted);
+        }
         let rest = self.residual(b, &workspace.forces.forces);
         let metric = memory.projection.metric;
         let distance = metric.norm(&rest);
@@ -136,7 +145,7 @@ impl<const D: usize> Problem<D> {
                 as_projected(workspace, memory)
             }
         };
-        proven(found, limits)
+        proven(found)
     }
 
     /// The forces of the projection itself.
@@ -156,6 +165,20 @@ impl<const D: usize> Problem<D> {
         Found { answer, distance: nearest.distance }
     }
 
+    /// The same with the last resorts of least squares.
+    #[cold]
+    fn least_at_last(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        memory: &mut NearestWorkspace<D>,
+        b: &Wrench<D>,
+    ) -> Result<Certificate<D>> {
+        match &mut memory.bounded {
+            Some(solver) => solver.solve(b, self.grasp.force_components(), &mut workspace.forces),
+            None => workspace.solve(b),
+        }
+    }
+
     /// The least forces that balance `b`, within the limits if they count.
     fn least(
         &self,
@@ -173,12 +196,18 @@ impl<const D: usize> Problem<D> {
             let (sigma, dual) = (0.0, Wrench::zeros());
             return Ok(Certificate { sigma, dual, gap: 0.0, pivots: 0, fell_back: false });
         }
-        let answer = workspace.solve_once(b)?;
-        let (largest, _) = workspace.forces.totals();
-        let most = 1.0 + self.options.rtol.max(AT_LIMIT);
+        let mut answer = workspace.solve_once(b)?;
+        let within = |workspace: &ProblemWorkspace<D>| workspace.forces.totals().0 <= 1.0 + AT_LIMIT;
         let Program::Shares(criterion, _) = &self.program else { return Ok(answer) };
-        if !limits || largest <= most {
+        if !limits || within(workspace) {
             return Ok(answer);
+        }
+        if *criterion == Criterion::Max && workspace.forces.totals().0 <= 1.0 + 2.0 * self.options.rtol {
+            // The tolerance of the gap is none of the limits.
+            answer = self.least_by_tight_gap(workspace, *criterion, b)?;
+            if within(workspace) {
+                return Ok(answer);
+            }
         }
         let beyond =
             || Error::BeyondLimits { direction: crate::grasp::unit(&answer.dual).as_slice().to_vec() };
@@ -186,6 +215,20 @@ impl<const D: usize> Problem<D> {
             return Err(beyond());
         }
         self.lower_sum_within_limits(workspace, memory, b, beyond)
+    }
+
+    /// The least maximum up to the tolerance of limits.
+    #[cold]
+    fn least_by_tight_gap(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        criterion: Criterion,
+        b: &Wrench<D>,
+    ) -> Result<Certificate<D>> {
+        let options = DistributionOptions { rtol: TIGHT_GAP, ..self.options.clone() };
+        let program = ShareProgram::new(&self.grasp, criterion, &options)?;
+        let components = self.grasp.force_components();
+        ShareSolver::new(&program).solve(b, components, &mut workspace.forces)
     }
 
     /// Where the least sum breaks the limits: forces within them, if there are any, and the least sum of those.
@@ -216,11 +259,10 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// Refuses an answer that proves too little. Without limits the nearest wrench may need forces without end; the gap then says
-/// what was reached.
-fn proven<const D: usize>(found: Found<D>, limits: bool) -> Result<Found<D>> {
+/// Refuses forces of which nothing proves that they come nearest. Where only their objective is unproven the gap is infinite.
+fn proven<const D: usize>(found: Found<D>) -> Result<Found<D>> {
     let (gap, allowed) = (found.answer.gap, LOOSEST_GAP);
-    if !limits || gap <= allowed {
+    if gap <= allowed || gap == f64::INFINITY {
         return Ok(found);
     }
     let unmet = Unmet::Gap { found: gap, allowed };

@@ -11,6 +11,8 @@ use crate::force::squares::dual::Dual;
 use crate::force::squares::newton::minimise;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{Grasp, Wrench};
+use crate::interrupt;
+use crate::tolerances::LOOSEST_GAP;
 
 /// Lengths of the first and of the longest proximal step in shares, and what a step grows by.
 const STEP: f64 = 3.0;
@@ -27,7 +29,7 @@ const CLOSE: f64 = 1e-10;
 const BALANCED: f64 = 1e-11;
 
 /// Lowers the sum of the shares of forces that balance `b` within the bounds; returns the multiplier, the relative gap and
-/// Newton's steps. `None` where no step balances `b`, and where a contact has general extreme forces, whose share is no
+/// Newton's steps. `None` where no step balances `b` with a proven sum, and where a contact has general extreme forces, whose share is no
 /// linear function of the force.
 pub(crate) fn lower_sum<const D: usize>(
     grasp: &Grasp<D>,
@@ -50,6 +52,9 @@ pub(crate) fn lower_sum<const D: usize>(
     let mut y = Wrench::zeros();
     let (mut best, mut stalled, mut steps) = ((Wrench::zeros(), f64::INFINITY), 0, 0);
     for _ in 0..MAX_STEPS {
+        if interrupt::stopped() {
+            return None;
+        }
         for ((contact, described), force) in dual.contacts.iter_mut().zip(contacts).zip(&forces.forces) {
             contact.reference = *force;
             contact.weight = described.max_normal_force.powi(-2) / length;
@@ -67,15 +72,16 @@ pub(crate) fn lower_sum<const D: usize>(
         };
         let lower = b.dot(&z) - grasp.maps().iter().enumerate().map(lost).sum::<f64>();
         let (_, sum) = forces.totals();
-        let gap = if sum > 0.0 { ((sum - lower) / sum).abs() } else { 0.0 };
-        // What is left unbalanced belongs to another wrench.
-        let balanced = point.gradient.norm() <= BALANCED * target.norm();
+        let gap = if sum > 0.0 { (sum - lower) / sum } else { 0.0 };
+        // What is left unbalanced belongs to another wrench, and so does a bound above the sum.
+        let balanced = point.gradient.norm() <= BALANCED * target.norm() && gap >= -BALANCED;
+        let gap = gap.max(0.0);
         stalled = if balanced && gap < 0.9 * best.1 { 0 } else { stalled + 1 };
         if balanced && gap < best.1 {
             best = (z, gap);
             kept.clone_from(forces);
         }
-        if gap <= EXACT || (stalled >= 6 && (best.1 <= CLOSE || length >= LONGEST_STEP)) {
+        if (balanced && gap <= EXACT) || (stalled >= 6 && (best.1 <= CLOSE || length >= LONGEST_STEP)) {
             break;
         }
         if stalled > 0 {
@@ -83,5 +89,5 @@ pub(crate) fn lower_sum<const D: usize>(
         }
     }
     *forces = kept;
-    best.1.is_finite().then_some((best.0, best.1, steps))
+    (best.1 <= LOOSEST_GAP).then_some((best.0, best.1, steps))
 }

@@ -15,6 +15,7 @@ use crate::force::squares::newton::minimise;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, unit};
+use crate::interrupt;
 
 /// Weights of the proximal steps, relative to the strongest contact; the last is that of all others. A step shrinks the
 /// error by about this, and loses as many digits of the forces.
@@ -205,6 +206,9 @@ impl<const D: usize> WrenchProjection<D> {
         let last = PROXIMAL.len() - 1;
         let mut at = 0;
         for _ in 0..MAX_STEPS {
+            if interrupt::stopped() {
+                break;
+            }
             for contact in &mut self.dual.contacts {
                 contact.weight = PROXIMAL[at] * self.strength;
             }

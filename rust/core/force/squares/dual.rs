@@ -64,8 +64,7 @@ pub(crate) struct DualPoint<const D: usize> {
 }
 
 impl<const D: usize> Dual<D> {
-    /// `limits` are upper bounds on the shares, infinite for none and zero for contacts that are switched off;
-    /// `least` are lower bounds, none where empty.
+    /// The contacts of a grasp with weights and reference forces, without bounds; `slack` prices the residual.
     pub(crate) fn new(
         grasp: &Grasp<D>,
         weights: &[f64],
@@ -80,7 +79,9 @@ impl<const D: usize> Dual<D> {
         if let Some(price) = slack {
             wrenches.extend(price.inverse_columns());
         }
-        let whitening = Whitening::new(&wrenches);
+        let split = if D == 3 { 2 } else { 3 };
+        let arms = grasp.maps().iter().map(|map| map.fixed_columns::<3>(0).rows_range(split..).amax());
+        let whitening = Whitening::new(&wrenches, arms.fold(0.0, f64::max));
         let contact = |i: usize| {
             let (map, weight) = (&grasp.maps()[i], weights[i]);
             let mut mapped = SMatrix::<f64, D, 4>::zeros();
@@ -109,7 +110,7 @@ impl<const D: usize> Dual<D> {
         Self { whitening, contacts, slack }
     }
 
-    /// Bounds the shares of contact `i`; an upper bound of zero switches it off.
+    /// Bounds the shares of contact `i`; an upper bound is infinite for none, and zero switches the contact off.
     pub(crate) fn bound(&mut self, i: usize, low: f64, high: f64) {
         let contact = &mut self.contacts[i];
         if high == 0.0 {

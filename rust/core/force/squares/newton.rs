@@ -5,6 +5,7 @@ use nalgebra::SMatrix;
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
+use crate::interrupt;
 use crate::linalg::dense::solve_definite;
 
 /// Newton steps at most: 7 from nothing and 2 from the last wrench are usual.
@@ -53,7 +54,8 @@ pub(crate) fn minimise<const D: usize>(
         if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&point.y, b) {
             return (point, step);
         }
-        if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
+        if stalled >= 10 || (step % 8 == 7 && interrupt::stopped()) || point.y.norm() > DIVERGED * point.size
+        {
             return (point, step);
         }
         // With a price of the residual the matrix is definite by itself.

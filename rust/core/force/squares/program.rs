@@ -17,7 +17,7 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE};
+use crate::tolerances::{AT_LIMIT, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -198,24 +198,53 @@ impl<const D: usize> SquaresProgram<D> {
         forces: &mut ContactForces,
     ) -> Option<Result<Certificate<D>>> {
         let target = &self.target(b);
-        if self.slack.is_none()
-            && let Err(error) = self.feasible(b)
-        {
-            return error.is_infeasible().then_some(Err(error));
+        let mut beyond = None;
+        if self.slack.is_none() {
+            match self.feasible(b) {
+                Err(error) => return error.is_infeasible().then_some(Err(error)),
+                Ok(found) => beyond = found,
+            }
         }
-        let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let ContactForces { forces: f, shares, .. } = forces;
-        let size = self.dual.at(&Wrench::zeros(), target, f, shares).size;
-        let y = multiplier(&self.dual, target, size, columns)?;
-        let start = self.dual.at(&y, target, f, shares);
-        let (point, more) = minimise(&self.dual, target, start, f, shares);
-        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
-        workspace.y = y;
-        Some(Ok(Certificate { fell_back: true, ..answer }))
+        let answer = match self.from_interior_point(workspace, b, target, &self.dual, forces) {
+            None if beyond.is_some() => {
+                // A wrench at the limits up to the tolerance.
+                let mut relaxed = self.dual.clone();
+                for i in 0..self.grasp.num_contacts() {
+                    relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
+                }
+                self.from_interior_point(workspace, b, target, &relaxed, forces)
+            }
+            answer => answer,
+        };
+        match (answer, beyond) {
+            (Some(answer), _) => Some(Ok(answer)),
+            (None, beyond) => beyond.map(|direction| Err(Error::BeyondLimits { direction })),
+        }
     }
 
-    /// Whether forces in the cones, and within the limits, balance `b`.
-    fn feasible(&self, b: &Wrench<D>) -> Result<()> {
+    /// Newton's method from the interior-point solver's multiplier, over the contacts of `dual`.
+    fn from_interior_point(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        dual: &Dual<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
+        let columns = self.slack.as_ref().map(|slack| &slack.columns);
+        let ContactForces { forces: f, shares, .. } = forces;
+        let size = dual.at(&Wrench::zeros(), target, f, shares).size;
+        let y = multiplier(dual, target, size, columns)?;
+        let start = dual.at(&y, target, f, shares);
+        let (point, more) = minimise(dual, target, start, f, shares);
+        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
+        workspace.y = y;
+        Some(Certificate { fell_back: true, ..answer })
+    }
+
+    /// Whether forces in the cones, and within the limits, balance `b`; the direction in which limits are reached where
+    /// they need the limits up to their tolerance.
+    fn feasible(&self, b: &Wrench<D>) -> Result<Option<Vec<f64>>> {
         let program = if let Some(known) = self.feasibility.get() {
             known
         } else {
@@ -225,16 +254,17 @@ impl<const D: usize> SquaresProgram<D> {
             self.feasibility.get_or_init(|| made)
         };
         if b.amax() == 0.0 && !program.has_lower_bounds() {
-            return Ok(());
+            return Ok(None);
         }
         let mut solver = ShareSolver::new(program);
         let mut forces = ContactForces::new(self.grasp.num_contacts());
         let answer = solver.solve(b, self.grasp.force_components(), &mut forces)?;
-        if self.limits && solver.totals(b, &forces).0 > 1.0 + AT_LIMIT {
-            let direction = unit(&answer.dual).as_slice().to_vec();
-            return Err(Error::BeyondLimits { direction });
+        let largest = solver.totals(b, &forces).0;
+        if !self.limits || largest <= 1.0 - AT_LIMIT {
+            return Ok(None);
         }
-        Ok(())
+        let direction = unit(&answer.dual).as_slice().to_vec();
+        if largest > 1.0 + AT_LIMIT { Err(Error::BeyondLimits { direction }) } else { Ok(Some(direction)) }
     }
 
     /// What the forces of a point are worth.
@@ -264,12 +294,16 @@ impl<const D: usize> SquaresProgram<D> {
                 0.5 * slack.price.norm(&(rest + priced)).powi(2)
             }
         };
-        let gap = if gap > 0.0 { gap / size } else { 0.0 };
+        let gap = if gap == 0.0 { 0.0 } else { gap / size };
         // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
         let rounding = ROUNDED_BALANCE * point.y.norm() * point.size / size;
         let allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
         let missing = if self.slack.is_some() {
-            point.gradient.norm() / point.size.max(f64::MIN_POSITIVE)
+            // A high price makes large multipliers, and their rounding moves the forces. The gap proves the forces and their
+            // residual together, so that it may vouch for them.
+            let rounded = ROUNDED_BALANCE * point.y.norm();
+            let missing = (point.gradient.norm() - rounded).max(0.0) / point.size.max(f64::MIN_POSITIVE);
+            if gap <= DOUBTFUL_GAP && missing <= PRICED_BALANCE { 0.0 } else { missing }
         } else {
             let held = self.least.iter().copied().fold(0.0, f64::max);
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());

@@ -63,7 +63,7 @@ impl CutCone {
     fn hard(&self, x: &ContactForce) -> Projection {
         let (n, mu) = (x[0], self.mu);
         let r = (x[1] * x[1] + x[2] * x[2]).sqrt();
-        if r <= mu * n {
+        if n >= 0.0 && r <= mu * n {
             let mut same = Projection::fixed(ContactForce::new(n, x[1], x[2], 0.0), 0.0);
             same.inside = true;
             return same;

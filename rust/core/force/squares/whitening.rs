@@ -9,7 +9,7 @@ use nalgebra::SMatrix;
 
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::linalg::pivoted_basis::PivotedBasis;
-use crate::tolerances::RANK_TOLERANCE;
+use crate::tolerances::{RANK_TOLERANCE, ROUNDED_TORQUE};
 
 /// The map `T`.
 #[derive(Debug, Clone)]
@@ -20,14 +20,18 @@ pub(crate) struct Whitening<const D: usize> {
 }
 
 impl<const D: usize> Whitening<D> {
-    /// Makes the sum of `w w^T` over the wrenches the identity, in the directions that they span.
-    pub(crate) fn new(wrenches: &[Wrench<D>]) -> Self {
+    /// Makes the sum of `w w^T` over the wrenches the identity, in the directions that they span. `arm` is the longest arm
+    /// of any force: torques of forces through the origin are its rounding.
+    pub(crate) fn new(wrenches: &[Wrench<D>], arm: f64) -> Self {
         let split = if D == 3 { 2 } else { 3 };
         let longest = |rows: std::ops::Range<usize>| {
             let largest = wrenches.iter().map(|w| w.rows_range(rows.clone()).norm()).fold(0.0, f64::max);
             if REPRESENTABLE.contains(&largest) { largest } else { 1.0 }
         };
-        let (force, torque) = (longest(0..split), longest(split..D));
+        let (force, mut torque) = (longest(0..split), longest(split..D));
+        if torque <= ROUNDED_TORQUE * force * arm {
+            torque = force * arm;
+        }
         let units = Wrench::<D>::from_fn(|row, _| if row < split { 1.0 / force } else { 1.0 / torque });
         let basis =
             PivotedBasis::new(wrenches.iter().map(|w| w.component_mul(&units)).collect(), RANK_TOLERANCE);
@@ -71,7 +75,7 @@ mod tests {
                 )
             })
             .collect();
-        let whitening = Whitening::new(&wrenches);
+        let whitening = Whitening::new(&wrenches, 1.0);
         assert_eq!(whitening.rank, 5);
         let mut sum = SMatrix::<f64, 6, 6>::zeros();
         for wrench in &wrenches {
