@@ -348,6 +348,12 @@ pub(crate) const NEAR_HYPERPLANE: f64 = 1e-5;
 /// What rounding leaves of a balance in the coordinates of the least squares, relative to its terms.
 pub(crate) const ROUNDED_BALANCE: f64 = 64.0 * f64::EPSILON;
 
+/// How far beyond all forces a wrench must lie, relative to both, before a multiplier of least squares proves that.
+pub(crate) const SEPARATED_BY_DUAL: f64 = 1e-6;
+
+/// What rounding leaves of how far a force reaches beyond the face of the nearest one, relative to both lengths.
+pub(crate) const ROUNDED_REACH_OF_FACE: f64 = 1e-13;
+
 /// What a balance with a priced residual may miss, relative to its terms, where the gap is closed nevertheless.
 pub(crate) const PRICED_BALANCE: f64 = 1e-5;
 

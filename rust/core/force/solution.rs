@@ -75,22 +75,25 @@ pub struct Distribution<const D: usize> {
     pub sigma_max: f64,
     /// Sum of the shares (Eq. 6).
     pub sigma_sum: f64,
-    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench. Without lower bounds it is
-    /// `sigma = (residual - w_ext) . z_b`.
+    /// `z_b` of Eq. 26: the objective changes by `-z_b` with the wrench. For the maximum and the sum without lower bounds
+    /// `sigma = (residual - w_ext) . z_b`; for least squares without reference, bounds and slack that is `2 sigma`.
     pub dual: Wrench<D>,
     /// Relative distance between `sigma` and the lower bound that `dual` proves for the wrench that the forces balance,
     /// `w_ext - residual`.
     pub gap: f64,
-    /// Simplex pivots that this solve took; zero where Newton's method over true cones started from the last answer.
+    /// Simplex pivots that this solve took; zero where Newton's method over true cones started from the last answer. Of
+    /// least squares and nearest forces: Newton steps.
     pub pivots: usize,
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
-    /// an interior-point solver.
+    /// an interior-point solver. Of least squares: whether an interior-point solver gave the start. Of nearest forces with
+    /// an infinite gap: nothing proves them the least of the nearest.
     pub fell_back: bool,
     /// Whether the objective and its tie-break alone are known to determine the forces. Where they may not, the least
     /// `sum_i |f_i|^2 / f_i^U^2` does; forces that extreme forces can make in several ways count as such.
     pub unique: bool,
     /// What the forces leave unbalanced, `w_ext + sum_i G_i f_i`: rounding, or where no forces balance the wrench
-    /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows.
+    /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows. With a slack, or of nearest forces, it
+    /// may be large.
     pub residual: Wrench<D>,
     /// The norm of the residual, of forces that [`ForceDistributor::nearest`](crate::ForceDistributor::nearest) returned;
     /// zero of others.

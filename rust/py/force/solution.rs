@@ -36,8 +36,9 @@ use crate::runtime::memory::{Work, check_work};
 /// sigma_max, sigma_sum : float
 ///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
 /// dual : numpy.ndarray
-///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. Without lower bounds it is
-///     ``(residual - external_wrench) @ dual``.
+///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. For "max" and "sum"
+///     without lower bounds it is ``(residual - external_wrench) @ dual``; for "squares" without reference, bounds and
+///     slack that is twice the objective.
 /// gap : float
 ///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
 ///     forces balance.

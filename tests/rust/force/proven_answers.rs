@@ -1,8 +1,8 @@
 //! Answers are proven or refused: no tolerance of the gap breaks a limit, and nothing lies between solved and infeasible.
 
 use graspforce::{
-    Contact, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Metric, NearestOptions,
-    SquaresOptions, Wrench,
+    Contact, ContactForce, Criterion, DistributionOptions, Error, ForceDistributor, Grasp, Metric,
+    NearestOptions, SquaresOptions, Wrench,
 };
 use nalgebra::{SMatrix, Vector3};
 use support::problems::{Random, ellipsoid_grasp};
@@ -125,4 +125,41 @@ fn coefficients_that_underflow_are_no_silent_answer() {
             }
         }
     }
+}
+
+/// Least squares towards a reference far away, where Newton's method alone gives up.
+#[test]
+fn the_nearest_forces_are_the_least_where_solve_needs_its_last_resort() {
+    let points = [[-0.75, -0.25, -0.25], [0.25, 0.75, -0.25], [-0.75, 1.25, -0.25]].map(Vector3::from);
+    let normals = [[1.0, 1.0, 1.0], [0.0, -2.0, 1.0], [2.0, 0.0, 0.0]].map(Vector3::from);
+    let friction = [0.149_661_668_036_724_4, 0.685_545_652_910_320_3, 0.454_603_137_292_208_1];
+    let limits = [40.131_678_208_207_67, 0.426_441_673_909_333_1, 97.853_100_139_056_65];
+    let contacts: Vec<_> = (0..3)
+        .map(|i| {
+            let contact = Contact::new(points[i], normals[i]).friction(friction[i]);
+            contact.max_normal_force(limits[i]).cone()
+        })
+        .collect();
+    let reference = [
+        [-0.040_222_599_644_850_976, -0.003_486_175_528_398_962, 1.625_420_555_664_183_9, 0.0],
+        [-0.674_317_302_961_646_7, 2.204_688_628_315_247_5, 1.424_918_638_590_719_3, 0.0],
+        [0.619_025_360_075_683_1, -0.048_856_470_710_902_72, 0.227_891_653_349_313_63, 0.0],
+    ]
+    .map(ContactForce::from);
+    let weights = vec![45.756_261_360_810_825, 79.774_242_579_970_67, 0.020_150_155_556_614_317];
+    let options = SquaresOptions { reference: reference.to_vec(), weights, ..SquaresOptions::default() };
+    let distributor = squares(&Grasp::<6>::new(&contacts).unwrap(), options);
+    let external = Wrench::<6>::new(
+        -10.000_397_018_175_89,
+        -9.996_006_895_517_445,
+        -10.002_592_079_505_114,
+        -0.000_548_765_332_305_675_3,
+        -4.999_649_743_755_642,
+        5.001_296_039_752_558,
+    );
+    let solved = distributor.solve(&mut distributor.workspace(), &external).unwrap();
+    let nearest = NearestOptions { limits: false, ..NearestOptions::default() };
+    let found = distributor.nearest(&mut distributor.workspace(), &external, &nearest).unwrap();
+    let same = (found.sigma - solved.sigma).abs() <= 1e-6 * solved.sigma;
+    assert!(same || found.gap == f64::INFINITY, "{} {} {:e}", found.sigma, solved.sigma, found.gap);
 }

@@ -8,10 +8,8 @@ use crate::force::squares::whitening::Whitening;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
+use crate::tolerances::SEPARATED_BY_DUAL;
 use crate::wrench_set::cone::cone_slope;
-
-/// How far beyond all forces a wrench must lie, relative to both, before a multiplier counts as a proof of that.
-const SEPARATED: f64 = 1e-6;
 
 /// The forces of a contact.
 #[derive(Debug, Clone)]
@@ -145,7 +143,7 @@ impl<const D: usize> Dual<D> {
         let reach = |contact: &DualContact<D>| contact.reach(&contact.pull(y), f64::INFINITY);
         let reach: f64 = self.contacts.iter().map(reach).sum();
         let along = b.dot(y);
-        self.slack.is_none() && along - reach > SEPARATED * (along.abs() + reach.abs())
+        self.slack.is_none() && along - reach > SEPARATED_BY_DUAL * (along.abs() + reach.abs())
     }
 
     /// Evaluates the function at `y`, and writes the forces and shares there.

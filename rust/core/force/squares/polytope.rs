@@ -6,6 +6,7 @@
 
 use crate::force::squares::projection::Projection;
 use crate::grasp::contact::ContactForce;
+use crate::tolerances::{DEPENDENT_EDGE, ROUNDED_REACH_OF_FACE};
 
 /// Extreme forces with lower and upper bounds on the sum of their coefficients.
 #[derive(Debug, Clone)]
@@ -34,9 +35,6 @@ const APEX: usize = usize::MAX;
 
 /// Points of a face, and one that comes in.
 const FACE: usize = 6;
-
-/// What rounding leaves of a gain, relative to the lengths of its factors.
-const ROUNDED_GAIN: f64 = 1e-13;
 
 impl Polytope {
     pub(crate) fn new(forces: Vec<ContactForce>, general: bool) -> Self {
@@ -90,7 +88,7 @@ impl Polytope {
             // Torsions may be many orders smaller than forces: what is left counts, not the whole.
             let noise = rest.norm() * (point.norm() + face.point.norm());
             if face.rank == self.rank
-                || gain <= ROUNDED_GAIN * noise
+                || gain <= ROUNDED_REACH_OF_FACE * noise
                 || face.at[..face.len].contains(&next)
                 || face.len == FACE
             {
@@ -224,9 +222,6 @@ impl Face {
         weights
     }
 }
-
-/// An edge with less than this outside the span of others depends on them.
-const DEPENDENT_EDGE: f64 = 1e-13;
 
 #[cfg(test)]
 mod tests {

@@ -17,7 +17,9 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{AT_LIMIT, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE};
+use crate::tolerances::{
+    AT_LIMIT, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE,
+};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -303,7 +305,7 @@ impl<const D: usize> SquaresProgram<D> {
             // residual together, so that it may vouch for them.
             let rounded = ROUNDED_BALANCE * point.y.norm();
             let missing = (point.gradient.norm() - rounded).max(0.0) / point.size.max(f64::MIN_POSITIVE);
-            if gap <= DOUBTFUL_GAP && missing <= PRICED_BALANCE { 0.0 } else { missing }
+            if gap <= self.rtol && missing <= PRICED_BALANCE { 0.0 } else { missing }
         } else {
             let held = self.least.iter().copied().fold(0.0, f64::max);
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
