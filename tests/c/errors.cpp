@@ -122,7 +122,7 @@ int main() {
     expect(distribute(), GF_STATUS_INVALID, {"slack"});
     options.slack = nullptr;
     options.weights = negative;
-    expect(distribute(), GF_STATUS_INVALID, {"weights", "row 0", "0"});
+    expect(distribute(), GF_STATUS_INVALID, {"weights", "contact 0", "0"});
     options.weights = nullptr;
     options.objective = GF_OBJECTIVE_MAX;
     options.nearest_metric = slack;

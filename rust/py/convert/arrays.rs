@@ -45,7 +45,7 @@ pub fn float_array<'py>(
         let kind: String = dtype.getattr("kind")?.extract()?;
         if !matches!(kind.as_str(), "i" | "u" | "f") {
             let message = match not_a_number(value) {
-                Some((at, text)) => format!("entry {at} is {text}, not a real number"),
+                Some((at, text)) => format!("entry {at}: {text} is not a real number"),
                 None => format!("dtype {dtype} does not hold real numbers"),
             };
             return Err(PyTypeError::new_err(message));
@@ -73,7 +73,7 @@ pub fn float_array<'py>(
     let array = converted().map_err(|error| {
         let reason = reason(value.py(), error);
         // A place comes before the colon: "positions, contact 1: ...".
-        let placed = reason.starts_with("row ") || reason.starts_with("contact ");
+        let placed = ["row ", "contact ", "entry "].iter().any(|place| reason.starts_with(place));
         format!("{argument}{} {reason}", if placed { "," } else { ":" })
     })?;
     array.try_readonly().map_err(|error| format!("{argument}: {error}"))

@@ -40,22 +40,18 @@ impl SquaresArguments {
         let slack = slack.map(|value| {
             let array = float_array("slack", value)?;
             refuse_not_finite("slack", &array)?;
-            if array.shape().len() < 2
-                && let Some(k) = contents(&array).iter().position(|price| *price <= 0.0)
-            {
+            let law = |k: usize| {
                 let component =
                     if array.shape().is_empty() { String::new() } else { format!(", component {k}") };
-                return Err(format!(
-                    "slack{component}: {} must be positive",
-                    significant(contents(&array)[k], 6)
-                ));
-            }
+                format!("slack{component}: {} must be positive", significant(contents(&array)[k], 6))
+            };
+            let refused = contents(&array).iter().position(|price| *price <= 0.0).map(law);
             let diagonal = |entry: &dyn Fn(usize) -> f64| {
                 (0..d).map(|r| (0..d).map(|c| if r == c { entry(r) } else { 0.0 }).collect()).collect()
             };
             match (array.shape(), contents(&array)) {
-                ([], &[all]) => Ok(diagonal(&|_| all)),
-                ([count], each) if *count == d => Ok(diagonal(&|r| each[r])),
+                ([], &[all]) => refused.map_or_else(|| Ok(diagonal(&|_| all)), Err),
+                ([count], each) if *count == d => refused.map_or_else(|| Ok(diagonal(&|r| each[r])), Err),
                 ([a, b], all) if *a == d && *b == d => Ok(all.chunks(d).map(<[f64]>::to_vec).collect()),
                 (given, _) => {
                     Err(format!("slack: shape {}, expected a number, ({d},) or ({d}, {d})", shaped(given)))

@@ -234,7 +234,7 @@ def test_an_infeasible_wrench_names_contacts_that_are_off():
         ),
         ({"objective": "squares", "weights": [1, 2, 3, -4]}, "weights, contact 3: -4 must be positive"),
         ({"objective": "squares", "weights": 1e300}, "weights: 1e300 must be positive, within"),
-        ({"objective": "squares", "weights": [1, 2, "a", 4]}, "weights, entry 2 is 'a', not a real number"),
+        ({"objective": "squares", "weights": [1, 2, "a", 4]}, "weights, entry 2: 'a' is not a real"),
         (
             {"objective": "squares", "reference": [[0, 0, 0], [0, 0, np.nan]] + [[0, 0, 0]] * 2},
             "reference, contact 1: component t: NaN is not finite",
