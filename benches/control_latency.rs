@@ -19,6 +19,8 @@ fn main() {
     let along: Vec<_> = (0..CALLS).map(|step| wrench((step % 10_000) as f64 * 1e-3)).collect();
     let jumps: Vec<_> = (0..CALLS).map(|_| Wrench::<6>::from_fn(|_, _| random.within(-1.0, 1.0))).collect();
     let beyond: Vec<_> = jumps.iter().map(|w| w * 60.0).collect();
+    // Twice the strongest pull of one finger lies beyond all of them along this path.
+    let far: Vec<_> = along.iter().map(|w| w * 60.0 + Wrench::<6>::repeat(40.0)).collect();
     println!(
         "{:48} {:>9} {:>9} {:>11} {:>7}",
         "median time of a call (us)", "ours", "p99", "Clarabel", "ratio"
@@ -28,7 +30,8 @@ fn main() {
     row("squares, random jumps", &grasp, &free, None, &jumps);
     let limited = SquaresOptions { limits: true, ..SquaresOptions::default() };
     row("squares within limits, along the trajectory", &grasp, &limited, None, &along);
-    row("nearest of squares, wrenches beyond limits", &grasp, &limited, Some(1e6), &beyond);
+    row("nearest of squares beyond limits, along a path", &grasp, &limited, Some(1e6), &far);
+    row("nearest of squares beyond limits, random jumps", &grasp, &limited, Some(1e6), &beyond);
 }
 
 /// With a price, `nearest` is asked; Clarabel then solves the least squares with this price.

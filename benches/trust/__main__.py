@@ -12,6 +12,7 @@ from benches.trust import (
     mesh_unions,
     metrics,
     near_closure,
+    nearest,
     nearly_degenerate,
     origin_contacts,
     smooth,
@@ -21,6 +22,7 @@ from benches.trust import (
 
 FAMILIES = (
     control,
+    nearest,
     nearly_degenerate,
     feet_and_pinches,
     large_forces,

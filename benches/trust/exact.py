@@ -48,15 +48,16 @@ def _wrench(position: Vector, force: Vector) -> Vector:
     return [*force, *_cross(position, force)]
 
 
-def wrenches(positions, normals, friction, limits, edges: int = 4) -> list[list[Vector]]:
+def wrenches(positions, normals, friction, limits, edges: int = 4, origin=None) -> list[list[Vector]]:
     """Eqs. 3 and 8 for 4 or 8 edges, contact by contact, with the library's default tangents."""
+    centre = [Fraction(0)] * len(positions[0]) if origin is None else [Fraction(float(x)) for x in origin]
     half = root(Fraction(1, 2))
     circle = [(0, 1), (-1, 0), (0, -1), (1, 0)] if edges == 4 else [
         (half, half), (0, 1), (-half, half), (-1, 0), (-half, -half), (0, -1), (half, -half), (1, 0)
     ]  # fmt: skip
     found = []
     for row, normal, given, most in zip(positions, normals, friction, limits, strict=True):
-        r, n = [Fraction(float(x)) for x in row], _unit([Fraction(float(x)) for x in normal])
+        r, n = _less([Fraction(float(x)) for x in row], centre), _unit([Fraction(float(x)) for x in normal])
         mu, limit = Fraction(float(given)), Fraction(float(most))
         if len(r) == 2:
             t = [-n[1], n[0]]

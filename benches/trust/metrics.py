@@ -40,7 +40,8 @@ class Case:
 
     def sets(self) -> list[list[exact.Vector]]:
         """Return the exact primitive wrenches."""
-        return exact.wrenches(self.positions, self.normals, self.friction, self.limits)
+        origin = self.options.get("origin")
+        return exact.wrenches(self.positions, self.normals, self.friction, self.limits, origin=origin)
 
     def exact_metric(self) -> exact.Matrix:
         """Return the exact metric."""

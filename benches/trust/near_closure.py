@@ -90,7 +90,7 @@ def compare_slippery(count: int) -> tuple[int, int, int]:
                 asked += 1
                 missed += not found.converged
                 if case.positions.shape[1] == 2:
-                    sets = exact.wrenches(_moved(case), case.normals, case.friction, case.limits)
+                    sets = case.sets()
                     epsilon = exact.planar_epsilon(sets, criterion, case.exact_metric())
                     wrong += epsilon is None or not found.epsilon_lower <= epsilon <= found.epsilon_upper
                 # Resistance is at least epsilon along every direction, as exactly as forces are solved for.
@@ -100,10 +100,6 @@ def compare_slippery(count: int) -> tuple[int, int, int]:
                     wrong += bool(reach < found.epsilon_lower * (1 - 1e-2))
         wrong += len(classes) != 1
     return asked, missed, wrong
-
-
-def _moved(case: Case) -> np.ndarray:
-    return case.positions - np.asarray(case.options.get("origin", 0.0))
 
 
 def _norm(case: Case, wrench: np.ndarray) -> float:

@@ -181,6 +181,39 @@ def turned(count: int, seed: int = 11) -> Iterator[Turned]:
         yield Turned(radius * outward + shift, -outward, options)
 
 
+def shifted(count: int, seed: int = 12) -> Iterator[Turned]:
+    """Yield soft contacts with true cones on solids and rings whose centre is not the torque origin."""
+    random = np.random.default_rng(seed)
+    tetrahedron = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
+    cube = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    for k in range(count):
+        angles = 2 * np.pi * np.arange(3 + k % 6) / (3 + k % 6)
+        ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+        directions = np.array((tetrahedron, cube, ring)[k % 3])
+        turn, _ = np.linalg.qr(random.normal(size=(3, 3)))
+        outward = directions / np.linalg.norm(directions, axis=1)[:, None] @ turn.T
+        options = {
+            "friction": float(random.choice([0.3, 0.5, 0.9])),
+            "torsion": float(random.choice([0.0, 0.005, 0.02])),
+            "edges": None,
+            "length_scale": float(random.choice([0.02, 0.1, 1.0])),
+            "origin": random.uniform(-0.05, 0.05, 3),
+        }
+        yield Turned(0.04 * outward, -outward, options)
+
+
+def row_of_shifted(count: int) -> Row:
+    """Compare the solids and rings off the torque origin."""
+    missed = wrong = 0
+    for case, criterion in asked(list(shifted(count))):
+        grasp = case.grasp()
+        q = grasp.quality(criterion)
+        missed += q.upper - q.lower > WIDTH * -q.lower
+        wrong += least_support(grasp, criterion, -q.upper, starts=100) < -q.upper * (1 - 1e-12)
+    name = "solids and rings of true cones off the torque origin"
+    return Row(name, 2 * count, "multi-start minimisation", missed, wrong)
+
+
 def least_support_of_edges(grasp: gf.Grasp, criterion: str, target: float, starts: int = 20) -> float:
     """Bound epsilon from above as `least_support` does, for linearised cones."""
     wrenches = np.array(grasp.primitive_wrenches)
@@ -246,4 +279,5 @@ def rows(share: float) -> list[Row]:
         wrong += least_support(grasp, criterion, -q.upper) < -q.upper * (1 - 1e-12)
     table.append(Row("rings of 3 to 8 contacts", 2 * len(some), "multi-start minimisation", missed, wrong))
     table.append(row_of_turned(max(6, round(120 * share))))
+    table.append(row_of_shifted(max(6, round(90 * share))))
     return table

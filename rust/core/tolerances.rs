@@ -37,6 +37,13 @@ pub(crate) const DRIFTED_PLANE: f64 = 1e-13;
 /// A plane this much shorter than the two that it is combined from has lost three digits, and is computed afresh.
 pub(crate) const CANCELLED_PLANE: f64 = 1e-3;
 
+/// What a projection in 32 digits leaves of a column, relative to the column, is rounding: some thousand of them.
+pub(crate) const CANCELLED_COLUMN: f64 = 1e-28;
+
+/// What a product in 32 digits loses, in units of what one in 16 digits does: [`ROUNDED_POINT`] times this is some thousand
+/// roundings.
+pub(crate) const LOST_IN_32_DIGITS: f64 = 1e-14;
+
 /// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
 pub(crate) const PROVEN_PLANE: f64 = 0.5;
 

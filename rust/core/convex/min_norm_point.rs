@@ -144,12 +144,15 @@ fn certify<const D: usize>(
     rtol: f64,
 ) {
     let (lost, _) = rounding.of_support(&best.witness);
+    let before = best.lower.max(0.0);
     best.lower -= lost + ROUNDED_QUOTIENT * best.lower.abs();
     let weighted = best.combination.iter().zip(directions).filter(|((_, weight), _)| *weight != 0.0);
     let uncertain: Wrench<D> = weighted.map(|((_, weight), z)| rounding.of_support(z).1 * weight.abs()).sum();
     best.upper = length(&(reached.abs() + uncertain)) * (1.0 + ROUNDED_QUOTIENT);
     best.lower = best.lower.min(best.upper);
-    best.converged |= best.upper - best.lower <= rtol * best.upper + 3.0 * lost;
+    // What is left beside the rounding of both bounds is no more than that rounding.
+    let rounded = (before - best.lower).max(lost) + (best.upper - length(reached)).max(0.0);
+    best.converged |= best.upper - best.lower <= rtol * best.upper + (2.0 * rounded).max(3.0 * lost);
 }
 
 /// Affinely independent points whose convex hull holds the current point in its relative interior.

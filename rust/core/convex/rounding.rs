@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
 use crate::grasp::wrench::with_torque;
-use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::tolerances::{LEAST_TANGENT, ROUNDED_POINT};
 
@@ -43,8 +42,11 @@ impl<const D: usize> Rounding<D> for Wrench<D> {
     }
 }
 
-/// The bounds for the contacts of a grasp in the coordinates where the metric is Euclidean.
-pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>, metric: &Metric<D>) -> Vec<Wrench<D>> {
+/// The bounds for the contacts of a grasp in the coordinates `A w`, where `magnitude` is `|A|`.
+pub(crate) fn of_contacts<const D: usize>(
+    grasp: &Grasp<D>,
+    magnitude: impl Fn(&Wrench<D>) -> Wrench<D>,
+) -> Vec<Wrench<D>> {
     // Adding up as many contacts rounds as often.
     let lost = ROUNDED_POINT + grasp.num_contacts() as f64 * f64::EPSILON;
     let contacts = grasp.contacts().iter().enumerate().map(|(i, contact)| {
@@ -53,7 +55,7 @@ pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>, metric: &Metric<D>) 
         let sizes = force_magnitude(grasp, i, contact);
         let force = n * sizes[0] + o * sizes[1] + t * sizes[2];
         let torque = cross_magnitude(&lever, &force) + n * sizes[3];
-        metric.magnitude(&with_torque(&force, &torque)) * lost
+        magnitude(&with_torque(&force, &torque)) * lost
     });
     contacts.collect()
 }
@@ -98,7 +100,7 @@ fn frame_magnitude<const D: usize>(grasp: &Grasp<D>, i: usize) -> [Vector3<f64>;
 }
 
 /// The largest components of what a contact can exert.
-fn force_magnitude<const D: usize>(grasp: &Grasp<D>, i: usize, contact: &Contact) -> ContactForce {
+pub(crate) fn force_magnitude<const D: usize>(grasp: &Grasp<D>, i: usize, contact: &Contact) -> ContactForce {
     if let (ForceModel::Extreme(_), Some(range)) = (&contact.forces, grasp.edges(i)) {
         let all = grasp.finite_forces()[range].iter();
         return all.fold(ContactForce::zeros(), |largest, force| largest.sup(&edge_magnitude(force)));

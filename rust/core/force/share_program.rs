@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces};
-use crate::force::linear_cones::program::{LinearProgram, LinearWorkspace};
+use crate::force::linear_cones::program::LinearProgram;
+use crate::force::linear_cones::workspace::LinearWorkspace;
 use crate::force::preload::program::{PreloadProgram, PreloadWorkspace, checked_bounds};
 use crate::force::simplex::pricing::Objective;
 use crate::force::solution::{DistributionOptions, Method};

@@ -160,8 +160,7 @@ impl Contact {
             Some(tangent) => unit(tangent).ok_or_else(|| {
                 Error::contact("tangents", index, format!("{} has no direction", list(tangent)))
             })?,
-            None if n.x.abs() > 0.7 => Vector3::y(),
-            None => Vector3::x(),
+            None => default_seed(n),
         };
         let o = seed - n * n.dot(&seed);
         if o.norm() < 1e-9 {
@@ -171,6 +170,11 @@ impl Contact {
         // A second projection removes what cancellation left along n when the tangent was nearly parallel.
         let o = o.normalize();
         Ok((o - n * n.dot(&o)).normalize())
+    }
+
+    /// What the first tangent is projected from where none is given, once the normal is a unit vector.
+    pub(crate) fn default_seed(&self) -> Vector3<f64> {
+        default_seed(&self.normal)
     }
 
     /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
@@ -306,6 +310,10 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
 }
 
 /// The unit vector along `v`, safe against overflow and underflow of the squares.
+fn default_seed(n: &Vector3<f64>) -> Vector3<f64> {
+    if n.x.abs() > 0.7 { Vector3::y() } else { Vector3::x() }
+}
+
 fn unit(v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let scale = v.amax();
     if !(scale > 0.0 && scale.is_finite()) {

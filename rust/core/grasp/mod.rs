@@ -8,11 +8,13 @@
 //! |---|---|
 //! | [`contact`] | a contact, its frame and its extreme forces (Eq. 3) |
 //! | [`wrench`] | wrenches, and the map from contact forces to them (Eq. 8) |
+//! | [`exact_map`] | that map in 32 digits |
 //! | [`wrench_norm`] | the norm of wrenches in which quality is measured |
 //! | [`torque_limits`] | extreme forces that joint torques allow |
 //! | [`plausibility`] | contacts that look like mistakes |
 
 pub(crate) mod contact;
+pub(crate) mod exact_map;
 pub(crate) mod plausibility;
 pub(crate) mod torque_limits;
 pub(crate) mod wrench;
@@ -88,6 +90,7 @@ impl GraspOptions {
 pub struct Grasp<const D: usize> {
     contacts: Vec<Contact>,
     frames: Vec<Matrix3<f64>>,
+    given_normals: GivenNormals,
     maps: Vec<ContactMap<D>>,
     edges: Vec<Option<Range<usize>>>,
     /// Shared with the wrench sets of the grasp.
@@ -119,6 +122,7 @@ impl<const D: usize> Grasp<D> {
         let mut grasp = Self {
             contacts: room("positions", count)?,
             frames: room("positions", count)?,
+            given_normals: GivenNormals(room("positions", count)?),
             maps: room("positions", count)?,
             edges: room("positions", count)?,
             extreme_forces: Arc::new(room("edges", forces)?),
@@ -140,6 +144,7 @@ impl<const D: usize> Grasp<D> {
         let lever = contact.position - self.options.origin;
         let map = contact_map::<D>(&lever, &frame);
         let mut contact = contact.clone();
+        let given_normal = contact.normal;
         contact.normal = frame.column(0).into();
         contact.friction /= self.options.friction_margin;
         contact.torsion /= self.options.friction_margin;
@@ -178,6 +183,7 @@ impl<const D: usize> Grasp<D> {
             );
             return Err(Error::contact("positions", index, reason));
         }
+        self.given_normals.0.push(given_normal);
         self.contacts.push(contact);
         self.frames.push(frame);
         self.maps.push(map);
@@ -197,6 +203,11 @@ impl<const D: usize> Grasp<D> {
     /// Contact frames with columns `n`, `o`, `t`.
     pub fn frames(&self) -> &[Matrix3<f64>] {
         &self.frames
+    }
+
+    /// The normals before they were made unit vectors of 16 digits.
+    pub(crate) fn given_normals(&self) -> &[Vector3<f64>] {
+        &self.given_normals.0
     }
 
     /// The maps `G_i`, whose columns side by side are the grasp matrix.
@@ -273,6 +284,16 @@ impl<const D: usize> Grasp<D> {
                 Err(Error::contact("edges", contact, reason))
             }
         }
+    }
+}
+
+/// Normals as they were given. Grasps whose unit normals are the same are equal, whatever these are.
+#[derive(Debug, Clone)]
+struct GivenNormals(Vec<Vector3<f64>>);
+
+impl PartialEq for GivenNormals {
+    fn eq(&self, _: &Self) -> bool {
+        true
     }
 }
 

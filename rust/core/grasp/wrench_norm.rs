@@ -12,9 +12,10 @@
 use nalgebra::SMatrix;
 
 use crate::error::{Error, Result};
+use crate::grasp::exact_map::Wrench32;
 use crate::grasp::{REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::INDEFINITE;
+use crate::tolerances::{INDEFINITE, ROUNDED_QUOTIENT};
 
 /// A positive definite metric on wrenches, by its factor.
 ///
@@ -95,9 +96,36 @@ impl<const D: usize> Metric<D> {
         self.factor.tr_mul(z)
     }
 
+    /// `C^-T y` for functionals `y` on physical wrenches, side by side: what they are on Euclidean ones.
+    pub(crate) fn functionals_to_euclidean<const N: usize>(
+        &self,
+        functionals: &SMatrix<f64, D, N>,
+    ) -> SMatrix<f64, D, N> {
+        self.inverse.tr_mul(functionals)
+    }
+
+    /// No less than the size of the terms of [`Self::functionals_to_euclidean`].
+    pub(crate) fn size_of_functionals<const N: usize>(&self, functionals: &SMatrix<f64, D, N>) -> f64 {
+        self.inverse.abs().tr_mul(&functionals.abs()).norm()
+    }
+
+    /// The rows of `A C`, without rounding.
+    pub(crate) fn exact_rows(&self, matrix: &SMatrix<f64, D, D>) -> [Wrench32<D>; D] {
+        let product = |row: usize, column: usize| {
+            let terms = (0..D).map(|k| DoubleDouble::from(matrix[(row, k)]).times(self.factor[(k, column)]));
+            terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+        };
+        std::array::from_fn(|row| std::array::from_fn(|column| product(row, column)))
+    }
+
+    /// By what part of it rounding of the factor `C` may change a norm: `C' C^-1` is the identity up to this.
+    pub(crate) fn rounding(&self) -> f64 {
+        ROUNDED_QUOTIENT * (self.factor.abs() * self.inverse.abs()).norm()
+    }
+
     /// The unit direction `z` whose functional is parallel to `functional`.
     pub(crate) fn unit_of_functional(&self, functional: &Wrench<D>) -> Wrench<D> {
-        unit(&self.inverse.tr_mul(functional))
+        unit(&self.functionals_to_euclidean(functional))
     }
 
     /// `|C| w` for a wrench of magnitudes: what `C` makes of a bound on every component.

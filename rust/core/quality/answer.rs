@@ -20,7 +20,6 @@ use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
 use crate::quality::set_rounding::SetRounding;
-use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
 use crate::tolerances::{
     DISTANCE_RTOL, EXACT_SYMMETRY, FIRST_SIMPLEX, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY,
@@ -89,7 +88,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             let symmetries = Symmetries::of(self, NEAR_SYMMETRY * thinnest.upper);
             let exact = symmetries.deviation() <= EXACT_SYMMETRY * limits.rtol * thinnest.upper;
             if exact {
-                known = symmetric_radius(self, &symmetries, &thinnest, size, limits);
+                known = self.radius_by_symmetry(&symmetries, &thinnest, size, limits);
             }
             // What neither closed the bracket nor reached `max_facets` was stopped by rounding.
             if let Some(radius) = known
@@ -98,11 +97,11 @@ impl<const D: usize> QualityQuery<'_, D> {
                     || radius.upper < limits.stop_below)
             {
                 *symmetric = true;
-                return Expansion::Radius(radius);
+                return Expansion::Radius(self.lowered(radius, limits));
             }
             progress = polytope.grow(limits, &mut oracle);
             if !exact && matches!(progress, Progress::Full(_)) {
-                known = symmetric_radius(self, &symmetries, polytope.thinnest(), size, limits);
+                known = self.radius_by_symmetry(&symmetries, polytope.thinnest(), size, limits);
             }
             if matches!(progress, Progress::Full(_)) {
                 let inscribed = self.inscribed_radius(polytope.thinnest(), size, limits);
@@ -113,6 +112,9 @@ impl<const D: usize> QualityQuery<'_, D> {
             }
             *symmetric = known.is_some();
         }
+        if matches!(progress, Progress::Full(_)) {
+            known = known.map(|radius| self.lowered(radius, limits));
+        }
         match (polytope.conclude(progress, size, limits), known) {
             (Expansion::Radius(plain), Some(known)) => {
                 Expansion::Radius(plain.intersection(&known, limits.rtol))
@@ -120,6 +122,15 @@ impl<const D: usize> QualityQuery<'_, D> {
             (Expansion::Stopped(_) | Expansion::Pierced(_), Some(known)) => Expansion::Radius(known),
             (plain, None) => plain,
         }
+    }
+
+    /// An open bracket with its upper end from a few steps downhill.
+    fn lowered(&self, radius: Radius<D>, limits: &Limits) -> Radius<D> {
+        let (upper, direction) = self.least_downhill(&radius.direction, radius.lower);
+        if radius.converged || upper >= radius.upper {
+            return radius;
+        }
+        Radius { upper: upper.max(radius.lower), direction, ..radius }.settled(limits.rtol)
     }
 
     /// A set that holds a ball of a thousandth of its size holds the origin well inside: the usual case.
@@ -145,13 +156,13 @@ impl<const D: usize> QualityQuery<'_, D> {
         if let (Expansion::Radius(radius), None) = (first, self.center)
             && is_clear(self.grasp, &self.metric, radius.lower, self.scale)
         {
-            return self.inside(&radius, 0.0, Closure::Force);
+            return self.narrowed(self.inside(&radius, 0.0, Closure::Force));
         }
         let verdict = classify(self.grasp, &mut workspace.twin);
         let closure = verdict.closure;
         match self.center {
             Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
-                Ok(radius) => self.inside(&radius, 0.0, closure),
+                Ok(radius) => self.narrowed(self.inside(&radius, 0.0, closure)),
                 Err(unresolved) => self.about_center(&unresolved, closure),
             },
             None if closure == Closure::Force => {
@@ -166,7 +177,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                 };
                 // What the twin proves is little, but more than nothing.
                 let least = verdict.certain(self.grasp, &self.metric);
-                self.inside(&radius.unwrap_or_else(unknown), least, closure)
+                self.narrowed(self.inside(&radius.unwrap_or_else(unknown), least, closure))
             }
             None => self.outside(&verdict),
         }
@@ -290,12 +301,13 @@ impl<const D: usize> QualityQuery<'_, D> {
 
     /// `least` is a lower bound of the distance that is known besides.
     fn at_distance(&self, nearest: &NearestPoint<D>, least: f64, closure: Closure) -> Quality<D> {
+        let nearest = self.turned_to(nearest);
         let direction = self.metric.to_physical(&nearest.witness);
         Quality {
             rho: nearest.upper,
             lower: nearest.lower.max(least).min(nearest.upper).max(0.0),
             upper: nearest.upper,
-            converged: nearest.converged,
+            converged: nearest.converged || nearest.upper - nearest.lower <= self.rtol() * nearest.upper,
             closure,
             direction,
             wrench: direction * -nearest.upper,

@@ -14,10 +14,13 @@ use std::cmp::Ordering;
 
 use nalgebra::Vector3;
 
-use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Thinnest};
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
+use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
-use crate::convex::rounding::{along, edge_magnitude, map_magnitude};
-use crate::grasp::contact::ContactForce;
+use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
+use crate::convex::rounding::{along, edge_magnitude, force_magnitude, map_magnitude};
+use crate::grasp::contact::{ContactForce, ForceModel};
+use crate::grasp::exact_map::{Wrench32, dot};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
 use crate::tolerances::{
@@ -36,6 +39,9 @@ pub enum Closure {
     /// No two opposite wrenches; `rho > 0`.
     None,
 }
+
+/// Relative width of the bracket of a radius that is compared with what rounding takes of it.
+const MARGIN_RTOL: f64 = 1e-3;
 
 /// The class, with its witness.
 pub(crate) struct Verdict<const D: usize> {
@@ -83,8 +89,16 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         // What is thinner than rounding, no smaller simplex can tell from flat.
         let smaller = (SMALLER_SIMPLEX * size.min(upper.abs())).max(uncertain.amax());
         let thinner = smaller.partial_cmp(&size) == Some(Ordering::Less);
-        if upper <= along(&direction, &uncertain) || !thinner {
+        if upper <= along(&direction, &uncertain) {
             break verdict(Closure::Partial, &direction, 0.0);
+        }
+        // Rounding of long wrenches may have hidden that the set is not flat.
+        if !thinner {
+            break match twin.round_radius(grasp, &uncertain) {
+                Some(Ok(radius)) => verdict(Closure::Force, &direction, radius),
+                Some(Err(thinnest)) => verdict(Closure::Partial, &thinnest, 0.0),
+                None => verdict(Closure::Partial, &direction, 0.0),
+            };
         }
         size = smaller;
     };
@@ -172,8 +186,50 @@ impl<const D: usize> Twin<D> {
                 map
             })
             .collect();
-        let set = WrenchSet::of_unit_wrenches(grasp, &maps, Criterion::Sum);
+        let set = WrenchSet::of_unit_wrenches(grasp, &maps, Criterion::Sum, |wrench| *wrench);
         Self { set, maps, shape }
+    }
+
+    /// The radius that is certain, from coordinates where the set is round, or the direction along which it is thinnest;
+    /// `None` where it is flat.
+    ///
+    /// The coordinates depend on the twin alone, not on the limits of its contacts: so does the class.
+    fn round_radius(&self, grasp: &Grasp<D>, uncertain: &Wrench<D>) -> Option<Result<f64, Wrench<D>>> {
+        let axes = |i: usize| {
+            let contact = &grasp.contacts()[i];
+            match contact.forces {
+                ForceModel::Extreme(_) => {
+                    let forces = force_magnitude(grasp, i, contact);
+                    forces / forces.amax().max(f64::MIN_POSITIVE)
+                }
+                _ => ContactForce::new(1.0, contact.friction, contact.friction, contact.torsion),
+            }
+        };
+        let columns = self.maps.iter().enumerate().flat_map(|(i, map)| {
+            let axes = axes(i);
+            std::array::from_fn::<Wrench32<D>, 4, _>(|k| {
+                std::array::from_fn(|row| (map[(row, k)] * axes[k]).into())
+            })
+        });
+        let rows = round_rows(columns.collect())?;
+        let through = |wrench: &Wrench<D>| {
+            let exact: Wrench32<D> = std::array::from_fn(|row| wrench[row].into());
+            Wrench::from_fn(|row, _| dot(&rows[row], &exact).value())
+        };
+        let set = WrenchSet::of_unit_wrenches(grasp, &self.maps, Criterion::Sum, through);
+        let norm = matrix_of(&rows).transpose();
+        let round = RoundSet {
+            norm: PlaneNorm::Through(vec![norm], norm.norm()),
+            uncertain: Wrench::repeat(ROUNDED_POINT * set.longest()),
+            longest: set.longest(),
+            oracle: |z: &Wrench<D>| set.support(z),
+        };
+        let physical = |direction: &Wrench<D>| unit(&(norm * direction));
+        let lost = uncertain.norm();
+        Some(match round.radius(&Limits::new(MARGIN_RTOL)) {
+            Ok(radius) if radius.lower > lost => Ok(radius.lower - lost),
+            Ok(Radius { direction, .. }) | Err(Thinnest { direction, .. }) => Err(physical(&direction)),
+        })
     }
 
     /// Of every wrench before it is made one of unit length, by contact: the force that exerts it and its length; of a

@@ -17,7 +17,6 @@ use crate::grasp::contact::{Contact, ForceModel, latitudes};
 use crate::grasp::{Grasp, GraspOptions};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::QualityOptions;
-use crate::quality::symmetric_radius::symmetric_radius;
 use crate::quality::symmetry::Symmetries;
 use crate::tolerances::{INSCRIBED_RTOL, NEAR_SYMMETRY, ROUNDED_QUOTIENT};
 
@@ -53,9 +52,17 @@ impl<const D: usize> QualityQuery<'_, D> {
             return None;
         }
         let limits = Limits { rtol: INSCRIBED_RTOL.max(limits.rtol), ..*limits };
-        let radius = symmetric_radius(&inner, &symmetries, &known, size, &limits)?;
-        let (upper, direction) = (thinnest.upper, thinnest.direction);
-        Some(Radius { upper, direction, converged: false, lower: radius.lower.min(upper), ..radius })
+        let radius = inner.radius_by_symmetry(&symmetries, &known, size, &limits)?;
+        let images = symmetries.maps.iter().map(|symmetry| symmetry.map * radius.direction);
+        let (mut upper, mut direction) = (thinnest.upper, thinnest.direction);
+        for image in images.chain([radius.direction]) {
+            let (value, z) = self.least_downhill(&image.normalize(), radius.lower);
+            if value < upper {
+                (upper, direction) = (value, z);
+            }
+        }
+        let lower = radius.lower.min(upper);
+        Some(Radius { upper, direction, converged: false, lower, ..radius })
     }
 }
 

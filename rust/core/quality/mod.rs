@@ -10,7 +10,9 @@
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
 //! | [`gradient`] | derivatives of epsilon by positions and normals |
+//! | [`thin_sets`] | brackets of sets that are many orders longer than thick, in coordinates where they are round |
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
+//! | [`shifted_sets`] | the same about the contacts' centre where that is not the torque origin |
 //! | [`inscribed_cones`] | the symmetries of true cones, for linearised ones of many edges |
 //! | [`batch`] | many grasps on all cores |
 //! | [`singular_values`] | measures of the grasp matrix alone |
@@ -25,9 +27,11 @@ pub(crate) mod length_scale_hint;
 pub(crate) mod query;
 pub(crate) mod result;
 pub(crate) mod set_rounding;
+pub(crate) mod shifted_sets;
 pub(crate) mod singular_values;
 pub(crate) mod symmetric_radius;
 pub(crate) mod symmetry;
+pub(crate) mod thin_sets;
 
 pub use result::{Quality, QualityOptions, QualityWorkspace};
 

@@ -9,6 +9,9 @@ use crate::quality::result::QualityOptions;
 use crate::tolerances::{QUALITY_RTOL, QUALITY_RTOL_OF_CONES, ROUNDED_QUOTIENT};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 
+/// Subgradient steps from a direction along which the set is thin.
+const STEPS_DOWNHILL: usize = 40;
+
 /// A wrench set in the coordinates where the metric is Euclidean.
 pub(crate) struct QualityQuery<'a, const D: usize> {
     pub(crate) grasp: &'a Grasp<D>,
@@ -56,7 +59,7 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
         }
         let lost = center
             .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);
-        let rounding = (of_contacts(grasp, &metric), lost);
+        let rounding = (of_contacts(grasp, |sizes| metric.magnitude(sizes)), lost);
         Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
     }
 
@@ -72,6 +75,23 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
     pub(crate) fn value(&self, z: &Wrench<D>) -> f64 {
         let value = self.set.value(z);
         self.center.map_or(value, |(_, center)| value.max(0.0) + z.dot(&center))
+    }
+
+    /// The least support value met on the way downhill from a direction, and where. No value is below `lower`.
+    pub(crate) fn least_downhill(&self, from: &Wrench<D>, lower: f64) -> (f64, Wrench<D>) {
+        let (mut best, mut z) = (self.support(from), *from);
+        let mut drop = best.value - lower;
+        for _ in 0..STEPS_DOWNHILL {
+            let Some(next) = best.downhill(&z, best.value - drop) else { break };
+            let there = self.support(&next);
+            // A step that leads uphill was too long.
+            if there.value < best.value {
+                (best, z) = (there, next);
+            } else {
+                drop *= 0.5;
+            }
+        }
+        (best.value, z)
     }
 
     /// Relative width of the bracket that counts as converged.

@@ -12,6 +12,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::grasp::Wrench;
 use crate::quality::query::QualityQuery;
@@ -36,31 +37,61 @@ const NEAR: f64 = 0.05;
 /// What the search needs to know besides the set.
 struct Search<'a, const D: usize> {
     query: &'a QualityQuery<'a, D>,
+    /// Where distances are not measured by the norm of the coordinates.
+    orbits: Option<&'a NormOfOrbits<D>>,
     /// What is known of the radius already.
     thinnest: &'a Thinnest<D>,
     size: f64,
     limits: &'a Limits,
 }
 
+/// The norm `max_g |N g z|` over the maps `g` of a set that has more symmetries than the norm `|N z|`.
+pub(crate) struct NormOfOrbits<const D: usize> {
+    images: PlaneNorm<D>,
+    /// No less than `|z| / |N z|`.
+    spread: f64,
+}
+
+impl<const D: usize> NormOfOrbits<D> {
+    pub(crate) fn new(norm: &SMatrix<f64, D, D>, spread: f64, symmetries: &Symmetries<D>) -> Self {
+        let mut images = vec![*norm];
+        images.extend(symmetries.maps.iter().map(|symmetry| norm * symmetry.map.transpose()));
+        Self { images: PlaneNorm::Through(images, norm.norm() * D as f64), spread }
+    }
+
+    /// The longest of `N g z`.
+    pub(crate) fn longest_image(&self, z: &Wrench<D>) -> Wrench<D> {
+        let PlaneNorm::Through(images, _) = &self.images else { return *z };
+        let all = images.iter().map(|image| image * z);
+        all.max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or(*z)
+    }
+}
+
 /// The radius of a symmetric set; `None` where there is no symmetry, or it leads nowhere.
 ///
-/// `thinnest` and `size` are those of a polytope that has not closed the bracket.
+/// `thinnest` and `size` are those of a polytope that has not closed the bracket. By the norm of `orbits`, finitely many
+/// maps count.
 pub(crate) fn symmetric_radius<const D: usize>(
     query: &QualityQuery<'_, D>,
     symmetries: &Symmetries<D>,
+    orbits: Option<&NormOfOrbits<D>>,
     thinnest: &Thinnest<D>,
     size: f64,
     limits: &Limits,
 ) -> Option<Radius<D>> {
-    let search = Search { query, thinnest, size: size.min(SYMMETRIC_SIMPLEX * thinnest.upper), limits };
+    let spread = orbits.map_or(1.0, |orbits| orbits.spread);
+    let size = size.min(SYMMETRIC_SIMPLEX * thinnest.upper / spread);
+    let search = Search { query, orbits, thinnest, size, limits };
     if let Some(Symmetry { map: generator, deviation }) = &symmetries.rotation {
-        return search.on(&slice(generator, &thinnest.direction), &[], *deviation);
+        let basis = slice(generator, &thinnest.direction);
+        return search.on(&basis, &[], PlaneNorm::Euclidean, *deviation);
     }
     let walls = search.walls(&symmetries.maps);
     if walls.is_empty() {
         return None;
     }
-    search.on(&SMatrix::<f64, D, D>::identity(), &walls, symmetries.deviation())
+    let norm = orbits.map_or(PlaneNorm::Euclidean, |orbits| orbits.images.clone());
+    search.on(&SMatrix::<f64, D, D>::identity(), &walls, norm, symmetries.deviation())
 }
 
 /// An orthonormal basis of the hyperplane `l . z = 0` for the velocity `l = X z` of the orbit through `z`: there the
@@ -100,9 +131,13 @@ impl<const D: usize> Search<'_, D> {
         let far = WALL_DISTANCE * self.query.scale;
         let walls = nearest.into_iter().filter(|(away, symmetry)| {
             let beyond = open_by(&symmetry.map, maps) * centre.norm() / away.norm();
-            far * beyond < BEYOND_WALL * self.thinnest.upper
+            far * beyond < BEYOND_WALL * self.thinnest.upper / self.spread()
         });
         walls.map(|(away, _)| away.normalize() * -far).collect()
+    }
+
+    fn spread(&self) -> f64 {
+        self.orbits.map_or(1.0, |orbits| orbits.spread)
     }
 
     /// The radius in the subspace of an orthonormal `basis` with the far points `walls` in it.
@@ -110,10 +145,11 @@ impl<const D: usize> Search<'_, D> {
         &self,
         basis: &SMatrix<f64, D, E>,
         walls: &[Wrench<E>],
+        norm: PlaneNorm<E>,
         deviation: f64,
     ) -> Option<Radius<D>> {
-        let Self { query, thinnest, size, limits } = *self;
-        let oracle = |y: &Wrench<E>| {
+        let Self { query, thinnest, size, limits, .. } = *self;
+        let mut oracle = |y: &Wrench<E>| {
             let support = query.support(&(basis * y));
             let mut best = Support { value: support.value, wrench: basis.tr_mul(&support.wrench) };
             for wall in walls {
@@ -127,10 +163,13 @@ impl<const D: usize> Search<'_, D> {
         // What the deviation takes is to be left of the tolerance.
         // Products with the far points round by their length.
         let furthest = if walls.is_empty() { 1.0 } else { WALL_DISTANCE } * query.scale;
-        let lost = deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * furthest;
+        let lost = self.spread() * (deviation + query.uncertain().norm() + 2.0 * ROUNDED_DISTANCE * furthest);
         let rtol = (limits.rtol - lost / thinnest.upper).max(0.5 * limits.rtol);
         let narrower = Limits { rtol, ..*limits };
-        let found = match Polytope::<E>::new().expand(size, &narrower, oracle) {
+        let mut polytope = Polytope::<E>::new();
+        polytope.start_in(size, norm);
+        let progress = polytope.grow(&narrower, &mut oracle);
+        let found = match polytope.conclude(progress, size, &narrower) {
             Expansion::Radius(found) => found,
             Expansion::Stopped(stopped) if stopped.upper < limits.stop_below => Radius {
                 lower: 0.0,

@@ -77,6 +77,11 @@ impl<const D: usize> Symmetries<D> {
         found
     }
 
+    /// Whether nothing was found.
+    pub(crate) fn are_none(&self) -> bool {
+        self.rotation.is_none() && self.maps.is_empty()
+    }
+
     /// The largest deviation of those that are used: of the rotations where there are any.
     pub(crate) fn deviation(&self) -> f64 {
         let maps = || self.maps.iter().map(|symmetry| symmetry.deviation).fold(0.0, f64::max);

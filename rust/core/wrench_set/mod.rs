@@ -44,13 +44,23 @@ impl<const D: usize> Support<D> {
     /// Polyak's subgradient step on the sphere: from the unit `z` whose support this is, downhill as if the least of
     /// `p` were `target`. `None` where `p` is flat, or the step overflows.
     pub(crate) fn downhill(&self, z: &Wrench<D>, target: f64) -> Option<Wrench<D>> {
-        let slope = self.wrench - z * self.value;
+        let next = self.step_downhill(z, z, target)?.try_normalize(0.0)?;
+        next.iter().all(|x| x.is_finite()).then_some(next)
+    }
+
+    /// The same step for any norm that is 1 at `z` and has the `gradient` there, before its length is made 1.
+    pub(crate) fn step_downhill(
+        &self,
+        z: &Wrench<D>,
+        gradient: &Wrench<D>,
+        target: f64,
+    ) -> Option<Wrench<D>> {
+        let slope = self.wrench - gradient * self.value;
         let steepness = slope.norm_squared();
         if steepness <= FLAT_SUPPORT * self.wrench.norm_squared() {
             return None;
         }
-        let next = (z - slope * ((self.value - target) / steepness)).try_normalize(0.0)?;
-        next.iter().all(|x| x.is_finite()).then_some(next)
+        Some(z - slope * ((self.value - target) / steepness))
     }
 }
 
@@ -101,9 +111,28 @@ impl<const D: usize> WrenchSet<D> {
         Self { criterion, contacts: contacts.collect() }
     }
 
+    /// The set that other maps `G_i` would give.
+    pub(crate) fn of_maps(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
+        let contact = |(i, map): (usize, &ContactMap<D>)| {
+            if let Some(range) = grasp.edges(i) {
+                let first = range.start;
+                let wrenches = grasp.finite_forces()[range].iter().map(|force| map * force);
+                return ContactSupport::finite(wrenches, grasp, first);
+            }
+            let contact = &grasp.contacts()[i];
+            ContactSupport::cone(map, contact.friction, contact.torsion, contact.max_normal_force)
+        };
+        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
+    }
+
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
-    /// length.
-    pub(crate) fn of_unit_wrenches(grasp: &Grasp<D>, maps: &[ContactMap<D>], criterion: Criterion) -> Self {
+    /// length, in the coordinates of a linear map `through`.
+    pub(crate) fn of_unit_wrenches(
+        grasp: &Grasp<D>,
+        maps: &[ContactMap<D>],
+        criterion: Criterion,
+        through: impl Fn(&Wrench<D>) -> Wrench<D>,
+    ) -> Self {
         let contact = |(i, map): (usize, &ContactMap<D>)| {
             if let Some(range) = grasp.edges(i) {
                 let first = range.start;
@@ -111,7 +140,7 @@ impl<const D: usize> WrenchSet<D> {
                 // A force of zero is a wrench of zero; it has no direction to keep.
                 let unit = |force: &ContactForce| {
                     let wrench = map * force;
-                    if wrench.amax() > 0.0 { unit(&wrench) } else { wrench }
+                    through(&if wrench.amax() > 0.0 { unit(&wrench) } else { wrench })
                 };
                 return ContactSupport::finite(forces.iter().map(unit), grasp, first);
             }
@@ -119,7 +148,11 @@ impl<const D: usize> WrenchSet<D> {
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
             let lengths = map.column_iter().zip(axes).map(|(column, by)| by * column.norm());
             let limit = lengths.fold(0.0, f64::max).recip();
-            ContactSupport::cone(map, contact.friction, contact.torsion, limit)
+            let mut mapped = *map;
+            for (k, column) in map.column_iter().enumerate() {
+                mapped.set_column(k, &through(&column.into_owned()));
+            }
+            ContactSupport::cone(&mapped, contact.friction, contact.torsion, limit)
         };
         Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
     }

@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from benches.trust import nearest
 from benches.trust.control import hands, hard_squares, rows
 
 import graspforce as gf
@@ -20,6 +21,29 @@ def feet(**changes):
 def test_a_share_of_the_family_agrees_with_clarabel():
     for row in rows(0.03):
         assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_residuals_of_infeasible_wrenches_are_certified_and_clarabels():
+    for row in nearest.rows(0.06):
+        assert (row.missed, row.wrong) == (0, 0), row
+
+
+@pytest.mark.parametrize(
+    ("seed", "friction", "limits", "external"),
+    [
+        (2, [0.4, 0.9, 0.4], [6.9, 3.1, 9.6], [1.3, -0.6, 2.1]),
+        (3, [0.1, 1.0, 0.2, 0.7], [7.0, 13.6, 0.7, 18.1], [2.0, 1.0, -1.0]),
+    ],
+)
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_limits_far_apart_leave_no_loose_gap(seed, friction, limits, external, objective):
+    rng = np.random.default_rng(seed)
+    positions = rng.normal(size=(len(limits), 2))
+    normals = -positions + 0.5 * rng.normal(size=positions.shape)
+    grasp = gf.Grasp(positions, normals, friction=friction, max_normal_force=limits)
+    distributor = gf.ForceDistributor(grasp, objective)
+    for size in (0.1, 1.0, 10.0, 1e3):
+        assert distributor.nearest(np.array(external) * size).gap < 1e-8
 
 
 def test_an_infeasible_wrench_has_a_witness():
@@ -163,3 +187,32 @@ def test_limits_are_checked():
         with pytest.raises(gf.InvalidInputError, match="max_normal_force"):
             distributor.set_limits(bad)
     assert distributor.max_normal_force.tolist() == [100] * 4
+
+
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_forces_within_torque_limits_need_torques_within_them(objective):
+    rng = np.random.default_rng(8)
+    options = {"limits": True} if objective == "squares" else {}
+    at_limit = 0
+    for _, hand in hands(10, 4):
+        limits = rng.uniform(0.1, 0.5, 8)
+        jacobians = [np.zeros((3, 8)) for _ in range(4)]
+        for i, jacobian in enumerate(jacobians):
+            jacobian[:, 2 * i : 2 * i + 2] = 0.3 * rng.normal(size=(3, 2))
+        forces = [
+            gf.torque_limited_forces(jacobian[:, 2 * i : 2 * i + 2], limits[2 * i : 2 * i + 2], 0.6, 3.0)
+            for i, jacobian in enumerate(jacobians)
+        ]
+        grasp = gf.Grasp(
+            hand.positions, hand.normals, friction=0.6, max_normal_force=3, extreme_forces=forces
+        )
+        distributor = gf.ForceDistributor(grasp, objective, **options)
+        for size in (0.1, 1.0, 10.0):
+            found = distributor.nearest(rng.normal(size=6) * size)
+            torques = found.joint_torques(jacobians, frame="contact")
+            assert (np.abs(torques) <= limits * (1 + 1e-8)).all()
+            assert found.gap < 1e-8
+            normal, tangential = found.forces[:, 0], found.forces[:, 1:3]
+            assert (np.linalg.norm(tangential, axis=1) <= 0.6 * normal + 1e-9).all()
+            at_limit += int((np.abs(torques) > limits * (1 - 1e-6)).any())
+    assert at_limit > 5

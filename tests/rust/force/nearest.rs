@@ -187,3 +187,46 @@ fn a_grasp_that_can_do_nothing_stays_where_it_is() {
         assert!((rows[0] - 1.0).abs() < 1e-9 && (distance - 0.26_f64.sqrt()).abs() < 1e-9, "{rows:?}");
     }
 }
+
+/// Limits and friction spread over a factor of 100, over cones and pyramids.
+fn spread_grasp(random: &mut Random, count: usize, kind: usize) -> Grasp<6> {
+    let contacts: Vec<Contact> = (0..count)
+        .map(|_| {
+            let u = random.direction();
+            let contact = Contact::new(u, -u + 0.3 * random.direction())
+                .friction(random.within(0.05, 1.0))
+                .max_normal_force(10.0_f64.powf(random.within(-1.0, 1.0)));
+            if kind == 0 { contact.cone() } else { contact.edges(6 + kind) }
+        })
+        .collect();
+    Grasp::new(&contacts).unwrap()
+}
+
+#[test]
+fn the_gap_is_never_loose_and_wrenches_on_the_boundary_are_their_own_nearest() {
+    let mut random = Random::new(57);
+    let options = NearestOptions::default();
+    for turn in 0..150 {
+        let grasp = spread_grasp(&mut random, 2 + turn % 5, turn % 4);
+        let squares = SquaresOptions { limits: true, ..SquaresOptions::default() };
+        let distributor = match turn % 3 {
+            0 => ForceDistributor::new(&grasp, Criterion::Max).unwrap(),
+            1 => ForceDistributor::new(&grasp, Criterion::Sum).unwrap(),
+            _ => ForceDistributor::squares(&grasp, squares).unwrap(),
+        };
+        let mut workspace = distributor.workspace();
+        for _ in 0..4 {
+            let size = 10.0_f64.powf(random.within(-2.0, 2.0));
+            let external = Wrench::<6>::from_fn(|_, _| random.within(-size, size));
+            let far = distributor.nearest(&mut workspace, &external, &options).unwrap();
+            assert!(far.gap <= 1e-7, "{turn}: gap {:e}", far.gap);
+            // Asked without a past, and with one.
+            let touching = external - far.residual;
+            for known in [&mut distributor.workspace(), &mut workspace] {
+                let found = distributor.nearest(known, &touching, &options).unwrap();
+                assert!(found.gap <= 2e-7, "{turn}: gap {:e} on the boundary", found.gap);
+                assert!(found.distance <= 2e-7 * touching.norm(), "{turn}: {:e}", found.distance);
+            }
+        }
+    }
+}

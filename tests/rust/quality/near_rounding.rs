@@ -1,6 +1,8 @@
 //! Brackets where arithmetic ends: hard metrics, frictions of hardly more than rounding, cones that all but meet.
 
-use graspforce::{Closure, Contact, Criterion, Grasp, Metric, QualityOptions, QualityWorkspace};
+use graspforce::{
+    Closure, Contact, Criterion, Grasp, GraspOptions, Metric, QualityOptions, QualityWorkspace,
+};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 const BOTH: [Criterion; 2] = [Criterion::Sum, Criterion::Max];
@@ -78,6 +80,34 @@ fn feet_that_all_but_close_have_a_narrow_bracket() {
             let exact = 100.0 * 1.25_f64.sqrt() * 1e-7;
             assert!(found.lower <= exact && exact <= found.upper * (1.0 + 1e-8), "{found:?}");
             assert!(found.upper - found.lower <= 1e-7 * exact, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn jaws_of_little_friction_have_force_closure_and_narrow_brackets_in_every_norm_and_with_any_limits() {
+    for (k, friction) in [1e-13, 1e-11, 1e-10, 1e-8].into_iter().enumerate() {
+        for limits in [[1.0; 4], [1.0, 1e3, 1e-2, 30.0]] {
+            let corners = [[-0.1_f64, 0.0], [0.1, 0.0], [-0.1, 0.07], [0.1, 0.07]];
+            let contacts: Vec<_> = corners
+                .iter()
+                .zip(limits)
+                .map(|([x, y], limit)| {
+                    let inward = Vector3::new(-x.signum(), 0.0, 0.0);
+                    let contact = Contact::new(Vector3::new(*x, *y, 0.0), inward);
+                    contact.friction(friction).max_normal_force(limit)
+                })
+                .collect();
+            for length_scale in [1e-3, 1.0, 1e3] {
+                let origin = Vector3::new(0.3, -0.2, 0.0) * k as f64;
+                let options = GraspOptions { length_scale, origin, ..GraspOptions::default() };
+                let grasp = Grasp::<3>::with_options(&contacts, options).unwrap();
+                for criterion in BOTH {
+                    let found = grasp.quality(criterion).unwrap();
+                    assert!(found.closure == Closure::Force && found.converged, "{friction:e} {found:?}");
+                    assert!(found.upper - found.lower < 1e-6 * -found.rho, "{friction:e} {found:?}");
+                }
+            }
         }
     }
 }

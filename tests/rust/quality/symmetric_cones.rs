@@ -149,3 +149,42 @@ fn the_gradient_at_a_circle_of_minimisers_is_not_unique() {
     let gradient = grasp.gradient(&QualityOptions::new(Criterion::Max), &mut QualityWorkspace::default());
     assert!(!gradient.unwrap().unique);
 }
+
+#[test]
+fn symmetries_about_another_point_than_the_torque_origin_narrow_the_bracket_and_do_not_move_it() {
+    let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let outward = corners.map(|corner| Vector3::from(corner).normalize());
+    let origin = Vector3::new(-0.02, 0.01, -0.03);
+    let axis = Vector3::z() * 0.01;
+    for (contacts, weight) in [
+        (outward.map(|o| Contact::new(o * 0.04, -o)).to_vec(), None),
+        (ring(5, |c| c), None),
+        // A weight in the centre of the ring, along its axis, leaves the rotations.
+        (ring(5, |c| c), Some((axis, (-origin).cross(&axis)))),
+    ] {
+        // Frictions that differ share no symmetry.
+        let grasp = |apart: f64| {
+            let soft = contacts.iter().enumerate().map(|(k, contact)| {
+                contact.clone().friction(0.5 * (1.0 + apart * k as f64)).torsion(0.02).cone()
+            });
+            let options = GraspOptions { origin, ..GraspOptions::default() };
+            Grasp::<6>::with_options(&soft.collect::<Vec<_>>(), options).unwrap()
+        };
+        for criterion in BOTH {
+            let options = QualityOptions {
+                external_wrench: weight
+                    .map(|(f, t)| [f.x, f.y, f.z, t.x, t.y, t.z].into())
+                    .filter(|_| criterion == Criterion::Max),
+                max_facets: Some(60_000),
+                ..QualityOptions::new(criterion)
+            };
+            let [alike, stronger] = [0.0, 5e-3]
+                .map(|apart| grasp(apart).quality_with(&options, &mut QualityWorkspace::default()).unwrap());
+            assert!(width(&alike) < 1e-2 && 3.0 * width(&alike) < width(&stronger), "{alike:?} {stronger:?}");
+            // More friction is never worse, and better by its factor at most.
+            assert!(alike.epsilon_lower() <= stronger.epsilon_upper(), "{alike:?} {stronger:?}");
+            let most = alike.epsilon_upper() * (1.0 + 10.0 * 5e-3);
+            assert!(stronger.epsilon_lower() <= most, "{alike:?} {stronger:?}");
+        }
+    }
+}

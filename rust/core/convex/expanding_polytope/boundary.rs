@@ -13,8 +13,9 @@
 use std::collections::BinaryHeap;
 
 use crate::convex::expanding_polytope::facet::{
-    Candidate, Facet, certified_distance, offset, regular_simplex, shared_slot, sub_ridges,
+    Candidate, Facet, least_reach, offset, regular_simplex, shared_slot, sub_ridges,
 };
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::expanding_polytope::ridge_table::{RidgeTable, Side};
 use crate::convex::rounding::along;
 use crate::grasp::Wrench;
@@ -41,6 +42,7 @@ pub(crate) struct Boundary<const D: usize> {
     horizon: RidgeTable,
     round: u32,
     serial: u32,
+    norm: PlaneNorm<D>,
     /// What rounding leaves uncertain in the distance of a plane.
     noise: f64,
     /// A bound on what rounding has done to each component of a point; zero where it is not known.
@@ -60,6 +62,7 @@ impl<const D: usize> Boundary<D> {
             horizon: RidgeTable::new(),
             round: 0,
             serial: 0,
+            norm: PlaneNorm::Euclidean,
             noise: 0.0,
             uncertain: Wrench::zeros(),
             proven: true,
@@ -71,8 +74,8 @@ impl<const D: usize> Boundary<D> {
         self.uncertain = uncertain;
     }
 
-    /// The boundary of a regular simplex whose vertices have length `size`.
-    pub(crate) fn start(&mut self, size: f64) {
+    /// The boundary of a regular simplex whose vertices have length `size`, with planes ranked by a norm.
+    pub(crate) fn start(&mut self, size: f64, norm: PlaneNorm<D>) {
         self.points.clear();
         self.facets.clear();
         self.free.clear();
@@ -81,13 +84,17 @@ impl<const D: usize> Boundary<D> {
         self.serial = 0;
         self.proven = true;
         self.noise = ROUNDED_DISTANCE * size;
+        self.norm = norm;
         self.points.extend(regular_simplex::<D>().map(|vertex| vertex * size));
         for opposite in 0..=D {
             let others = |slot: usize| slot + usize::from(slot >= opposite);
             self.serial += 1;
+            let plane = self.points[opposite] * (-(D as f64) / (size * size));
+            let length = D as f64 / size;
             let facet = Facet {
-                plane: self.points[opposite] * (-(D as f64) / (size * size)),
-                length: D as f64 / size,
+                plane,
+                length,
+                norm: self.norm.of(&plane, length),
                 error: 64.0 * f64::EPSILON,
                 reach: 0.0,
                 vertices: std::array::from_fn(|slot| others(slot) as u16),
@@ -97,8 +104,8 @@ impl<const D: usize> Boundary<D> {
                 visible: false,
             };
             self.facets.push(facet);
-            let Facet { length, serial, .. } = facet;
-            self.heap.push(Candidate { distance: length.recip(), facet: opposite as u32, serial });
+            let Facet { norm, serial, .. } = facet;
+            self.heap.push(Candidate { distance: norm.recip(), facet: opposite as u32, serial });
         }
     }
 
@@ -133,10 +140,20 @@ impl<const D: usize> Boundary<D> {
         self.facets[facet as usize].plane
     }
 
-    /// Unit normals of the facets no further out than `distance`.
+    /// The direction of the norm 1 that is normal to a plane.
+    pub(crate) fn normal(&self, plane: &Wrench<D>) -> Wrench<D> {
+        plane / self.norm.of(plane, plane.norm())
+    }
+
+    /// The norm of planes, which are measured as directions.
+    pub(crate) fn norm(&self) -> &PlaneNorm<D> {
+        &self.norm
+    }
+
+    /// Normals of the facets no further out than `distance`.
     pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
-        let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.length * distance >= 1.0);
-        near.map(|facet| facet.plane / facet.length)
+        let near = self.facets.iter().filter(move |facet| facet.round != 0 && facet.norm * distance >= 1.0);
+        near.map(|facet| facet.plane / facet.norm)
     }
 
     /// The live facet nearest to the origin, its plane freshly checked.
@@ -150,9 +167,10 @@ impl<const D: usize> Boundary<D> {
             if offset(&facet.plane, &vertices) > DRIFTED_PLANE {
                 if let Some(plane) = plane_through(&vertices) {
                     (facet.plane, facet.length) = (plane, plane.norm());
+                    facet.norm = self.norm.of(&plane, facet.length);
                     facet.error = offset(&plane, &vertices) + self.noise * facet.length;
                 }
-                let distance = certified_distance(&facet.plane, &vertices);
+                let distance = least_reach(&facet.plane, &vertices) / facet.norm;
                 if distance > candidate.distance
                     && self.heap.peek().is_some_and(|next| next.distance < distance)
                 {
@@ -231,6 +249,7 @@ impl<const D: usize> Boundary<D> {
         let (made, serial) = self.next_slot();
         self.facets[outer as usize].neighbours[back] = made;
         let keys = sub_ridges(&vertices);
+        let norm = self.norm.of(&plane, length);
         for slot in 0..D - 1 {
             let side = Side { facet: made, slot: slot as u32 };
             // A sub-ridge met for the first time gets its neighbour when it is met again.
@@ -243,6 +262,7 @@ impl<const D: usize> Boundary<D> {
         self.facets[made as usize] = Facet {
             plane,
             length,
+            norm,
             error,
             reach: 1.0,
             vertices,
@@ -252,8 +272,8 @@ impl<const D: usize> Boundary<D> {
             visible: false,
         };
         // What is further out than the radius can never be the nearest facet before the bracket closes.
-        if length * interesting > 1.0 {
-            self.heap.push(Candidate { distance: length.recip(), facet: made, serial });
+        if norm * interesting > 1.0 {
+            self.heap.push(Candidate { distance: norm.recip(), facet: made, serial });
         }
     }
 
@@ -307,10 +327,13 @@ impl<const D: usize> Boundary<D> {
         })
     }
 
-    /// No point of the facet, had it not been rounded, is nearer to the origin than this.
+    /// No point of the facet, had it not been rounded, is nearer to the origin than this; zero where nothing is certain.
     fn certified(&self, plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED_QUOTIENT) / plane.norm();
-        certified_distance(plane, vertices) * (1.0 - ROUNDED_QUOTIENT) - lost
+        let lost = along(plane, &self.uncertain) * (1.0 + ROUNDED_QUOTIENT);
+        let reach = (least_reach(plane, vertices) * (1.0 - ROUNDED_QUOTIENT) - lost).max(0.0);
+        let length = plane.norm();
+        // Zero rather than a number that is none, which would drop out of the minimum over all facets.
+        (reach / (self.norm.of(plane, length) + self.norm.lost(length)) * (1.0 - ROUNDED_QUOTIENT)).max(0.0)
     }
 
     /// The radius of a ball that no facet enters; zero where rounding left nothing certain, and anything from `enough`
@@ -318,16 +341,16 @@ impl<const D: usize> Boundary<D> {
     ///
     /// Planes that have drifted and certify less than `wanted` are computed afresh: the better of two is as valid.
     pub(crate) fn certified_radius(&self, wanted: f64, enough: f64) -> f64 {
-        let far =
-            enough * (1.0 + 4.0 * ROUNDED_QUOTIENT) + self.uncertain.norm() * (1.0 + 4.0 * ROUNDED_QUOTIENT);
+        let far = 1.0 + 8.0 * ROUNDED_QUOTIENT;
+        let lost = self.uncertain.norm();
         let certified = |facet: &Facet<D>| {
             // The bound that the facet carries decides for most of them.
-            if 1.0 - facet.error > far * facet.length {
+            let norm = facet.norm + self.norm.lost(facet.length);
+            if 1.0 - facet.error > (enough * norm + lost * facet.length) * far {
                 return f64::INFINITY;
             }
             let vertices = facet.vertices.map(|v| self.points[v as usize]);
-            // Zero rather than a number that is none, which would drop out of the minimum over all facets.
-            let drifted = self.certified(&facet.plane, &vertices).max(0.0);
+            let drifted = self.certified(&facet.plane, &vertices);
             if drifted >= wanted {
                 return drifted;
             }

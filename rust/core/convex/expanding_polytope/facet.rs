@@ -10,8 +10,10 @@ use crate::grasp::Wrench;
 pub(crate) struct Facet<const D: usize> {
     /// `plane . v = 1` for all vertices.
     pub(crate) plane: Wrench<D>,
-    /// `|plane|`: the inverse of the distance from the origin.
+    /// `|plane|` in the coordinates of the points.
     pub(crate) length: f64,
+    /// The inverse of the distance from the origin: the norm of the plane.
+    pub(crate) norm: f64,
     /// A bound on `|plane . v - 1|` for all vertices.
     pub(crate) error: f64,
     /// Of the point being added: `plane . p`.
@@ -55,9 +57,9 @@ pub(crate) fn offset<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D
     vertices.iter().map(|v| (plane.dot(v) - 1.0).abs()).fold(0.0, f64::max)
 }
 
-/// `min_k (y . v_k) / |y|`: no point of the facet is nearer to the origin.
-pub(crate) fn certified_distance<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
-    vertices.iter().map(|v| plane.dot(v)).fold(f64::INFINITY, f64::min) / plane.norm()
+/// `min_k y . v_k`: over the norm of `y`, no point of the facet is nearer to the origin.
+pub(crate) fn least_reach<const D: usize>(plane: &Wrench<D>, vertices: &[Wrench<D>; D]) -> f64 {
+    vertices.iter().map(|v| plane.dot(v)).fold(f64::INFINITY, f64::min)
 }
 
 /// The slot of `outside` that faces `inner` across the ridge which `vertices` holds besides the apex.

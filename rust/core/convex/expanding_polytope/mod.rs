@@ -14,12 +14,14 @@
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
+pub(crate) mod plane_norm;
 pub(crate) mod ridge_table;
 
 use crate::convex::expanding_polytope::boundary::Boundary;
+use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::grasp::Wrench;
 use crate::interrupt;
-use crate::tolerances::{BEYOND_PLANE, RIVAL_DIRECTION, RIVAL_RADIUS};
+use crate::tolerances::{BEYOND_PLANE, CLOSED_BRACKET, RIVAL_DIRECTION, RIVAL_RADIUS};
 use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
@@ -78,6 +80,11 @@ pub(crate) struct Radius<const D: usize> {
 }
 
 impl<const D: usize> Radius<D> {
+    /// The same bracket, converged if it is as narrow as asked for.
+    pub(crate) fn settled(self, rtol: f64) -> Self {
+        Self { converged: self.upper <= self.lower * (1.0 + CLOSED_BRACKET * rtol), ..self }
+    }
+
     /// What two brackets of the same radius prove together.
     pub(crate) fn intersection(&self, other: &Self, rtol: f64) -> Self {
         let Self { upper, direction, .. } = if other.upper < self.upper { *other } else { *self };
@@ -120,7 +127,7 @@ pub(crate) enum Progress {
 pub(crate) struct Thinnest<const D: usize> {
     /// `p(direction)`: no ball around the origin inside the set is larger.
     pub(crate) upper: f64,
-    /// Of unit length.
+    /// Of unit length, or of the norm 1.
     pub(crate) direction: Wrench<D>,
     /// Calls of the oracle.
     pub(crate) supports: usize,
@@ -159,7 +166,12 @@ impl<const D: usize> Polytope<D> {
 
     /// Starts from a simplex whose vertices have length `size`.
     pub(crate) fn start(&mut self, size: f64) {
-        self.boundary.start(size);
+        self.start_in(size, PlaneNorm::Euclidean);
+    }
+
+    /// The same, with distances by a norm. The oracle is then asked for directions of the norm 1.
+    pub(crate) fn start_in(&mut self, size: f64, norm: PlaneNorm<D>) {
+        self.boundary.start(size, norm);
         self.thinnest = Thinnest::unknown();
     }
 
@@ -185,7 +197,7 @@ impl<const D: usize> Polytope<D> {
                 return Progress::Done(lower);
             }
             let plane = self.boundary.plane(nearest.facet);
-            let z = plane.normalize();
+            let z = self.boundary.normal(&plane);
             let support = self.ask(&z, oracle);
             if interrupt::stopped() || self.settled(lower, rtol, limits) {
                 return Progress::Done(lower);
@@ -204,7 +216,7 @@ impl<const D: usize> Polytope<D> {
         }
     }
 
-    /// What an expansion proves of the radius.
+    /// What an expansion proves of the radius; a `size` of zero says that the first simplex lies in the set.
     pub(crate) fn conclude(&self, progress: Progress, size: f64, limits: &Limits) -> Expansion<D> {
         let rtol = limits.rtol.max(4.0 * BEYOND_PLANE);
         let (Progress::Done(lower) | Progress::Full(lower)) = progress else {
@@ -264,7 +276,7 @@ impl<const D: usize> Polytope<D> {
         let mut vertex = support.wrench;
         let deep = 1.0 + DEEP * (plane.dot(&vertex) - 1.0);
         for _ in 0..steps {
-            let Some(next) = support.downhill(&z, lower) else { break };
+            let Some(next) = self.boundary.norm().downhill(&support, &z, lower) else { break };
             let there = self.ask(&next, oracle);
             if there.value >= support.value {
                 break;

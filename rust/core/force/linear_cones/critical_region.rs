@@ -219,6 +219,11 @@ impl<const R: usize> CriticalRegion<R> {
         steepest * force > DELICATE || self.dual.component_div(&self.units).amax() > DELICATE
     }
 
+    /// Whether the region is one ray, whose multipliers prove nothing of other wrenches.
+    pub(crate) fn is_ray(&self) -> bool {
+        self.ray.is_some()
+    }
+
     /// The multipliers of the wrench, and the relative gap they prove.
     pub(crate) fn proof(&self, b: &SVector<f64, R>) -> (SVector<f64, R>, f64) {
         self.ray.as_ref().map_or_else(|| (self.dual, self.gap(b)), |ray| (ray.dual, ray.gap))

@@ -1,6 +1,7 @@
 //! Force distribution over finitely many extreme forces.
 //!
-//! - [`program`]: from a wrench to its critical region: remembered, by dual pivots, or from a cold start.
+//! - [`program`]: from a wrench to its critical region: remembered in the [`workspace`], by dual pivots, or from a cold
+//!   start.
 //! - [`critical_region`]: wrenches whose least forces are one linear map of the wrench; [`critical_region_builder`]
 //!   builds it from an optimal basis.
 //! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: the linear map.
@@ -16,3 +17,4 @@ pub(crate) mod force_law;
 pub(crate) mod interior_point_lp;
 pub(crate) mod optimal_face;
 pub(crate) mod program;
+pub(crate) mod workspace;

@@ -1,7 +1,7 @@
 //! Force distribution over finitely many extreme forces (Eqs. 24 and 26): finds the critical region of a wrench.
 //!
-//! A wrench is looked up in the regions of the last answers; failing that, the dual simplex continues from the
-//! last basis for a few pivots; failing that, the primal simplex starts afresh. Whatever way leads to the
+//! A wrench is looked up in the regions of the last answers; failing that, the dual simplex continues for a few pivots
+//! from the basis that proves most of it; failing that, the primal simplex starts afresh. Whatever way leads to the
 //! multipliers, the region is then built from the optimal face they describe, so the forces do not depend on it.
 
 use nalgebra::SVector;
@@ -12,9 +12,9 @@ use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::double_double::choice::MOST_EDGES;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::critical_region::CriticalRegion;
-use crate::force::linear_cones::critical_region_builder::{BuilderWorkspace, CriticalRegionBuilder};
+use crate::force::linear_cones::critical_region_builder::CriticalRegionBuilder;
 use crate::force::linear_cones::enumerated::Enumeration;
-use crate::force::simplex::basis::Basis;
+use crate::force::linear_cones::workspace::{LinearWorkspace, Remembered};
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
 use crate::force::simplex::primal::{Outcome, Simplex, Target};
 use crate::force::solution::{DistributionOptions, Method};
@@ -22,9 +22,6 @@ use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::tolerances::NEGATIVE_IN_KNOWN_REGION;
-
-/// Regions remembered for wrenches that jump back.
-const REMEMBERED: usize = 16;
 
 /// Dual pivots before a cold start is the better bet.
 const DUAL_PIVOTS: usize = 2;
@@ -39,49 +36,6 @@ pub(crate) struct LinearProgram<const D: usize> {
     pub(crate) reduced: Option<Vec<u32>>,
     builder: CriticalRegionBuilder<D>,
     precise: DoubleDoubleProgram<D>,
-}
-
-/// Its buffers, and what it remembers of earlier wrenches.
-#[derive(Debug, Clone)]
-pub(crate) struct LinearWorkspace<const D: usize> {
-    simplex: Simplex<D>,
-    buffers: BuilderWorkspace<D>,
-    active: Vec<u32>,
-    remembered: Vec<Remembered<D>>,
-    latest: usize,
-    /// Whether the reduced set gave the last answer that was not known already.
-    pub(crate) confirmed: bool,
-    clock: u64,
-}
-
-#[derive(Debug, Clone)]
-struct Remembered<const D: usize> {
-    region: CriticalRegion<D>,
-    basis: Basis<D>,
-    used: u64,
-}
-
-impl<const D: usize> Remembered<D> {
-    /// A region with this multiplier answers nothing, and a basis of artificial columns starts nothing.
-    fn forget(&mut self) {
-        self.region.dual = SVector::zeros();
-        self.basis.artificial = [true; D];
-        self.used = 0;
-    }
-}
-
-impl<const D: usize> LinearWorkspace<D> {
-    /// The region of the last wrench.
-    pub(crate) fn latest(&self) -> &CriticalRegion<D> {
-        &self.remembered[self.latest].region
-    }
-
-    /// Drops the known regions, but not their memory.
-    pub(crate) fn forget(&mut self) {
-        for known in &mut self.remembered {
-            known.forget();
-        }
-    }
 }
 
 impl<const D: usize> LinearProgram<D> {
@@ -118,21 +72,11 @@ impl<const D: usize> LinearProgram<D> {
         self.columns.objective
     }
 
-    /// A workspace that will not allocate while it solves by implicit columns, unless the third level has to choose
-    /// forces.
+    /// A workspace that allocates while it solves by implicit columns only where the third level has to choose forces, and
+    /// for regions beyond the first few.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
         let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
-        let unknown =
-            Remembered { region: self.builder.blank(self.objective()), basis: Basis::new(contacts), used: 0 };
-        LinearWorkspace {
-            simplex: Simplex::new(contacts),
-            buffers: BuilderWorkspace::with_capacity(contacts, edges + D * contacts),
-            active: Vec::new(),
-            remembered: vec![unknown; REMEMBERED],
-            latest: 0,
-            confirmed: true,
-            clock: 0,
-        }
+        LinearWorkspace::new(self.builder.blank(self.objective()), contacts, edges)
     }
 
     /// Lets a fresh workspace start from the last basis of another one, whose grasp has the same contacts and edges at
@@ -201,8 +145,7 @@ impl<const D: usize> LinearProgram<D> {
         workspace.clock += 1;
         let clock = workspace.clock;
         workspace.remembered[workspace.latest].used = clock - 1;
-        let known =
-            workspace.remembered.iter().position(|known| known.region.answers(b, NEGATIVE_IN_KNOWN_REGION));
+        let known = workspace.look_up(b);
         let (slot, pivots) = if let Some(slot) = known {
             (slot, 0)
         } else {
@@ -297,11 +240,10 @@ impl<const D: usize> LinearProgram<D> {
         forces: &mut ContactForces,
     ) -> Result<usize> {
         interrupt::check()?;
-        let LinearWorkspace { simplex, remembered, .. } = workspace;
         let answer = self.precise.solve(b, forces)?;
-        simplex.pivots += answer.pivots;
-        let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
-        let known = &mut remembered[slot];
+        workspace.simplex.pivots += answer.pivots;
+        let slot = workspace.place(|| self.builder.blank(self.objective()));
+        let known = &mut workspace.remembered[slot];
         known.forget();
         let components = self.builder.components();
         let rows = forces.forces.iter().flat_map(|force| components.iter().map(|&row| force[row])).collect();
@@ -347,10 +289,10 @@ impl<const D: usize> LinearProgram<D> {
             && tied.is_none_or(|tied| tied.wrench.dot(&z[1]) - tied.costs[1] <= tied_gain(&z[1]))
     }
 
-    /// Writes the region of the simplex's answer for `b` over the one that was not used for the longest time.
+    /// Writes the region of the simplex's answer for `b`.
     fn remember(&self, workspace: &mut LinearWorkspace<D>, b: &Wrench<D>) -> Result<usize> {
+        let slot = workspace.place(|| self.builder.blank(self.objective()));
         let LinearWorkspace { simplex, buffers, remembered, confirmed, .. } = workspace;
-        let slot = (0..REMEMBERED).min_by_key(|&k| remembered[k].used).unwrap_or(0);
         let known = &mut remembered[slot];
         known.basis.copy_from(&simplex.basis);
         known.region.fell_back = !*confirmed;

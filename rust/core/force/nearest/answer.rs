@@ -1,6 +1,6 @@
 //! The least forces among those whose wrench comes nearest to balance.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::limited_sum::lower_sum;
 use crate::force::nearest::options::NearestOptions;
@@ -12,7 +12,7 @@ use crate::force::solution::{Distribution, check_wrench};
 use crate::grasp::contact::write_components;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
-use crate::tolerances::AT_LIMIT;
+use crate::tolerances::{AT_LIMIT, LOOSEST_GAP};
 use crate::wrench_set::Criterion;
 
 /// The certificate of forces that come nearest, with the distance and the gap of both.
@@ -68,7 +68,7 @@ impl<const D: usize> Problem<D> {
         let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
         workspace.nearest = Some(memory);
         interrupt::check()?;
-        Ok(found)
+        found
     }
 
     fn find_in(
@@ -77,22 +77,53 @@ impl<const D: usize> Problem<D> {
         memory: &mut NearestWorkspace<D>,
         b: &Wrench<D>,
         limits: bool,
-    ) -> Found<D> {
-        if let Ok(answer) = self.least(workspace, memory, b, limits) {
+    ) -> Result<Found<D>> {
+        memory.apart = memory.projection.project_if_beyond(b, &mut workspace.forces);
+        let tight = self.options.rtol.max(AT_LIMIT);
+        let mut loose_answer = None;
+        if memory.apart.is_none()
+            && let Ok(answer) = self.least(workspace, memory, b, limits)
+        {
             let distance = memory.projection.metric.norm(&self.residual(b, &workspace.forces.forces));
-            return Found { answer, distance };
+            let found = Found { answer, distance };
+            if found.answer.gap <= tight {
+                return Ok(found);
+            }
+            // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
+            loose_answer = Some((found, workspace.forces.clone()));
         }
-        let nearest = memory.projection.project(b, &mut workspace.forces);
+        let nearest = match memory.apart {
+            Some(nearest) => nearest,
+            None => memory.projection.project(b, &mut workspace.forces),
+        };
         let size = memory.projection.metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
+        if nearest.unique {
+            return Ok(self.as_projected(workspace, memory, b, &nearest, loose));
+        }
+        let as_projected = |workspace: &ProblemWorkspace<D>, memory: &NearestWorkspace<D>| {
+            let found = self.as_projected(workspace, memory, b, &nearest, loose);
+            Found { answer: Certificate { fell_back: true, ..found.answer }, ..found }
+        };
+        if let Some((found, forces)) = loose_answer {
+            if found.answer.gap > LOOSEST_GAP && loose <= LOOSEST_GAP {
+                return Ok(as_projected(workspace, memory));
+            }
+            workspace.forces = forces;
+            return proven(found, limits);
+        }
         let exerted = b + nearest.residual;
         let projected = workspace.forces.clone();
         let least = self.least(workspace, memory, &exerted, limits);
         let rest = self.residual(b, &workspace.forces.forces);
-        let distance = memory.projection.metric.norm(&rest);
-        match least {
+        let metric = memory.projection.metric;
+        let distance = metric.norm(&rest);
+        let found = match least {
             // Its own tolerance of the balance must not move it away.
-            Ok(answer) if distance <= nearest.distance + AT_LIMIT * size => {
+            Ok(answer)
+                if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
+                    && (answer.gap <= LOOSEST_GAP || loose > LOOSEST_GAP) =>
+            {
                 let answer = Certificate {
                     gap: answer.gap.max(loose),
                     pivots: answer.pivots + nearest.steps,
@@ -102,12 +133,13 @@ impl<const D: usize> Problem<D> {
             }
             _ => {
                 workspace.forces = projected;
-                self.as_projected(workspace, memory, b, &nearest, loose)
+                as_projected(workspace, memory)
             }
-        }
+        };
+        proven(found, limits)
     }
 
-    /// The forces of the projection itself: nearest, and nearly the least.
+    /// The forces of the projection itself.
     fn as_projected(
         &self,
         workspace: &ProblemWorkspace<D>,
@@ -120,7 +152,7 @@ impl<const D: usize> Problem<D> {
         let metric = &memory.projection.metric;
         let dual = -metric.functional(&metric.to_euclidean(&residual));
         let sigma = self.value(&workspace.forces);
-        let answer = Certificate { sigma, dual, gap: loose, pivots: nearest.steps, fell_back: true };
+        let answer = Certificate { sigma, dual, gap: loose, pivots: nearest.steps, fell_back: false };
         Found { answer, distance: nearest.distance }
     }
 
@@ -167,6 +199,7 @@ impl<const D: usize> Problem<D> {
     ) -> Result<Certificate<D>> {
         let nearest = memory.projection.project(b, &mut workspace.forces);
         if nearest.distance > AT_LIMIT * memory.projection.metric.norm(b) {
+            memory.apart = Some(nearest);
             return Err(beyond());
         }
         let bounds = self.bounds();
@@ -181,4 +214,15 @@ impl<const D: usize> Problem<D> {
     fn value(&self, forces: &ContactForces) -> f64 {
         self.program.value(&forces.forces, forces.totals(), self.options.weight)
     }
+}
+
+/// Refuses an answer that proves too little. Without limits the nearest wrench may need forces without end; the gap then says
+/// what was reached.
+fn proven<const D: usize>(found: Found<D>, limits: bool) -> Result<Found<D>> {
+    let (gap, allowed) = (found.answer.gap, LOOSEST_GAP);
+    if !limits || gap <= allowed {
+        return Ok(found);
+    }
+    let unmet = Unmet::Gap { found: gap, allowed };
+    Err(Error::NotConverged { solver: "nearest forces", iterations: found.answer.pivots, unmet })
 }

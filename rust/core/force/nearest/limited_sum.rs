@@ -3,8 +3,8 @@
 //!
 //! Proximal steps `min sum_i share_i + sum_i |f_i - f_k,i|^2 / (2 step f_i^U^2)` are least squares towards a reference of
 //! smaller normal forces. Over pyramids finitely many of them end at the least sum; over true cones the gap says how near
-//! the last one is. With the multiplier `z` of the balance the sum is at least
-//! `b . z - sum_i max over bounded shares of share (max_h w_ih . z - 1)`.
+//! the last one is. Steps become longer where short ones bring little. With the multiplier `z` of the balance the sum is at
+//! least `b . z - sum_i max over bounded shares of share (max_h w_ih . z - 1)`.
 
 use crate::force::certificate::ContactForces;
 use crate::force::squares::dual::Dual;
@@ -12,16 +12,23 @@ use crate::force::squares::newton::minimise;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{Grasp, Wrench};
 
-/// Length of a proximal step in shares.
+/// Lengths of the first and of the longest proximal step in shares, and what a step grows by.
 const STEP: f64 = 3.0;
+const LONGEST_STEP: f64 = 1e5;
+const LONGER: f64 = 4.0;
 
-const MAX_STEPS: usize = 60;
+const MAX_STEPS: usize = 80;
 
-/// The gap at which no further step is worth it.
+/// The gap at which no further step is worth it, and that at which steps that bring little end.
 const EXACT: f64 = 1e-12;
+const CLOSE: f64 = 1e-10;
+
+/// What the forces of a step may leave unbalanced, relative to the wrench.
+const BALANCED: f64 = 1e-11;
 
 /// Lowers the sum of the shares of forces that balance `b` within the bounds; returns the multiplier, the relative gap and
-/// Newton's steps. `None` where a contact has general extreme forces, whose share is no linear function of the force.
+/// Newton's steps. `None` where no step balances `b`, and where a contact has general extreme forces, whose share is no
+/// linear function of the force.
 pub(crate) fn lower_sum<const D: usize>(
     grasp: &Grasp<D>,
     bounds: &[(f64, f64)],
@@ -32,18 +39,21 @@ pub(crate) fn lower_sum<const D: usize>(
     if contacts.iter().any(|contact| matches!(contact.forces, ForceModel::Extreme(_))) {
         return None;
     }
+    let mut length = STEP;
     let weights: Vec<f64> = contacts.iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect();
     let mut dual = Dual::new(grasp, &weights, &forces.forces, None);
     for (i, &(low, high)) in bounds.iter().enumerate() {
         dual.bound(i, low, high);
     }
     let target = dual.whitening.wrench(b);
+    let mut kept = forces.clone();
     let mut y = Wrench::zeros();
     let (mut best, mut stalled, mut steps) = ((Wrench::zeros(), f64::INFINITY), 0, 0);
     for _ in 0..MAX_STEPS {
         for ((contact, described), force) in dual.contacts.iter_mut().zip(contacts).zip(&forces.forces) {
             contact.reference = *force;
-            contact.reference[0] -= STEP * described.max_normal_force;
+            contact.weight = described.max_normal_force.powi(-2) / length;
+            contact.reference[0] -= length * described.max_normal_force;
         }
         let ContactForces { forces: f, shares, .. } = &mut *forces;
         let start = dual.at(&y, &target, f, shares);
@@ -58,13 +68,20 @@ pub(crate) fn lower_sum<const D: usize>(
         let lower = b.dot(&z) - grasp.maps().iter().enumerate().map(lost).sum::<f64>();
         let (_, sum) = forces.totals();
         let gap = if sum > 0.0 { ((sum - lower) / sum).abs() } else { 0.0 };
-        stalled = if gap < 0.9 * best.1 { 0 } else { stalled + 1 };
-        if gap < best.1 {
+        // What is left unbalanced belongs to another wrench.
+        let balanced = point.gradient.norm() <= BALANCED * target.norm();
+        stalled = if balanced && gap < 0.9 * best.1 { 0 } else { stalled + 1 };
+        if balanced && gap < best.1 {
             best = (z, gap);
+            kept.clone_from(forces);
         }
-        if gap <= EXACT || stalled >= 6 {
+        if gap <= EXACT || (stalled >= 6 && (best.1 <= CLOSE || length >= LONGEST_STEP)) {
             break;
         }
+        if stalled > 0 {
+            length = (length * LONGER).min(LONGEST_STEP);
+        }
     }
-    Some((best.0, best.1, steps))
+    *forces = kept;
+    best.1.is_finite().then_some((best.0, best.1, steps))
 }

@@ -1,10 +1,13 @@
 //! Forces whose wrench comes nearest to balance, where no forces balance an external wrench, or none within the limits.
 //!
 //! - [`wrench_projection`]: the nearest wrench that contacts can exert, in the norm of a metric, with a proven distance.
+//! - [`exposed_face`], [`face_newton`]: the same to machine precision, once the forces that reach furthest are known.
 //! - [`limited_sum`]: the least sum of shares where the least sum without limits would break them.
 //! - [`answer`]: the least forces among those that reach the nearest wrench, with [`options`] and a [`workspace`].
 
 pub(crate) mod answer;
+pub(crate) mod exposed_face;
+pub(crate) mod face_newton;
 pub(crate) mod limited_sum;
 pub(crate) mod options;
 pub(crate) mod workspace;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::force::nearest::options::NearestOptions;
-use crate::force::nearest::wrench_projection::WrenchProjection;
+use crate::force::nearest::wrench_projection::{Nearest, WrenchProjection};
 use crate::force::program::{Program, Solver};
 use crate::force::squares::options::SquaresOptions;
 use crate::force::squares::program::SquaresProgram;
@@ -14,6 +14,8 @@ use crate::grasp::Grasp;
 #[derive(Debug, Clone)]
 pub(crate) struct NearestWorkspace<const D: usize> {
     pub(crate) projection: WrenchProjection<D>,
+    /// What was found of the last wrench, if it is apart from what forces balance.
+    pub(crate) apart: Option<Nearest<D>>,
     /// Least squares with limits that the objective does not have, or without its price of the residual.
     pub(crate) bounded: Option<Solver<D>>,
 }
@@ -35,7 +37,7 @@ impl<const D: usize> NearestWorkspace<D> {
             }
             _ => None,
         };
-        Ok(Self { projection, bounded })
+        Ok(Self { projection, apart: None, bounded })
     }
 
     pub(crate) fn serves(&self, grasp: &Grasp<D>, options: &NearestOptions<D>) -> bool {

@@ -214,6 +214,11 @@ impl<const D: usize> DualContact<D> {
         sum
     }
 
+    /// Components of the force: 3, or 4 with torsion.
+    pub(crate) fn components(&self) -> usize {
+        self.components
+    }
+
     /// How far a force of share one over `unit` reaches along `h`.
     pub(crate) fn furthest(&self, h: &ContactForce) -> f64 {
         match &self.set {
@@ -239,7 +244,7 @@ impl<const D: usize> DualContact<D> {
 
     /// `(T G_i)^T y`.
     #[inline]
-    fn pull(&self, y: &Wrench<D>) -> ContactForce {
+    pub(crate) fn pull(&self, y: &Wrench<D>) -> ContactForce {
         let mut pull = ContactForce::zeros();
         for k in 0..self.components {
             let mut sum = 0.0;

@@ -24,6 +24,9 @@ const REGULARISED: f64 = 1e-3;
 const LEAST_REGULARISED: f64 = 1e-17;
 const MOST_REGULARISED: f64 = 1e-3;
 
+/// A line search beyond so many Newton steps may have no end.
+const LEAP: f64 = 15.0;
+
 /// Multipliers beyond this, relative to what forces of that size need, belong to no answer.
 const DIVERGED: f64 = 1e12;
 
@@ -38,6 +41,7 @@ pub(crate) fn minimise<const D: usize>(
 ) -> (DualPoint<D>, usize) {
     let mut point = start;
     let mut stalled = 0;
+    let mut leapt = false;
     for step in 0..MAX_STEPS {
         let norm = point.gradient.norm();
         let relative = norm / point.size;
@@ -46,7 +50,7 @@ pub(crate) fn minimise<const D: usize>(
             return (point, step);
         }
         // Multipliers of wrenches that nothing balances grow without end.
-        if step % 4 == 3 && relative > STALLED && dual.separates(&point.y, b) {
+        if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&point.y, b) {
             return (point, step);
         }
         if stalled >= 10 || point.y.norm() > DIVERGED * point.size {
@@ -60,6 +64,7 @@ pub(crate) fn minimise<const D: usize>(
             point = dual.at(&point.y, b, forces, shares);
             return (point, step);
         };
+        leapt = (next.y - point.y).norm_squared() > LEAP * LEAP * direction.norm_squared();
         stalled =
             if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
         point = next;
@@ -108,6 +113,10 @@ fn line_search<const D: usize>(
         }
         if now <= 0.0 {
             (low, low_slope, lower) = (step, now, Some(found));
+            // Along a direction without end.
+            if !high.is_finite() && step > LEAP && dual.separates(&found.y, b) {
+                return Some(found);
+            }
         } else {
             (high, high_slope) = (step, now);
         }
