@@ -213,7 +213,7 @@ def test_an_infeasible_wrench_names_contacts_that_are_off():
     distributor = gf.ForceDistributor(feet())
     distributor.set_limits([100, 100, 0, 0])
     for call in (distributor.solve, lambda w: distributor.solve_into(w, np.empty((4, 3)))):
-        with pytest.raises(gf.InfeasibleWrenchError, match="set_limits switched off contacts 2, 3$"):
+        with pytest.raises(gf.InfeasibleWrenchError, match=r"set_limits switched off contacts 2, 3$"):
             call(np.array([0, 0, -100.0, 0, 0, 0]))
     with pytest.raises(gf.InvalidInputError, match=r"grasp: planar .wrenches of 3., the distributor's is"):
         distributor.update(gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]))

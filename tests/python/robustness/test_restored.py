@@ -215,7 +215,8 @@ def test_records_that_contradict_themselves_are_refused():
     forces, largest, sums, rest, held, lengths, status = state
     for changed in [
         (forces[:1], *state[1:]), (forces, largest[:1], *state[2:]), (*state[:6], 1 - status),
-        (*state[:6], status + 4), (*state[:4], ~held, lengths, status), (*state[:5], -lengths[:1], status), (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
+        (*state[:6], status + 4), (*state[:4], ~held, lengths, status), (*state[:5], -lengths[:1], status),
+        (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
         (forces, largest, sums, rest[:, :2], *state[4:]),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
