@@ -1,4 +1,4 @@
-"""Hold an object by four force-controlled fingers in MuJoCo, with forces chosen in four ways.
+"""Hold an object by four force-controlled fingers in MuJoCo, with forces chosen in five ways.
 
 Usage: python force_controller.py [--seconds 10] [--plot FILE]
 

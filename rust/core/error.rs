@@ -17,11 +17,11 @@ pub enum Error {
         reason: String,
     },
     /// An argument of a query (a wrench, a tolerance, a step) is unusable.
-    #[error("{}", located(argument, if *argument == "min_normal" { "contact" } else { "row" }, *row, reason))]
+    #[error("{}", located(argument, if OF_CONTACTS.contains(argument) { "contact" } else { "row" }, *row, reason))]
     InvalidInput {
         /// Name of the offending argument, as callers spell it.
         argument: &'static str,
-        /// Zero-based row, of `min_normal` contact, if one is to blame.
+        /// Zero-based row, or contact of an argument with one value for each, if one is to blame.
         row: Option<usize>,
         /// What is wrong, with the value.
         reason: String,
@@ -31,8 +31,9 @@ pub enum Error {
     /// The witness is a direction `e` with `w_ih . e <= 0` for every primitive wrench and
     /// `-w_ext . e > 0`.
     #[error(
-        "no contact forces within the friction cones {}balance the external wrench; separating direction {direction:?}{}",
+        "no contact forces within the friction cones {}balance the external wrench; separating direction {}{}",
         if *lower_bounds { "keep the lower bounds and " } else { "" },
+        rounded(direction),
         if *lower_bounds { "; min_normal is to blame: without it forces balance the wrench" } else { "" }
     )]
     InfeasibleWrench {
@@ -47,7 +48,8 @@ pub enum Error {
     /// The witness is a direction `e` along which the wrenches of bounded forces reach less far than `-w_ext`.
     #[error(
         "no contact forces within the limits balance the external wrench, though stronger ones do; separating direction \
-         {direction:?}; raise max_normal_force, or ask for the nearest wrench"
+         {}; raise max_normal_force, or ask for the nearest wrench",
+        rounded(direction)
     )]
     BeyondLimits {
         /// The separating direction, of unit length.
@@ -162,6 +164,24 @@ impl Error {
     pub(crate) fn input(argument: &'static str, reason: impl Into<String>) -> Self {
         Self::InvalidInput { argument, row: None, reason: reason.into() }
     }
+}
+
+/// Arguments of queries with a value for each contact.
+const OF_CONTACTS: [&str; 4] = ["min_normal", "weights", "reference", "max_normal_force"];
+
+/// A number in a message: scientific where plain digits would be many.
+pub(crate) fn digits(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() || (1e-5..1e9).contains(&x.abs()) {
+        format!("{x}")
+    } else {
+        format!("{x:e}")
+    }
+}
+
+/// A direction in a message, to six significant digits.
+fn rounded(direction: &[f64]) -> String {
+    let six = |x: &f64| digits(format!("{x:.5e}").parse().unwrap_or(*x) + 0.0);
+    format!("[{}]", direction.iter().map(six).collect::<Vec<_>>().join(", "))
 }
 
 fn located(argument: &str, what: &str, index: Option<usize>, reason: &str) -> String {

@@ -122,7 +122,7 @@ int main() {
     expect(distribute(), GF_STATUS_INVALID, {"slack"});
     options.slack = nullptr;
     options.weights = negative;
-    expect(distribute(), GF_STATUS_INVALID, {"weights", "row 0", "0"});
+    expect(distribute(), GF_STATUS_INVALID, {"weights", "contact 0", "0"});
     options.weights = nullptr;
     options.objective = GF_OBJECTIVE_MAX;
     options.nearest_metric = slack;
@@ -162,7 +162,7 @@ int main() {
     const auto set_limits = [&](const double *given, std::size_t count) {
         return gf_distributor_set_limits(distributor, given, count, message, sizeof message);
     };
-    expect(set_limits(limits, 4), GF_STATUS_INVALID, {"max_normal_force", "row 2", "-3.5"});
+    expect(set_limits(limits, 4), GF_STATUS_INVALID, {"max_normal_force", "contact 2", "-3.5"});
     expect(set_limits(limits, 3), GF_STATUS_WRONG_LENGTH, {"max_normal_force", "3", "4"});
     expect(set_limits(nullptr, 4), GF_STATUS_NULL_POINTER, {"max_normal_force"});
     limits[2] = 5.0;

@@ -200,8 +200,10 @@ def solution_dict(solution: ForceSolution) -> dict[str, Any]:
         "objective": solution.objective,
         "weight": solution.weight,
         "rtol": solution.rtol,
+        "value": solution.value,
         "sigma_max": solution.sigma_max,
         "sigma_sum": solution.sigma_sum,
+        "max_normal_force": solution.max_normal_force.tolist(),
         "balanced": solution.balanced,
         "within_limits": solution.within_limits,
         "gap": solution.gap,
@@ -229,6 +231,8 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
         "residual": [
             row if good else None for row, good in zip(batch.residual.tolist(), solved, strict=True)
         ],
+        "balanced": batch.balanced.tolist(),
+        "distance": _known(batch.distance),
         "status": batch.status.tolist(),
     }
 

@@ -40,7 +40,7 @@ def forces(
         bool,
         typer.Option(
             "--nearest",
-            help="Give the forces that come nearest to balance, within the limits, where none balance.",
+            help="Keep the limits. If no forces within them balance the wrench, give the nearest ones.",
         ),
     ] = False,
     as_json: AsJson = False,
@@ -69,7 +69,8 @@ def forces(
         given = load_wrenches(cast("Path", wrenches), file.grasp.wrench_dim)
         with progress("distributing", len(given.wrenches)) as done:
             found = solve_trajectory(distributor, given, done, nearest=nearest)
-        _many(file, found, objective, as_json=as_json, plot=plot)
+        sought = "nearest forces" if nearest else f"least {objective}"
+        _many(file, found, objective, sought, as_json=as_json, plot=plot)
     if out is not None:
         with out.open("wb") as stream:
             np.savez(stream, **found.arrays())
@@ -104,7 +105,8 @@ def _one(
         limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
         print(f"sigma_max {solution.sigma_max:.6g}, sigma_sum {solution.sigma_sum:.6g}: {limits}")
         if nearest:
-            print(f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced")
+            left = f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced"
+            print("balanced" if solution.balanced else left)
     if plot is not None:
         from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
@@ -114,7 +116,9 @@ def _one(
         save(figure, plot)
 
 
-def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, plot: Path | None) -> None:
+def _many(
+    file: GraspFile, found: Trajectory, objective: str, sought: str, *, as_json: bool, plot: Path | None
+) -> None:
     if as_json:
         print_json({"objective": objective, **found.to_dict()})
     else:
@@ -131,13 +135,20 @@ def _many(file: GraspFile, found: Trajectory, objective: str, *, as_json: bool, 
                 ("largest sigma_sum", f"{np.nanmax(found.sigma_sum):.6g}"),
                 ("median sigma_max", f"{np.nanmedian(found.sigma_max):.6g}"),
             ]
+            apart = answered & ~found.balanced
+            if apart.any():
+                worst = int(np.nanargmax(found.distance))
+                rows += [
+                    ("not balanced", str(int(apart.sum()))),
+                    ("largest distance from balance", f"{found.distance[worst]:.6g} (row {worst})"),
+                ]
         if found.infeasible.any():
             rows.append(("first that cannot be balanced", f"row {int(np.argmax(found.infeasible))}"))
-        print_table(f"{file.name}: least {objective}", ("", ""), rows)
+        print_table(f"{file.name}: {sought}", ("", ""), rows)
     if plot is not None:
         from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for
         from graspforce.plotting.planar import limits_of  # noqa: PLC0415 - the same
 
-        limits, title = limits_of(file.grasp), f"{file.name}: least {objective}"
+        limits, title = limits_of(file.grasp), f"{file.name}: {sought}"
         figure = trajectory_figure(found.forces[:, :, 0], limits, times=found.times, title=title)
         save(figure, plot)

@@ -27,13 +27,19 @@ _REPORT_EVERY = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory(ReadOnly):
-    """Forces (T, m, k) and their normalised maxima and sums (T,); NaN in rows without an answer."""
+    """Forces (T, m, k), their normalised maxima and sums (T,), and the residual (T, d) with its norm (T,).
+
+    NaN in rows without an answer.
+    """
 
     wrenches: NDArray[np.float64]
     times: NDArray[np.float64] | None
     forces: NDArray[np.float64]
     sigma_max: NDArray[np.float64]
     sigma_sum: NDArray[np.float64]
+    residual: NDArray[np.float64]
+    distance: NDArray[np.float64]
+    balanced: NDArray[np.bool_]
 
     @property
     def infeasible(self) -> NDArray[np.bool_]:
@@ -49,7 +55,10 @@ class Trajectory(ReadOnly):
     def of_one(cls, wrench: NDArray[np.float64], solution: ForceSolution) -> Trajectory:
         """Return the forces against a single wrench."""
         sigma_max, sigma_sum = np.array([solution.sigma_max]), np.array([solution.sigma_sum])
-        return cls(wrench[None], None, solution.forces[None], sigma_max, sigma_sum)
+        residual, distance = solution.residual[None], np.array([solution.distance])
+        balanced = np.array([solution.balanced])
+        forces = solution.forces[None]
+        return cls(wrench[None], None, forces, sigma_max, sigma_sum, residual, distance, balanced)
 
     def arrays(self) -> dict[str, Any]:
         """Everything by name, as the NPZ file holds it."""
@@ -58,6 +67,7 @@ class Trajectory(ReadOnly):
             "forces": self.forces,
             "sigma_max": self.sigma_max,
             "sigma_sum": self.sigma_sum,
+            "residual": self.residual,
         }
         return named if self.times is None else {"times": self.times, **named}
 
@@ -78,7 +88,8 @@ def solve_trajectory(
     """Solve chunk by chunk, saying how many are done; with `nearest` every row has an answer."""
     count, grasp = len(given.wrenches), distributor.grasp
     forces = np.full((count, grasp.num_contacts, grasp.force_dim), np.nan)
-    sigma_max, sigma_sum = np.full(count, np.nan), np.full(count, np.nan)
+    sigma_max, sigma_sum, distance = (np.full(count, np.nan) for _ in range(3))
+    residual, balanced = np.full((count, grasp.wrench_dim), np.nan), np.zeros(count, bool)
     for start in range(0, count, _REPORT_EVERY):
         rows = slice(start, start + _REPORT_EVERY)
         wrenches = given.wrenches[rows]
@@ -87,10 +98,13 @@ def solve_trajectory(
         else:
             batch = distributor.solve_many(wrenches)
         forces[rows], sigma_max[rows], sigma_sum[rows] = batch.forces, batch.sigma_max, batch.sigma_sum
+        residual[rows], distance[rows], balanced[rows] = batch.residual, batch.distance, batch.balanced
         for row in start + np.flatnonzero(batch.status > Status.INFEASIBLE):
             # Alone it may succeed, or be proven to have no answer; anything else is an error that is named.
             with contextlib.suppress(InfeasibleWrenchError):
-                alone = distributor.solve(given.wrenches[row])
+                alone = (distributor.nearest if nearest else distributor.solve)(given.wrenches[row])
                 forces[row], sigma_max[row], sigma_sum[row] = alone.forces, alone.sigma_max, alone.sigma_sum
+                residual[row], distance[row], balanced[row] = alone.residual, alone.distance, alone.balanced
         done(min(count, rows.stop))
-    return Trajectory(given.wrenches, given.times, forces, sigma_max, sigma_sum)
+    found = (forces, sigma_max, sigma_sum, residual, distance, balanced)
+    return Trajectory(given.wrenches, given.times, *found)

@@ -19,9 +19,10 @@
  * Threads: a grasp does not change, and any number of threads may use it at once. A distributor is for one thread at a
  * time; a call meanwhile from another thread returns GF_STATUS_BUSY and changes nothing.
  *
- * The control loop: gf_distributor_solve, _nearest, _set_limits, _update, _update_contacts and _forget neither take
- * memory from the system nor give it back, wait for no lock, make no system call and print nothing. They use memory that gf_distributor_create has
- * set aside. In a thread that has created no distributor, the first call that needs the interior-point solver makes one
+ * The control loop: gf_distributor_solve, _nearest, _set_limits, _update, _update_contacts and _forget use memory that
+ * gf_distributor_create has set aside. While it suffices they neither take memory from the system nor give it back, wait
+ * for no lock, make no system call and print nothing. A call that needs more takes it from the system; `reserve` sets more
+ * aside. In a thread that has created no distributor, the first call that needs the interior-point solver makes one
  * system call, getrandom, which does not wait. A grasp with more contacts or edges than that of gf_distributor_create may need more; give `reserve` for it.
  *
  * No panic of Rust and no exception leaves a call. */
@@ -127,7 +128,8 @@ typedef enum {
 } gf_objective;
 
 /**
- * Least contact forces of one grasp at a time. One thread at a time uses it; its calls take no memory from the system.
+ * Least contact forces of one grasp at a time. One thread at a time uses it. Its calls take memory from
+ * the system only where they need more than `reserve`.
  */
 typedef struct gf_distributor gf_distributor;
 
@@ -316,6 +318,7 @@ typedef struct {
   double distance;
   /**
    * Of an infeasible wrench: a direction along which no contact can push, but the external wrench must be balanced.
+   * Where stronger forces balance it: a direction along which forces within the limits do not push far enough.
    */
   double direction[6];
   /**
@@ -330,6 +333,11 @@ typedef struct {
    * Simplex pivots of this solve.
    */
   uint64_t pivots;
+  /**
+   * 1 where another solver had to give the answer, else 0. With an infinite `gap`: the forces come nearest, but nothing
+   * proves that they are the least of those.
+   */
+  int32_t fell_back;
 } gf_solution;
 
 /**
@@ -456,7 +464,8 @@ gf_status gf_distributor_solve(gf_distributor *distributor,
  * succeeds within the limits. `nearest_limits` and `nearest_metric` of the options say within what limits, and nearest
  * in which norm.
  *
- * Every wrench has an answer, with what stays unbalanced in `residual`. `distance` gets its norm; it and `solution` may
+ * Every wrench has nearest forces; `residual` holds what they leave unbalanced. Without limits the distance is proven for
+ * forces up to ten times as strong as those returned. `distance` gets the norm of the residual; it and `solution` may
  * be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
  */
 gf_status gf_distributor_nearest(gf_distributor *distributor,

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::force::balance::balances;
 use crate::force::distributor::ForceDistributor;
 use crate::force::nearest::options::NearestOptions;
 use crate::force::workspace::ForceWorkspace;
@@ -27,6 +28,11 @@ pub struct DistributionBatch {
     pub sigma_sum: Vec<f64>,
     /// What the forces of each row leave unbalanced, `w_ext + sum_i G_i f_i`.
     pub residual: Vec<f64>,
+    /// The norm of each residual, in that of the grasp's length scale or the metric of
+    /// [`nearest_many`](ForceDistributor::nearest_many).
+    pub distance: Vec<f64>,
+    /// Whether the forces of each row balance it, within the feasibility tolerance.
+    pub balanced: Vec<bool>,
     /// How each row ended.
     pub status: Vec<Status>,
 }
@@ -83,6 +89,8 @@ impl<const D: usize> ForceDistributor<D> {
             sigma_max: filled("sigma_max", rows, 0.0)?,
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
             residual: Vec::new(),
+            distance: Vec::new(),
+            balanced: Vec::new(),
             status: filled("status", rows, Status::Invalid)?,
         };
         let chunk = if parallel { CHUNK } else { rows.max(1) };
@@ -105,11 +113,22 @@ impl<const D: usize> ForceDistributor<D> {
             self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
         }
         batch.residual = room("residual", rows.saturating_mul(D))?;
+        (batch.distance, batch.balanced) = (room("distance", rows)?, room("balanced", rows)?);
+        let metric = nearest.copied().unwrap_or_default().metric_of(self.grasp());
+        let held = self.options().min_normal.iter().copied().fold(0.0, f64::max);
+        let checked =
+            nearest.is_some() || self.squares_options().is_some_and(|squares| squares.slack.is_some());
         let components = self.grasp().force_components();
         // NaN where the forces are.
-        for (row, wrench) in batch.forces.chunks(stride.max(1)).zip(external_wrenches) {
+        for ((row, wrench), status) in
+            batch.forces.chunks(stride.max(1)).zip(external_wrenches).zip(&batch.status)
+        {
             let forces = row.chunks(components.len()).map(|force| contact_force(force, components));
-            batch.residual.extend_from_slice(self.problem.residual_of(&-wrench, forces).as_slice());
+            let residual = self.problem.residual_of(&-wrench, forces.clone());
+            batch.residual.extend_from_slice(residual.as_slice());
+            batch.distance.push(metric.to_euclidean(&residual).norm());
+            let solved = *status == Status::Solved;
+            batch.balanced.push(solved && (!checked || balances(self.grasp(), &-wrench, held, forces)));
         }
         Ok(batch)
     }

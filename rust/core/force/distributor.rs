@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::force::limits::Limited;
 use crate::force::nearest::options::NearestOptions;
 use crate::force::problem::Problem;
@@ -10,6 +10,7 @@ use crate::force::program::Program;
 use crate::force::solution::{Distribution, DistributionOptions};
 use crate::force::squares::options::SquaresOptions;
 use crate::force::workspace::ForceWorkspace;
+use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::wrench_set::Criterion;
 
@@ -56,8 +57,8 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(Self { problem: Problem::shares(grasp, objective, options)?, limited: None })
     }
 
-    /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The forces are the only ones, and change continuously with
-    /// wrench, limits and reference.
+    /// Minimises `sum_i weights_i |f_i - reference_i|^2 / 2`. The optimal forces are unique and change continuously
+    /// with wrench, limits and reference.
     ///
     /// ```
     /// use graspforce::{Contact, ForceDistributor, Grasp, SquaresOptions, Wrench};
@@ -121,12 +122,43 @@ impl<const D: usize> ForceDistributor<D> {
             return refused(None, format!("{} limits for {contacts} contacts", limits.len()));
         }
         if let Some(row) = limits.iter().position(|limit| !(*limit == 0.0 || REPRESENTABLE.contains(limit))) {
-            return refused(Some(row), format!("{} must be zero, or within 1e-140 to 1e140 N", limits[row]));
+            return refused(
+                Some(row),
+                format!("{} must be zero, or within 1e-140 to 1e140 N", digits(limits[row])),
+            );
         }
         let limited = Limited::new(&self.problem, limits)?;
         self.claim(workspace);
         limited.adopt(&workspace.all, &mut workspace.limited);
         self.limited = Some(Arc::new(limited));
+        Ok(())
+    }
+
+    /// Replaces the reference of least squares, which takes no other objective; empty for zero. The multiplier of the last
+    /// wrench and the limits in force stay. On an error nothing changes.
+    pub fn set_reference(
+        &mut self,
+        workspace: &mut ForceWorkspace<D>,
+        reference: &[ContactForce],
+    ) -> Result<()> {
+        let Program::Squares(squares, _) = &self.problem.program else {
+            return Err(Error::input("reference", "only the objective \"squares\" takes it"));
+        };
+        let squares = SquaresOptions { reference: reference.to_vec(), ..squares.as_ref().clone() };
+        let problem = Problem::squares(self.grasp(), squares)?;
+        let limited = match &self.limited {
+            Some(limited) => Some(Arc::new(Limited::new(&problem, &limited.limits)?)),
+            None => None,
+        };
+        self.claim(workspace);
+        let updated = Self { problem, limited };
+        let mut fresh = updated.workspace();
+        fresh.all.adopt(&workspace.all);
+        fresh.limited = workspace.limited.take();
+        if let Some(limited) = &updated.limited {
+            limited.adopt(&fresh.all, &mut fresh.limited);
+        }
+        (*self, *workspace) = (updated, fresh);
         Ok(())
     }
 

@@ -11,6 +11,7 @@ use crate::force::solution::{Distribution, DistributionOptions, check_options, c
 use crate::force::squares::options::SquaresOptions;
 use crate::force::squares::program::SquaresProgram;
 use crate::grasp::contact::ContactForce;
+use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::tolerances::LARGE_FORCES;
@@ -86,7 +87,7 @@ impl<const D: usize> Problem<D> {
         self.claim(workspace);
         let b = -external_wrench;
         let answer = workspace.solve(&b).map_err(|error| cause(error, external_wrench))?;
-        Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), 0.0))
+        Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), None))
     }
 
     /// The same, written as rows of [`Grasp::force_components`]; returns the objective.
@@ -106,15 +107,18 @@ impl<const D: usize> Problem<D> {
         solved.map_err(|error| cause(error, external_wrench))
     }
 
-    /// Forces for `b = -w_ext` with their certificate, their largest share and the sum of shares, and the distance.
+    /// Forces for `b = -w_ext` with their certificate, their largest share and the sum of shares, and the distance where a metric
+    /// of its own measured it.
     pub(crate) fn distribution(
         &self,
         b: &Wrench<D>,
         forces: &ContactForces,
         answer: &Certificate<D>,
         (sigma_max, sigma_sum): (f64, f64),
-        distance: f64,
+        distance: Option<f64>,
     ) -> Distribution<D> {
+        let residual = self.residual(b, &forces.forces);
+        let metric = || Metric::from_length_scale(self.grasp.options().length_scale);
         Distribution {
             forces: forces.forces.clone(),
             shares: forces.shares.clone(),
@@ -126,8 +130,8 @@ impl<const D: usize> Problem<D> {
             pivots: answer.pivots,
             unique: forces.unique,
             fell_back: answer.fell_back,
-            residual: self.residual(b, &forces.forces),
-            distance,
+            residual,
+            distance: distance.unwrap_or_else(|| metric().norm(&residual)),
             tolerance: self.options.rtol,
         }
     }

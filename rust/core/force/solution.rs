@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::Criterion;
@@ -95,8 +95,8 @@ pub struct Distribution<const D: usize> {
     /// exactly, what [`FEASIBILITY_TOLERANCE`](crate::FEASIBILITY_TOLERANCE) allows. With a slack, or of nearest forces, it
     /// may be large.
     pub residual: Wrench<D>,
-    /// The norm of the residual, of forces that [`ForceDistributor::nearest`](crate::ForceDistributor::nearest) returned;
-    /// zero of others.
+    /// The norm of the residual: in the metric of [`ForceDistributor::nearest`](crate::ForceDistributor::nearest) where it
+    /// found the forces, else in that of the grasp's length scale.
     pub distance: f64,
     /// The tolerance of the relative gap in force.
     pub tolerance: f64,
@@ -179,14 +179,17 @@ const MAX_WEIGHT: f64 = 1e6;
 pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion) -> Result<()> {
     let weight = options.weight;
     if !(weight >= 0.0 && weight.is_finite()) {
-        return Err(Error::input("weight", format!("{weight} must be finite and not negative")));
+        return Err(Error::input("weight", format!("{} must be finite and not negative", digits(weight))));
     }
     if weight > MAX_WEIGHT {
         let reason = format!("{weight:e} leaves nothing of the maximum; minimise the \"sum\" instead");
         return Err(Error::input("weight", reason));
     }
     if weight > 0.0 && objective == Criterion::Sum {
-        let reason = format!("{weight} needs the objective \"max\": it adds weight * sigma_sum to sigma_max");
+        let reason = format!(
+            "{} needs the objective \"max\": it adds weight * sigma_sum to sigma_max",
+            digits(weight)
+        );
         return Err(Error::input("weight", reason));
     }
     if !options.samples.is_empty() && options.method != Method::Reduced {
@@ -194,7 +197,10 @@ pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion)
     }
     let rtol = options.rtol;
     if !(rtol > 0.0 && rtol <= MAX_RTOL) {
-        return Err(Error::input("rtol", format!("{rtol} must lie above 0 and be at most {MAX_RTOL}")));
+        return Err(Error::input(
+            "rtol",
+            format!("{} must lie above 0 and be at most {MAX_RTOL}", digits(rtol)),
+        ));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::memory::room;
 
 /// More edges than this for one cone are refused: the true cone is then both exact and cheaper.
@@ -147,7 +147,7 @@ impl Contact {
             if ok && x.is_finite() {
                 return Ok(());
             }
-            Err(Error::contact(argument, index, format!("{x} must be {law}")))
+            Err(Error::contact(argument, index, format!("{} must be {law}", digits(x))))
         };
         number("friction", self.friction, self.friction >= 0.0, "finite and not negative")?;
         number("torsion", self.torsion, self.torsion >= 0.0, "finite and not negative")?;

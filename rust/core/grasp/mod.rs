@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count};
 use crate::memory::{check_room, room};
 
@@ -58,7 +58,10 @@ impl GraspOptions {
         }
         let (scale, margin) = (self.length_scale, self.friction_margin);
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(Error::grasp("length_scale", format!("{scale} must be finite and positive")));
+            return Err(Error::grasp(
+                "length_scale",
+                format!("{} must be finite and positive", digits(scale)),
+            ));
         }
         if !REPRESENTABLE.contains(&scale) {
             return Err(Error::grasp(
@@ -67,7 +70,10 @@ impl GraspOptions {
             ));
         }
         if !(margin >= 1.0 && margin.is_finite()) {
-            return Err(Error::grasp("friction_margin", format!("{margin} must be finite and at least 1")));
+            return Err(Error::grasp(
+                "friction_margin",
+                format!("{} must be finite and at least 1", digits(margin)),
+            ));
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::grasp::REPRESENTABLE;
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
@@ -43,7 +43,7 @@ pub fn torque_limited_forces(
     check(jacobian, lower, upper)?;
     for (argument, value) in [("friction", friction), ("max_normal_force", max_normal_force)] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(Error::input(argument, format!("{value} must be finite and positive")));
+            return Err(Error::input(argument, format!("{} must be finite and positive", digits(value))));
         }
     }
     if !(3..=256).contains(&edges) {
@@ -97,7 +97,11 @@ fn check(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64]) -> Result<()> 
             return Err(Error::input("jacobian", reason));
         }
         if !(*low <= 0.0 && *high >= 0.0 && low.is_finite() && high.is_finite()) {
-            let reason = format!("joint {joint}: limits {low} to {high} must be finite and allow zero");
+            let reason = format!(
+                "joint {joint}: limits {} to {} must be finite and allow zero",
+                digits(*low),
+                digits(*high)
+            );
             return Err(Error::input("torque_limits", reason));
         }
     }

@@ -47,8 +47,10 @@ impl<const D: usize> Metric<D> {
     /// The metric of a symmetric positive definite matrix.
     pub fn from_matrix(matrix: &SMatrix<f64, D, D>) -> Result<Self> {
         let scale = matrix.amax();
-        if matrix.iter().any(|x| !x.is_finite()) {
-            return Err(Error::input("metric", "it has an entry that is not finite"));
+        let entries = (0..D * D).map(|k| (k / D, k % D));
+        for (row, column) in entries.filter(|&at| !matrix[at].is_finite()).take(1) {
+            let reason = format!("entry ({row}, {column}) is {}, not finite", matrix[(row, column)]);
+            return Err(Error::input("metric", reason));
         }
         if (matrix - matrix.transpose()).amax() > 1e-9 * scale {
             return Err(Error::input("metric", "it is not symmetric"));

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::convex::expanding_polytope::Polytope;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::grasp::Wrench;
 use crate::grasp::wrench_norm::Metric;
 use crate::quality::closure::Closure;
@@ -42,7 +42,7 @@ impl<const D: usize> QualityOptions<D> {
         if let Some(rtol) = self.rtol
             && !(rtol > 0.0 && rtol < 1.0)
         {
-            return Err(Error::input("rtol", format!("{rtol} must lie between 0 and 1")));
+            return Err(Error::input("rtol", format!("{} must lie between 0 and 1", digits(rtol))));
         }
         if let Some(external_wrench) = &self.external_wrench
             && external_wrench.iter().any(|x| !x.is_finite())

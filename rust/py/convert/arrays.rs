@@ -3,8 +3,8 @@
 use graspforce::room;
 use nalgebra::SVector;
 use numpy::{
-    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray,
-    PyUntypedArrayMethods,
+    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyReadwriteArray2,
+    PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::convert::errors::to_python;
 pub use crate::convert::read_only::read_only;
+use crate::convert::scalars::{number, shown};
 use crate::runtime::interrupt::{keep, reason};
 
 /// Numbers in one argument: a gibibyte. Far more grasps or wrenches than one call should hold.
@@ -43,7 +44,10 @@ pub fn float_array<'py>(
         let dtype = array.getattr("dtype")?;
         let kind: String = dtype.getattr("kind")?.extract()?;
         if !matches!(kind.as_str(), "i" | "u" | "f") {
-            let message = format!("dtype {dtype} does not hold real numbers");
+            let message = match not_a_number(value) {
+                Some((at, text)) => format!("entry {at}: {text} is not a real number"),
+                None => format!("dtype {dtype} does not hold real numbers"),
+            };
             return Err(PyTypeError::new_err(message));
         }
         // A view that repeats itself may claim to be larger than memory.
@@ -69,7 +73,7 @@ pub fn float_array<'py>(
     let array = converted().map_err(|error| {
         let reason = reason(value.py(), error);
         // A place comes before the colon: "positions, contact 1: ...".
-        let placed = reason.starts_with("row ") || reason.starts_with("contact ");
+        let placed = ["row ", "contact ", "entry "].iter().any(|place| reason.starts_with(place));
         format!("{argument}{} {reason}", if placed { "," } else { ":" })
     })?;
     array.try_readonly().map_err(|error| format!("{argument}: {error}"))
@@ -103,6 +107,47 @@ fn ragged(argument: &str, value: &Bound<'_, PyAny>, numpy: &Bound<'_, PyModule>)
         }
     }
     None
+}
+
+/// The first entry of nested lists that is no real number: its place and its text.
+fn not_a_number(value: &Bound<'_, PyAny>) -> Option<(String, String)> {
+    fn find(value: &Bound<'_, PyAny>, at: &mut Vec<usize>) -> Option<String> {
+        if !value.is_instance_of::<PyList>() && !value.is_instance_of::<PyTuple>() {
+            let real = number("", value).is_ok() || value.cast::<PyUntypedArray>().is_ok();
+            return (!real).then(|| shown(value));
+        }
+        for (index, item) in value.try_iter().ok()?.enumerate() {
+            at.push(index);
+            if let Some(text) = find(&item.ok()?, at) {
+                return Some(text);
+            }
+            at.pop();
+        }
+        None
+    }
+    let mut at = Vec::new();
+    let text = find(value, &mut at)?;
+    match at[..] {
+        [] => None,
+        [one] => Some((one.to_string(), text)),
+        _ => Some((shaped(&at), text)),
+    }
+}
+
+/// Refuses an entry that is not finite, by its place.
+pub fn refuse_not_finite(argument: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<(), String> {
+    let Some(index) = contents(array).iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    let mut rest = index;
+    let mut at: Vec<usize> = array.shape().iter().rev().map(|n| (rest % n, rest /= n).0).collect();
+    at.reverse();
+    let at = if let [one] = at[..] {
+        format!(", entry {one}")
+    } else if at.is_empty() {
+        String::new()
+    } else {
+        format!(", entry {}", shaped(&at))
+    };
+    Err(format!("{argument}{at}: {} is not finite", contents(array)[index]))
 }
 
 /// The same for a vector of known length.
@@ -175,6 +220,29 @@ pub fn matrix(
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let flat = vector(py, "result", rows.saturating_mul(columns), values)?;
     flat.reshape([rows, columns]).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// The caller's array for contact forces, (m, k).
+pub fn output_array<'py>(
+    forces: &Bound<'py, PyAny>,
+    m: usize,
+    k: usize,
+) -> Result<PyReadwriteArray2<'py, f64>, String> {
+    let Ok(array) = forces.cast::<PyArray2<f64>>() else {
+        let given = match forces.cast::<PyUntypedArray>() {
+            Ok(array) => format!("dtype {} and shape {}", array.dtype(), shaped(array.shape())),
+            Err(_) => shown(forces),
+        };
+        return Err(format!("forces: {given}, expected a float64 array of shape ({m}, {k})"));
+    };
+    if array.shape() != [m, k] {
+        return Err(format!("forces: shape {}, expected ({m}, {k})", shaped(array.shape())));
+    }
+    // numpy's slices take Fortran order, too, and would fill it transposed.
+    if !array.is_c_contiguous() {
+        return Err("forces: not C-contiguous".into());
+    }
+    array.try_readwrite().map_err(|_| "forces: not writable, or in use elsewhere".into())
 }
 
 /// What `__array__` answers for an array that is there already.

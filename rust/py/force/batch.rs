@@ -21,6 +21,10 @@ use crate::convert::restored::{Checked, copied, expect, within};
 ///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
 /// residual : numpy.ndarray
 ///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
+/// balanced : numpy.ndarray
+///     (T,) whether the residual is within `FEASIBILITY_TOLERANCE`; False where the status is not 0.
+/// distance : numpy.ndarray
+///     (T,) norm of the residual, in that of the grasp's ``length_scale``; NaN where the status is not 0.
 /// status : numpy.ndarray
 ///     (T,) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1), ``INVALID`` (2, not finite, or too large or too small
 ///     to compute with) or ``NOT_CONVERGED`` (3).
@@ -38,6 +42,12 @@ pub struct PyForceBatch {
     /// (T, d) what the forces leave unbalanced; NaN where the status is not 0.
     #[pyo3(get)]
     residual: Py<PyArray2<f64>>,
+    /// (T,) whether the residual is within `FEASIBILITY_TOLERANCE`.
+    #[pyo3(get)]
+    balanced: Py<PyArray1<bool>>,
+    /// (T,) norm of the residual; NaN where the status is not 0.
+    #[pyo3(get)]
+    distance: Py<PyArray1<f64>>,
     /// (T,) int8 of `Status`: 0 solved, 1 infeasible, 2 invalid, 3 not converged.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
@@ -65,11 +75,14 @@ impl PyForceBatch {
     }
 
     #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
     fn _restore<'py>(
         forces: Bound<'py, PyArray3<f64>>,
         sigma_max: Bound<'py, PyArray1<f64>>,
         sigma_sum: Bound<'py, PyArray1<f64>>,
         residual: Bound<'py, PyArray2<f64>>,
+        balanced: Bound<'py, PyArray1<bool>>,
+        distance: Bound<'py, PyArray1<f64>>,
         status: Bound<'py, PyArray1<i8>>,
         py: Python<'py>,
     ) -> PyResult<Self> {
@@ -77,10 +90,11 @@ impl PyForceBatch {
         let ((numbers, forces), (largest, sigma_max)) = (copied(&forces)?, copied(&sigma_max)?);
         let ((sums, sigma_sum), (ends, status)) = (copied(&sigma_sum)?, copied(&status)?);
         let (rest, residual) = copied(&residual)?;
+        let ((held, balanced), (lengths, distance)) = (copied(&balanced)?, copied(&distance)?);
         let dim = residual.shape()[1];
-        let rows = [forces.shape()[0], largest.len(), sums.len(), ends.len(), residual.shape()[0]];
+        let rows = [largest.len(), sums.len(), ends.len(), residual.shape()[0], held.len(), lengths.len()];
         let check = || -> Checked {
-            expect(rows == [rows[0]; 5], "rows", format!("{rows:?}"), "as many of each")?;
+            expect(rows == [forces.shape()[0]; 6], "rows", format!("{rows:?}"), "as many of each")?;
             within("components of a force", components, 2..=4)?;
             expect(matches!(dim, 3 | 6), "components of a wrench", dim, "3 or 6")?;
             let stride = forces.shape()[1] * components;
@@ -88,10 +102,15 @@ impl PyForceBatch {
                 within("status", end, 0..=3)?;
                 let forces = &numbers[row * stride..(row + 1) * stride];
                 let all = || {
-                    forces.iter().chain(&rest[row * dim..(row + 1) * dim]).chain([&largest[row], &sums[row]])
+                    forces.iter().chain(&rest[row * dim..(row + 1) * dim]).chain([
+                        &largest[row],
+                        &sums[row],
+                        &lengths[row],
+                    ])
                 };
                 let whole = if end == 0 { all().all(|x| x.is_finite()) } else { all().all(|x| x.is_nan()) };
                 expect(whole, "row", row, "numbers where the status is 0, NaN elsewhere")?;
+                expect(end == 0 || !held[row], "row", row, "balanced only where the status is 0")?;
             }
             Ok(())
         };
@@ -101,13 +120,16 @@ impl PyForceBatch {
             sigma_max: sigma_max.unbind(),
             sigma_sum: sigma_sum.unbind(),
             residual: residual.unbind(),
+            balanced: balanced.unbind(),
+            distance: distance.unbind(),
             status: status.unbind(),
         })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let state = (&this.forces, &this.sigma_max, &this.sigma_sum, &this.residual, &this.status);
+        let Self { forces, sigma_max, sigma_sum, residual, balanced, distance, status } = this;
+        let state = (forces, sigma_max, sigma_sum, residual, balanced, distance, status);
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
@@ -118,7 +140,10 @@ impl PyForceBatch {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let status = self.status.bind(py).try_readonly()?;
         let solved = status.as_array().iter().filter(|&&status| status == 0).count();
-        Ok(format!("ForceBatch({} wrenches, {solved} solved)", status.len()))
+        let balanced = self.balanced.bind(py).try_readonly()?;
+        let apart = solved - balanced.as_array().iter().filter(|&&balanced| balanced).count();
+        let apart = if apart == 0 { String::new() } else { format!(", {apart} not balanced") };
+        Ok(format!("ForceBatch({} wrenches, {solved} solved{apart})", status.len()))
     }
 }
 
@@ -130,6 +155,8 @@ impl PyForceBatch {
             sigma_max: read_only(PyArray1::from_vec(py, batch.sigma_max)).unbind(),
             sigma_sum: read_only(PyArray1::from_vec(py, batch.sigma_sum)).unbind(),
             residual: read_only(PyArray1::from_vec(py, batch.residual)).reshape([shape[0], D])?.unbind(),
+            balanced: read_only(PyArray1::from_vec(py, batch.balanced)).unbind(),
+            distance: read_only(PyArray1::from_vec(py, batch.distance)).unbind(),
             status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
         })
     }

@@ -4,6 +4,7 @@ use graspforce::{Criterion, DEFAULT_MAX_POINTS, DistributionOptions, ForceDistri
 use pyo3::prelude::*;
 
 use crate::force::squares_arguments::SquaresArguments;
+use crate::grasp::PyGrasp;
 use crate::runtime::memory::{Work, check_points, check_work};
 
 /// A distributor of either kind.
@@ -39,4 +40,22 @@ pub fn refuse_beside_squares(options: &DistributionOptions) -> Result<(), String
         None => Ok(()),
         Some((name, _)) => Err(format!("{name}: the objective \"squares\" does not take it")),
     }
+}
+
+/// What is wrong with a grasp that `update` cannot take.
+pub fn other_dimension(grasp: &PyGrasp) -> String {
+    let [given, own] = match grasp.inner.wrench_dim() {
+        3 => ["planar (wrenches of 3)", "spatial (6)"],
+        _ => ["spatial (wrenches of 6)", "planar (3)"],
+    };
+    format!("grasp: {given}, the distributor's is {own}")
+}
+
+/// Nothing, one number for all contacts, or a list.
+pub fn one_or_each<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Option<Bound<'py, PyAny>>> {
+    Ok(match values {
+        [] => None,
+        [all] => Some(all.into_pyobject(py)?.into_any()),
+        each => Some(each.into_pyobject(py)?.into_any()),
+    })
 }

@@ -5,8 +5,8 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
 use crate::convert::arrays::{contents, float_array, shaped};
-use crate::convert::errors::to_python;
-use crate::convert::scalars::{Given, choice, number};
+use crate::convert::errors::{invalid_input, to_python};
+use crate::convert::scalars::{Given, choice, flag, number};
 use crate::runtime::interrupt::keep;
 
 /// The words for them; the first is the default.
@@ -74,4 +74,9 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, Strin
         }
         given => Err(format!("{argument}: shape {}, expected (S, d)", shaped(given))),
     }
+}
+
+/// Whether `nearest` keeps the limits.
+pub fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
+    given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))
 }

@@ -1,7 +1,7 @@
 //! `graspforce.ForceDistributor`.
 
 use std::iter::repeat_n;
-use std::sync::{RwLock, RwLockReadGuard, TryLockError};
+use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError, TryLockResult};
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -12,15 +12,17 @@ use crate::convert::dimension::{Dimensional, by_dimension, map_dimension};
 use crate::convert::errors::{busy, invalid_input, to_python};
 use crate::convert::scalars::{Given, choice, flag, instance, shown};
 use crate::force::batch::PyForceBatch;
-use crate::force::construction::{check_distributor, distributor, refuse_beside_squares};
-use crate::force::distribution_options::{distribution_options, parse_objective};
+use crate::force::construction::{
+    check_distributor, distributor, one_or_each, other_dimension, refuse_beside_squares,
+};
+use crate::force::distribution_options::{distribution_options, limits_flag, parse_objective};
 use crate::force::nearest::{nearest, nearest_into};
 use crate::force::query::ForceQuery;
 use crate::force::shared::SharedDistributor;
 use crate::force::solution::PyForceSolution;
 use crate::force::solve::{solve, solve_into, solve_many};
 use crate::force::solve_iter::PyForceSteps;
-use crate::force::squares_arguments::SquaresArguments;
+use crate::force::squares_arguments::{SquaresArguments, reference_of, reference_rows, references};
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_work};
@@ -89,14 +91,13 @@ impl PyForceDistributor {
         let sizes = by_dimension!(&grasp.get().inner, g => [g.num_contacts(), g.force_dim()]);
         let sizes = [sizes[0], sizes[1], grasp.get().inner.wrench_dim()];
         let squares = match criterion {
-            Some(_) => SquaresArguments::refuse(reference, weights, slack, limits),
-            None => SquaresArguments::parse(reference, weights, slack, limits, sizes),
+            Some(_) => SquaresArguments::refuse(reference, weights, slack, limits).map_err(refused)?,
+            None => SquaresArguments::parse(reference, weights, slack, limits, sizes).map_err(refused)?,
         };
-        let squares = squares.map_err(refused)?;
         let options = distribution_options(&method, &weight, min_normal, samples, &rtol, sizes[0]);
         let (options, method) = options.map_err(refused)?;
-        let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         let (weight, rtol) = (options.weight, options.rtol);
+        let (samples, min_normal) = (options.samples.clone(), options.min_normal.clone());
         if criterion.is_none() {
             refuse_beside_squares(&options).map_err(refused)?;
         }
@@ -129,8 +130,8 @@ impl PyForceDistributor {
         Ok(match self.min_normal[..] {
             [] => None,
             [all] => {
-                let contacts = self.state(py)?.grasp.get().num_contacts();
-                Some(vector(py, "min_normal", contacts, repeat_n(all, contacts))?)
+                let m = self.state(py)?.grasp.get().num_contacts();
+                Some(vector(py, "min_normal", m, repeat_n(all, m))?)
             }
             ref each => Some(vector(py, "min_normal", each.len(), each.iter().copied())?),
         })
@@ -147,8 +148,9 @@ impl PyForceDistributor {
     /// (m, k) forces that "squares" stays close to; ``None`` for zero.
     #[getter]
     fn reference<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let rows = self.squares.reference.as_ref();
-        rows.map(|rows| PyArray2::from_vec2(py, rows).map(read_only)).transpose().map_err(Into::into)
+        let state = self.state(py)?;
+        let rows = by_dimension!(&state.inner, shared => reference_of(&shared.distributor));
+        rows.map(|rows| PyArray2::from_vec2(py, &rows).map(read_only)).transpose().map_err(Into::into)
     }
 
     /// (m,) weights of "squares"; ``None`` for 1.
@@ -177,8 +179,7 @@ impl PyForceDistributor {
     /// (m,) upper bounds of the normal forces in force, in N: the grasp's, or those of `set_limits`.
     #[getter]
     fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let state = self.state(py)?;
-        let limits = by_dimension!(&state.inner, shared => shared.distributor.limits());
+        let limits = by_dimension!(&self.state(py)?.inner, of => of.distributor.limits());
         Ok(read_only(PyArray1::from_vec(py, limits)))
     }
 
@@ -250,18 +251,27 @@ impl PyForceDistributor {
 
     #[doc = include_str!("docs/set_limits.rst")]
     fn set_limits(&self, py: Python<'_>, max_normal_force: &Bound<'_, PyAny>) -> PyResult<()> {
-        let mut state = match self.state.try_write() {
-            Ok(state) => state,
-            Err(TryLockError::WouldBlock) => return Err(busy(py)),
-            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-        };
-        let contacts = state.grasp.get().num_contacts();
-        let limits = float_vector("max_normal_force", max_normal_force, contacts)
-            .map_err(|message| invalid_input(py, message))?;
-        let inner = &mut state.inner;
-        by_dimension!(&*inner, of => check_work(py, of.distributor.grasp(), Work::Distributor))?;
-        let set = detached(py, || by_dimension!(inner, shared => shared.set_limits(&limits)))?;
-        set.map_err(|error| to_python(py, &error))
+        let mut state = self.state_mut(py)?;
+        let m = state.grasp.get().num_contacts();
+        let limits = float_vector("max_normal_force", max_normal_force, m);
+        let limits = limits.map_err(|message| invalid_input(py, message))?;
+        by_dimension!(&mut state.inner, shared => {
+            check_work(py, shared.distributor.grasp(), Work::Distributor)?;
+            detached(py, || shared.set_limits(&limits))?.map_err(|error| to_python(py, &error))
+        })
+    }
+
+    #[doc = include_str!("docs/set_reference.rst")]
+    fn set_reference(&self, py: Python<'_>, reference: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let mut state = self.state_mut(py)?;
+        let sizes = by_dimension!(&state.grasp.get().inner, g => [g.num_contacts(), g.force_dim()]);
+        let rows = reference.map(|value| reference_rows(value, sizes)).transpose();
+        let rows = rows.map_err(|message| invalid_input(py, message))?;
+        by_dimension!(&mut state.inner, shared => {
+            check_work(py, shared.distributor.grasp(), Work::Distributor)?;
+            let reference = references(shared.distributor.grasp(), rows.iter().flatten());
+            detached(py, || shared.set_reference(&reference))?.map_err(|error| to_python(py, &error))
+        })
     }
 
     #[doc = include_str!("docs/solve_many.rst")]
@@ -276,7 +286,7 @@ impl PyForceDistributor {
         parallel: Given<'_>,
         infeasible: Given<'_>,
     ) -> PyResult<PyForceBatch> {
-        let refused = |message: String| invalid_input(py, message);
+        let refused = |message| invalid_input(py, message);
         let parallel = parallel.or(false, |value| flag("parallel", value)).map_err(refused)?;
         let infeasible = infeasible.or("raise", |value| choice("infeasible", value, &["raise", "nearest"]));
         let nearest = infeasible.map_err(refused)? == "nearest";
@@ -296,14 +306,10 @@ impl PyForceDistributor {
     #[doc = include_str!("docs/update.rst")]
     fn update(&self, py: Python<'_>, grasp: &Bound<'_, PyAny>) -> PyResult<()> {
         let grasp = instance::<PyGrasp>("grasp", grasp).map_err(|message| invalid_input(py, message))?;
-        let mut state = match self.state.try_write() {
-            Ok(state) => state,
-            Err(TryLockError::WouldBlock) => return Err(busy(py)),
-            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-        };
+        let mut state = self.state_mut(py)?;
         let both = state.inner.as_mut().with(grasp.get().inner.as_ref());
-        let both = both.ok_or_else(|| invalid_input(py, "grasp: its dimension is not this distributor's"))?;
-        by_dimension!(both, (shared, grasp) => {
+        let both = both.ok_or_else(|| invalid_input(py, other_dimension(grasp.get())));
+        by_dimension!(both?, (shared, grasp) => {
             check_distributor(py, grasp, shared.distributor.options().method)?;
             detached(py, || shared.update(grasp))?.map_err(|error| to_python(py, &error))?;
         });
@@ -311,38 +317,28 @@ impl PyForceDistributor {
         Ok(())
     }
 
-    /// Its grasp and its options as plain Python numbers and lists, ready for JSON.
+    /// Its grasp and options as plain Python numbers and lists, ready for JSON.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("graspforce._internal.to_dict")?.call_method1("distributor_dict", (slf,))
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
-        let state = self.state(py)?;
-        let state = State { inner: state.inner.clone(), grasp: state.grasp.clone_ref(py) };
+        let of = self.state(py)?;
+        let state = RwLock::new(State { inner: of.inner.clone(), grasp: of.grasp.clone_ref(py) });
         let (objective, method) = (self.objective, self.method);
         let (weight, samples, rtol) = (self.weight, self.samples.clone(), self.rtol);
         let (min_normal, squares) = (self.min_normal.clone(), self.squares.clone());
-        let state = RwLock::new(state);
         Ok(Self { state, objective, method, weight, min_normal, samples, squares, rtol })
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Pickled<'py>> {
         let samples = (!self.samples.is_empty()).then(|| self.samples.clone());
-        let min_normal = match self.min_normal[..] {
-            [] => None,
-            [all] => Some(all.into_pyobject(py)?.into_any()),
-            ref each => Some(each.into_pyobject(py)?.into_any()),
-        };
-        let weights = match &self.squares.weights {
-            None => None,
-            Some(weights) => match weights[..] {
-                [all] => Some(all.into_pyobject(py)?.into_any()),
-                ref each => Some(each.into_pyobject(py)?.into_any()),
-            },
-        };
-        let (reference, slack) = (self.squares.reference.clone(), self.squares.slack.clone());
+        let min_normal = one_or_each(py, &self.min_normal)?;
+        let weights = one_or_each(py, self.squares.weights.as_deref().unwrap_or_default())?;
+        let state = self.state(py)?;
+        let reference = by_dimension!(&state.inner, shared => reference_of(&shared.distributor));
         let arguments = (
-            self.grasp(py)?,
+            state.grasp.clone_ref(py),
             self.objective,
             self.method,
             self.weight,
@@ -351,23 +347,22 @@ impl PyForceDistributor {
             self.rtol,
             reference,
             weights,
-            slack,
+            self.squares.slack.clone(),
             self.squares.limits,
         );
-        let state = self.state(py)?;
-        let limits = by_dimension!(&state.inner, shared => shared.distributor.set_of_limits());
+        let limits = by_dimension!(&state.inner, of => of.distributor.set_of_limits());
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?, limits))
     }
 
-    /// Limits that were set.
     fn __setstate__(&self, py: Python<'_>, limits: &Bound<'_, PyAny>) -> PyResult<()> {
         self.set_limits(py, limits)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let state = self.state(py)?;
+        let (objective, method) = (self.objective, self.method);
         let grasp = state.grasp.bind(py).repr().map_or_else(|_| "Grasp".into(), |text| text.to_string());
-        Ok(format!("ForceDistributor({grasp}, objective='{}', method='{}')", self.objective, self.method))
+        Ok(format!("ForceDistributor({grasp}, objective='{objective}', method='{method}')"))
     }
 }
 
@@ -382,19 +377,24 @@ impl PyForceDistributor {
             weight: self.weight,
             rtol: self.rtol,
             least_share: self.min_normal.iter().copied().fold(0.0, f64::max),
+            limits: by_dimension!(&state.inner, shared => shared.distributor.limits()),
         })
     }
 
     fn state(&self, py: Python<'_>) -> PyResult<RwLockReadGuard<'_, State>> {
-        match self.state.try_read() {
-            Ok(state) => Ok(state),
-            Err(TryLockError::WouldBlock) => Err(busy(py)),
-            // An update that panicked changed nothing.
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-        }
+        unlocked(py, self.state.try_read())
+    }
+
+    fn state_mut(&self, py: Python<'_>) -> PyResult<RwLockWriteGuard<'_, State>> {
+        unlocked(py, self.state.try_write())
     }
 }
 
-fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
-    given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))
+fn unlocked<G>(py: Python<'_>, lock: TryLockResult<G>) -> PyResult<G> {
+    match lock {
+        Ok(state) => Ok(state),
+        Err(TryLockError::WouldBlock) => Err(busy(py)),
+        // An update that panicked changed nothing.
+        Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+    }
 }

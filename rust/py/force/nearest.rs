@@ -1,14 +1,12 @@
 //! Calls of a distributor that find the forces nearest to balance.
 
 use graspforce::{Distribution, Metric, NearestOptions, Wrench};
-use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::convert::arrays::{float_vector, shaped};
+use crate::convert::arrays::{float_vector, output_array};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::quality_options::parse_metric;
 use crate::force::shared::{SharedDistributor, unless_busy};
-use crate::force::solve::described;
 use crate::runtime::interrupt::watched;
 use crate::runtime::memory::{Work, check_work};
 
@@ -54,22 +52,8 @@ pub fn nearest_into<const D: usize>(
     let grasp = shared.distributor.grasp();
     check_work(py, grasp, Work::Nearest)?;
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
-    let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
-        let given = described(forces);
-        return Err(refused(format!("forces: {given}, expected a float64 array of shape ({m}, {k})")));
-    };
-    if forces.shape() != [m, k] {
-        return Err(refused(format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));
-    }
-    if !forces.is_c_contiguous() {
-        return Err(refused("forces: not C-contiguous".into()));
-    }
-    let Ok(mut forces) = forces.try_readwrite() else {
-        return Err(refused("forces: not writable, or in use elsewhere".into()));
-    };
-    let Ok(forces) = forces.as_slice_mut() else {
-        return Err(refused("forces: not C-contiguous".into()));
-    };
+    let mut forces = output_array(forces, m, k).map_err(refused)?;
+    let Ok(forces) = forces.as_slice_mut() else { return Err(refused("forces: not C-contiguous".into())) };
     let work = || {
         shared.solve(|distributor, workspace| distributor.nearest_into(workspace, &wrench, &options, forces))
     };

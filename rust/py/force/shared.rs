@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use graspforce::{ForceDistributor, ForceWorkspace, Grasp, Result};
+use graspforce::{ContactForce, ForceDistributor, ForceWorkspace, Grasp, Result};
 use pyo3::prelude::*;
 
 use crate::convert::errors::busy;
@@ -33,22 +33,29 @@ impl<const D: usize> SharedDistributor<D> {
 
     /// Replaces the upper bounds of the normal forces.
     pub fn set_limits(&mut self, limits: &[f64]) -> Result<()> {
-        let workspace = self.workspace.get_mut().unwrap_or_else(|poisoned| {
-            let workspace = poisoned.into_inner();
-            workspace.forget();
-            workspace
-        });
-        self.distributor.set_limits(workspace, limits)
+        let (distributor, workspace) = self.parts();
+        distributor.set_limits(workspace, limits)
+    }
+
+    /// Replaces the reference of least squares.
+    pub fn set_reference(&mut self, reference: &[ContactForce]) -> Result<()> {
+        let (distributor, workspace) = self.parts();
+        distributor.set_reference(workspace, reference)
     }
 
     /// Goes on with another grasp.
     pub fn update(&mut self, grasp: &Grasp<D>) -> Result<()> {
+        let (distributor, workspace) = self.parts();
+        distributor.update(workspace, grasp)
+    }
+
+    fn parts(&mut self) -> (&mut ForceDistributor<D>, &mut ForceWorkspace<D>) {
         let workspace = self.workspace.get_mut().unwrap_or_else(|poisoned| {
             let workspace = poisoned.into_inner();
             workspace.forget();
             workspace
         });
-        self.distributor.update(workspace, grasp)
+        (&mut self.distributor, workspace)
     }
 }
 

@@ -35,6 +35,12 @@ use crate::runtime::memory::{Work, check_work};
 ///     it is the sum of the coefficients of its extreme forces.
 /// sigma_max, sigma_sum : float
 ///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
+/// value : float
+///     The objective. "max": ``sigma_max``, plus ``weight`` times ``sigma_sum``. "sum": ``sigma_sum``. "squares": half the
+///     weighted sum of squares, plus ``residual @ slack @ residual / 2``.
+/// max_normal_force : numpy.ndarray
+///     (m,) the limits that were in force, in N: the grasp's, or those of `ForceDistributor.set_limits`. Shares are
+///     relative to them.
 /// dual : numpy.ndarray
 ///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. For "max" and "sum"
 ///     without lower bounds it is ``(residual - external_wrench) @ dual``; for "squares" without reference, bounds and
@@ -50,7 +56,8 @@ use crate::runtime::memory::{Work, check_work};
 ///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without
 ///     ``slack``.
 /// distance : float
-///     Norm of the residual in the metric of `ForceDistributor.nearest`, which found the forces; zero from `solve`.
+///     Norm of the residual: in the metric of `ForceDistributor.nearest` where it found the forces, else in that of the
+///     grasp's ``length_scale``.
 /// pivots : int
 ///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
 ///     method reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
@@ -173,7 +180,7 @@ impl PyForceSolution {
         Ok(with_both!(py, self, |distribution, grasp| distribution.balanced(grasp, self.query.least_share)))
     }
 
-    /// Norm of the residual in the metric of `ForceDistributor.nearest`; zero from `solve`.
+    /// Norm of the residual: in the metric of `ForceDistributor.nearest`, else in that of the grasp's ``length_scale``.
     #[getter]
     fn distance(&self) -> f64 {
         by_dimension!(&self.distribution, of => of.distance)
@@ -217,6 +224,18 @@ impl PyForceSolution {
         self.check_arrays(py)?;
         let margins = with_both!(py, self, |distribution, grasp| distribution.slip_margin(grasp));
         Ok(read_only(PyArray1::from_vec(py, margins)))
+    }
+
+    /// The objective: what was minimised.
+    #[getter]
+    fn value(&self) -> f64 {
+        by_dimension!(&self.distribution, distribution => distribution.sigma)
+    }
+
+    /// (m,) the limits of the normal forces that were in force, in N.
+    #[getter]
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        vector(py, "max_normal_force", self.query.limits.len(), self.query.limits.iter().copied())
     }
 
     /// Largest normalised normal force (Eq. 7).
@@ -298,8 +317,9 @@ impl PyForceSolution {
         query: Pickled<'_>,
     ) -> PyResult<Self> {
         let (contacts, d) = (grasp.get().num_contacts(), grasp.get().inner.wrench_dim());
-        let lengths = [forces.len(), shares.len(), wrenches[0].len(), wrenches[1].len(), query.0.len()];
-        if lengths != [contacts, contacts, d, d, d] {
+        let lengths =
+            [forces.len(), shares.len(), query.5.len(), wrenches[0].len(), wrenches[1].len(), query.0.len()];
+        if lengths != [contacts, contacts, contacts, d, d, d] {
             return Err(invalid_input(py, format!("state: lengths {lengths:?} are not those of the grasp")));
         }
         let state = DistributionState { forces, shares, wrenches, numbers, answers };
@@ -326,13 +346,17 @@ impl PyForceSolution {
         Ok((py.get_type::<Self>().getattr("_restore")?, state))
     }
 
-    fn __repr__(&self) -> String {
-        format!(
-            "ForceSolution(sigma_max={}, sigma_sum={}, gap={:.1e})",
-            significant(self.sigma_max(), 6),
-            significant(self.sigma_sum(), 6),
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let shown = |name: &str, value: f64| format!("{name}={}, ", significant(value, 6));
+        let value =
+            if self.query.objective == "squares" { shown("value", self.value()) } else { String::new() };
+        let distance = if self.balanced(py)? { String::new() } else { shown("distance", self.distance()) };
+        Ok(format!(
+            "ForceSolution({value}{}{}{distance}gap={:.1e})",
+            shown("sigma_max", self.sigma_max()),
+            shown("sigma_sum", self.sigma_sum()),
             self.gap()
-        )
+        ))
     }
 }
 

@@ -1,12 +1,12 @@
 //! Calls of a distributor: wrenches in, forces out.
 
-use graspforce::{Distribution, Method, NearestOptions, Wrench};
-use numpy::{PyArray2, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use graspforce::{Distribution, Error, ForceDistributor, Method, NearestOptions, Wrench};
+use numpy::PyUntypedArrayMethods;
+use pyo3::intern;
 use pyo3::prelude::*;
 
-use crate::convert::arrays::{contents, float_array, shaped, vectors};
+use crate::convert::arrays::{contents, float_array, output_array, shaped, vectors};
 use crate::convert::errors::{invalid_input, to_python};
-use crate::convert::scalars::shown;
 use crate::force::batch::PyForceBatch;
 use crate::force::shared::{SharedDistributor, unless_busy};
 use crate::runtime::interrupt::{detached, on_all_cores, watched};
@@ -24,7 +24,7 @@ pub fn solve<const D: usize>(
     // Listed points take long enough for others to want the interpreter.
     let implicit = shared.distributor.options().method == Method::Implicit;
     let solved = if implicit { watched(work) } else { detached(py, work) };
-    unless_busy(py, solved?)?.map_err(|error| to_python(py, &error))
+    unless_busy(py, solved?)?.map_err(|error| raised(py, &error, &shared.distributor))
 }
 
 /// The same, written into an array of the caller's; returns the objective.
@@ -46,37 +46,25 @@ pub fn solve_into<const D: usize>(
     check_work(py, shared.distributor.grasp(), Work::Solve)?;
     let grasp = shared.distributor.grasp();
     let (m, k) = (grasp.num_contacts(), grasp.force_dim());
-    let Ok(forces) = forces.cast::<PyArray2<f64>>() else {
-        return Err(refused(&format!(
-            "forces: {}, expected a float64 array of shape ({m}, {k})",
-            described(forces)
-        )));
-    };
-    if forces.shape() != [m, k] {
-        return Err(refused(&format!("forces: shape {}, expected ({m}, {k})", shaped(forces.shape()))));
-    }
-    // numpy's slices take Fortran order, too, and would fill it transposed.
-    if !forces.is_c_contiguous() {
-        return Err(refused("forces: not C-contiguous"));
-    }
     // A view of the wrench that is also a view of the forces would change while it is read.
     drop(array);
-    let Ok(mut forces) = forces.try_readwrite() else {
-        return Err(refused("forces: not writable, or in use elsewhere"));
-    };
-    let Ok(forces) = forces.as_slice_mut() else {
-        return Err(refused("forces: not C-contiguous"));
-    };
+    let mut forces = output_array(forces, m, k).map_err(|message| refused(&message))?;
+    let Ok(forces) = forces.as_slice_mut() else { return Err(refused("forces: not C-contiguous")) };
     let solve = || shared.solve(|distributor, workspace| distributor.solve_into(workspace, &wrench, forces));
-    unless_busy(py, watched(solve)?)?.map_err(|error| to_python(py, &error))
+    unless_busy(py, watched(solve)?)?.map_err(|error| raised(py, &error, &shared.distributor))
 }
 
-/// What was passed in place of an array for the forces.
-pub fn described(given: &Bound<'_, PyAny>) -> String {
-    match given.cast::<PyUntypedArray>() {
-        Ok(array) => format!("dtype {} and shape {}", array.dtype(), shaped(array.shape())),
-        Err(_) => shown(given),
+/// The exception for an error, which says where contacts that are off may be the reason.
+fn raised<const D: usize>(py: Python<'_>, error: &Error, distributor: &ForceDistributor<D>) -> PyErr {
+    let raised = to_python(py, error);
+    let limits = distributor.set_of_limits().filter(|_| error.is_infeasible()).unwrap_or_default();
+    let off = limits.iter().enumerate().filter(|(_, limit)| **limit == 0.0);
+    let off: Vec<String> = off.map(|(contact, _)| contact.to_string()).collect();
+    if off.is_empty() {
+        return raised;
     }
+    let message = format!("{error}; set_limits switched off contacts {}", off.join(", "));
+    raised.value(py).setattr(intern!(py, "args"), (message,)).err().unwrap_or(raised)
 }
 
 /// The forces for many wrenches.

@@ -284,6 +284,21 @@ def test_info_names_versions_and_schemas(call):
     assert "numpy" in call("info").out
 
 
+def test_nearest_forces_report_what_stays_unbalanced(call, tmp_path):
+    wrenches = tmp_path / "w.csv"
+    wrenches.write_text("0,0,-5,0,0,0\n0,0,-500,0,0,0\n")
+    asked = ("forces", CUP, "--wrenches", str(wrenches), "--nearest")
+    printed = call(*asked).out
+    assert "nearest forces" in printed
+    assert "largest distance from balance" in printed
+    found = json.loads(call(*asked, "--json", "--out", str(tmp_path / "f.npz")).out)
+    np.testing.assert_array_equal(np.load(tmp_path / "f.npz")["residual"], found["residual"])
+    small, large = np.linalg.norm(found["residual"], axis=1)
+    assert small < 1e-6
+    assert large > 1
+    assert call("forces", CUP, "--wrench", "0,0,-5,0,0,0", "--nearest").out.endswith("balanced\n")
+
+
 def test_a_row_that_succeeds_alone_is_answered_and_one_proven_hopeless_is_not():
     grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5)
     hopeless = gf.Grasp([(0, 0)], [(1, 0)])
@@ -303,6 +318,7 @@ def test_a_row_that_succeeds_alone_is_answered_and_one_proven_hopeless_is_not():
             return SimpleNamespace(
                 forces=found.forces * nothing[:, None, None], sigma_max=found.sigma_max * nothing,
                 sigma_sum=found.sigma_sum * nothing, status=np.array([0, 3, 0]),
+                residual=found.residual, distance=found.distance, balanced=found.balanced,
             )  # fmt: skip
 
     answered = solve_trajectory(Unlucky(whole), WrenchFile(wrenches), lambda _: None)

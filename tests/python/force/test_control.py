@@ -151,10 +151,72 @@ def test_joint_torques_exert_the_forces():
     pairs = zip(solution.grasp.frames, jacobians, strict=True)
     turned = [np.vstack([frame @ jacobian[:3], frame @ jacobian[3:]]) for frame, jacobian in pairs]
     np.testing.assert_allclose(solution.joint_torques(turned, frame="contact"), expected)
-    with pytest.raises(gf.InvalidInputError, match=r"contact 0: shape \(3, n\)"):
+    with pytest.raises(gf.InvalidInputError, match=r"contact 0: shape \(3, 7\), but .* torsion of"):
         solution.joint_torques([j[:3] for j in jacobians])
-    with pytest.raises(gf.InvalidInputError, match="4 contacts"):
-        solution.joint_torques(jacobians[:3])
+    broken = jacobians[0].copy()
+    broken[2, 3] = np.nan
+    for bad, message in (
+        (jacobians[:3], "3 matrices for 4 contacts"),
+        ("text", "not a list"),
+        ([jacobians[0], "text", *jacobians[2:]], "jacobians, contact 1"),
+        ([*jacobians[:3], broken], r"contact 3, entry \(2, 3\): NaN is not finite"),
+    ):
+        with pytest.raises(gf.InvalidInputError, match=message):
+            solution.joint_torques(bad)
+    with pytest.raises(gf.InvalidInputError, match=r"coupling, entry \(0, 0\): inf is not finite"):
+        solution.joint_torques(jacobians, np.full((7, 2), np.inf))
+
+
+def test_rounding_of_torsion_needs_no_jacobian_of_six_rows():
+    solution = gf.ForceDistributor(feet(torsion=0.02), "squares").solve([0, 0, -150, 3, 4, 0])
+    solution.joint_torques([np.eye(3, 12, 3 * i) for i in range(4)])
+
+
+def test_a_reference_that_changes_gives_the_forces_of_a_new_distributor():
+    rng = np.random.default_rng(11)
+    external = [0, 0, -150, 0, 4, 0]
+    distributor = gf.ForceDistributor(feet(), "squares", limits=True)
+    distributor.set_limits([100, 100, 100, 50])
+    for _ in range(5):
+        reference = rng.normal(size=(4, 3)) * 20
+        distributor.set_reference(reference)
+        anew = gf.ForceDistributor(feet(), "squares", limits=True, reference=reference)
+        anew.set_limits([100, 100, 100, 50])
+        expected = anew.solve(external).forces
+        for one in (distributor, copy.copy(distributor), pickle.loads(pickle.dumps(distributor))):
+            np.testing.assert_allclose(one.solve(external).forces, expected, atol=1e-7)
+            assert one.reference.tolist() == reference.tolist()
+    distributor.set_reference(None)
+    assert distributor.reference is None
+    with pytest.raises(gf.InvalidInputError, match="reference: only the objective"):
+        gf.ForceDistributor(feet()).set_reference(reference)
+
+
+def test_results_tell_the_objective_the_limits_and_what_is_left():
+    soft = gf.ForceDistributor(feet(), "squares", limits=True, slack=10.0)
+    found = soft.solve([0, 0, -500, 0, 0, 0])
+    assert found.distance == pytest.approx(100)
+    assert found.value == pytest.approx((found.forces**2).sum() / 2 + 10 * 100**2 / 2)
+    assert "value=" in repr(found)
+    assert "distance=100" in repr(found)
+    soft.set_limits([100, 100, 100, 0])
+    assert soft.solve([0, 0, -100, 0, 0, 0]).max_normal_force.tolist() == [100, 100, 100, 0]
+    wrenches = [[0, 0, -100, 0, 0, 0], [0, 0, -500, 0, 0, 0]]
+    batch = gf.ForceDistributor(feet()).solve_many(wrenches, infeasible="nearest")
+    assert batch.balanced.tolist() == [True, False]
+    np.testing.assert_allclose(batch.distance, [0, 100], atol=1e-5)
+    assert repr(batch).endswith("2 solved, 1 not balanced)")
+    assert pickle.loads(pickle.dumps(batch)).balanced.tolist() == [True, False]
+
+
+def test_an_infeasible_wrench_names_contacts_that_are_off():
+    distributor = gf.ForceDistributor(feet())
+    distributor.set_limits([100, 100, 0, 0])
+    for call in (distributor.solve, lambda w: distributor.solve_into(w, np.empty((4, 3)))):
+        with pytest.raises(gf.InfeasibleWrenchError, match=r"set_limits switched off contacts 2, 3$"):
+            call(np.array([0, 0, -100.0, 0, 0, 0]))
+    with pytest.raises(gf.InvalidInputError, match=r"grasp: planar .wrenches of 3., the distributor's is"):
+        distributor.update(gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]))
 
 
 @pytest.mark.parametrize(
@@ -170,8 +232,17 @@ def test_joint_torques_exert_the_forces():
             {"objective": "squares", "reference": np.zeros((3, 3))},
             r"reference: shape \(3, 3\), expected \(4, 3\)",
         ),
-        ({"objective": "squares", "weights": [1, 2, 3, -4]}, "weights, row 3"),
-        ({"objective": "squares", "slack": -1.0}, "slack: "),
+        ({"objective": "squares", "weights": [1, 2, 3, -4]}, "weights, contact 3: -4 must be positive"),
+        ({"objective": "squares", "weights": 1e300}, "weights: 1e300 must be positive, within"),
+        ({"objective": "squares", "weights": [1, 2, "a", 4]}, "weights, entry 2: 'a' is not a real"),
+        (
+            {"objective": "squares", "reference": [[0, 0, 0], [0, 0, np.nan]] + [[0, 0, 0]] * 2},
+            "reference, contact 1: component t: NaN is not finite",
+        ),
+        ({"objective": "squares", "reference": np.full((4, 3), 1e200)}, "contact 0: component n: 1e200 must"),
+        ({"objective": "squares", "slack": -1.0}, "slack: -1 must be positive"),
+        ({"objective": "squares", "slack": [1, 1, 1, 1, 1, 0]}, "slack, component 5: 0 must be positive"),
+        ({"objective": "squares", "slack": np.full((6, 6), np.nan)}, r"slack, entry \(0, 0\): NaN is not"),
         ({"objective": "squares", "slack": np.zeros(5)}, r"slack: shape \(5,\)"),
         ({"objective": "cubes"}, "objective: .cubes. is none of"),
     ],
@@ -183,8 +254,13 @@ def test_bad_options_are_named(arguments, message):
 
 def test_limits_are_checked():
     distributor = gf.ForceDistributor(feet())
-    for bad in ([1, 2, 3], [1, 2, 3, -1], [1, 2, 3, np.nan]):
-        with pytest.raises(gf.InvalidInputError, match="max_normal_force"):
+    for bad, message in (
+        ([1, 2, 3], r": shape \(3,\), expected \(4,\)"),
+        ([1, 2, 3, -1], ", contact 3: -1 must"),
+        ([1, np.nan, 3, 4], ", contact 1: NaN must"),
+        ([1, 2, 1e300, 4], ", contact 2: 1e300 must"),
+    ):
+        with pytest.raises(gf.InvalidInputError, match="max_normal_force" + message):
             distributor.set_limits(bad)
     assert distributor.max_normal_force.tolist() == [100] * 4
 

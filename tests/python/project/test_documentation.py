@@ -62,6 +62,7 @@ NOT_RUN = {
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
     "python -m benches.trust cone_histories": LONG,
+    "python -m benches.trust large_forces": LONG,
     "python -m benches.trust nearest": LONG,
 }
 """Commands that a test cannot run, and why."""

@@ -212,11 +212,12 @@ def test_records_that_contradict_themselves_are_refused():
         with pytest.raises(gf.InvalidInputError):
             make(state[0], state[1], offsets, rows)
     make, state = state_of(gf.ForceDistributor(PLANAR).solve_many([[0, -1, 0], [math.nan] * 3]))
-    forces, largest, sums, rest, status = state
+    forces, largest, sums, rest, held, lengths, status = state
     for changed in [
-        (forces[:1], *state[1:]), (forces, largest[:1], sums, rest, status), (*state[:4], 1 - status),
-        (*state[:4], status + 4), (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
-        (forces, largest, sums, rest[:, :2], status),
+        (forces[:1], *state[1:]), (forces, largest[:1], *state[2:]), (*state[:6], 1 - status),
+        (*state[:6], status + 4), (*state[:4], ~held, lengths, status), (*state[:5], -lengths[:1], status),
+        (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
+        (forces, largest, sums, rest[:, :2], *state[4:]),
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
             make(*changed)

@@ -128,5 +128,8 @@ fn contacts_that_are_all_off_balance_nothing_but_no_wrench() {
     distributor.set_limits(&mut workspace, &[3.0; 4]).unwrap();
     assert!(distributor.solve(&mut workspace, &external).unwrap().sigma > 0.0);
     let refused = distributor.set_limits(&mut workspace, &[1.0, -1.0, 1.0, 1.0]).unwrap_err();
-    assert_eq!(refused.to_string(), "max_normal_force, row 1: -1 must be zero, or within 1e-140 to 1e140 N");
+    assert_eq!(
+        refused.to_string(),
+        "max_normal_force, contact 1: -1 must be zero, or within 1e-140 to 1e140 N"
+    );
 }

@@ -35,7 +35,7 @@ impl<const D: usize> Problem<D> {
     ) -> Result<Distribution<D>> {
         let Found { answer, distance } = self.find(workspace, external_wrench, options)?;
         let forces = &workspace.forces;
-        Ok(self.distribution(&-external_wrench, forces, &answer, forces.totals(), distance))
+        Ok(self.distribution(&-external_wrench, forces, &answer, forces.totals(), Some(distance)))
     }
 
     /// The same, written as rows of [`Grasp::force_components`](crate::Grasp::force_components); returns the distance.

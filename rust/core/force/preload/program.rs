@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, held_force};
@@ -77,9 +77,13 @@ pub(crate) fn checked_bounds<const D: usize>(
     if bounds.len() != grasp.num_contacts() {
         return refused(None, format!("{} bounds for {} contacts", bounds.len(), grasp.num_contacts()));
     }
+    let each = options.min_normal.len() > 1;
     for (contact, (&bound, described)) in bounds.iter().zip(grasp.contacts()).enumerate() {
         if !(bound >= 0.0 && bound.is_finite()) {
-            return refused(Some(contact), format!("{bound} must be finite and not negative"));
+            return refused(
+                each.then_some(contact),
+                format!("{} must be finite and not negative", digits(bound)),
+            );
         }
         if bound > 1.0 {
             let (limit, least) = (described.max_normal_force, bound * described.max_normal_force);

@@ -1,6 +1,6 @@
 //! The options of least squares, and what a [`crate::ForceDistributor`] checks of them.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, digits};
 use crate::force::solution::MAX_RTOL;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
@@ -39,6 +39,9 @@ impl<const D: usize> Default for SquaresOptions<D> {
     }
 }
 
+/// The components of a force in its contact frame.
+const COMPONENTS: [&str; 4] = ["n", "o", "t", "torsion"];
+
 /// Weights and references of all contacts, checked.
 pub(crate) fn checked<const D: usize>(
     grasp: &Grasp<D>,
@@ -55,7 +58,9 @@ pub(crate) fn checked<const D: usize>(
         return refused("weights", None, format!("{} weights for {contacts} contacts", weights.len()));
     }
     if let Some(row) = weights.iter().position(|weight| !(1e-60..1e60).contains(weight)) {
-        return refused("weights", Some(row), format!("{} must be within 1e-60 to 1e60", weights[row]));
+        let contact = (options.weights.len() > 1).then_some(row);
+        let weight = digits(weights[row]);
+        return refused("weights", contact, format!("{weight} must be positive, within 1e-60 to 1e60"));
     }
     let reference = match options.reference.len() {
         0 => vec![ContactForce::zeros(); contacts],
@@ -65,21 +70,28 @@ pub(crate) fn checked<const D: usize>(
         return refused("reference", None, format!("{} forces for {contacts} contacts", reference.len()));
     }
     for (row, force) in reference.iter().enumerate() {
-        if let Some(x) = force.iter().find(|x| !(**x == 0.0 || REPRESENTABLE.contains(&x.abs()))) {
-            return refused("reference", Some(row), format!("{x} must be finite and within 1e-140 to 1e140"));
+        let bad = force.iter().position(|x| !(*x == 0.0 || REPRESENTABLE.contains(&x.abs())));
+        if let Some(k) = bad {
+            let law = if force[k].is_finite() {
+                "must be zero, or within 1e-140 to 1e140"
+            } else {
+                "is not finite"
+            };
+            let reason = format!("component {}: {} {law}", COMPONENTS[k], digits(force[k]));
+            return refused("reference", Some(row), reason);
         }
         let known = grasp.force_components();
         if let Some(k) = (0..4).find(|k| force[*k] != 0.0 && !known.contains(k)) {
             return refused(
                 "reference",
                 Some(row),
-                format!("component {k} of the force is not one of the grasp's"),
+                format!("component {}: the forces of the grasp have none", COMPONENTS[k]),
             );
         }
     }
     let rtol = options.rtol;
     if !(rtol > 0.0 && rtol <= MAX_RTOL) {
-        return refused("rtol", None, format!("{rtol} must lie above 0 and be at most {MAX_RTOL}"));
+        return refused("rtol", None, format!("{} must lie above 0 and be at most {MAX_RTOL}", digits(rtol)));
     }
     Ok((weights, reference))
 }

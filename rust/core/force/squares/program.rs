@@ -17,9 +17,7 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{
-    AT_LIMIT, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE,
-};
+use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -207,14 +205,14 @@ impl<const D: usize> SquaresProgram<D> {
                 Ok(found) => beyond = found,
             }
         }
-        let answer = match self.from_interior_point(workspace, b, target, &self.dual, forces) {
+        let answer = match self.solve_by_interior_point(workspace, b, target, &self.dual, forces) {
             None if beyond.is_some() => {
                 // A wrench at the limits up to the tolerance.
                 let mut relaxed = self.dual.clone();
                 for i in 0..self.grasp.num_contacts() {
                     relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
                 }
-                self.from_interior_point(workspace, b, target, &relaxed, forces)
+                self.solve_by_interior_point(workspace, b, target, &relaxed, forces)
             }
             answer => answer,
         };
@@ -225,7 +223,7 @@ impl<const D: usize> SquaresProgram<D> {
     }
 
     /// Newton's method from the interior-point solver's multiplier, over the contacts of `dual`.
-    fn from_interior_point(
+    fn solve_by_interior_point(
         &self,
         workspace: &mut SquaresWorkspace<D>,
         b: &Wrench<D>,
