@@ -47,8 +47,8 @@ impl<const D: usize> Metric<D> {
     /// The metric of a symmetric positive definite matrix.
     pub fn from_matrix(matrix: &SMatrix<f64, D, D>) -> Result<Self> {
         let scale = matrix.amax();
-        let entries = (0..D * D).map(|k| (k / D, k % D));
-        for (row, column) in entries.filter(|&at| !matrix[at].is_finite()).take(1) {
+        let mut entries = (0..D * D).map(|k| (k / D, k % D));
+        if let Some((row, column)) = entries.find(|&at| !matrix[at].is_finite()) {
             let reason = format!("entry ({row}, {column}) is {}, not finite", matrix[(row, column)]);
             return Err(Error::input("metric", reason));
         }

@@ -376,11 +376,14 @@ fn bad_options_are_named() {
         |options: SquaresOptions<6>| ForceDistributor::squares(&grasp, options).unwrap_err().to_string();
     let weights = |weights: Vec<f64>| SquaresOptions { weights, ..SquaresOptions::default() };
     assert_eq!(refused(weights(vec![1.0, 2.0])), "weights: 2 weights for 3 contacts");
-    assert_eq!(refused(weights(vec![1.0, -2.0, 1.0])), "weights, row 1: -2 must be within 1e-60 to 1e60");
+    assert_eq!(
+        refused(weights(vec![1.0, -2.0, 1.0])),
+        "weights, contact 1: -2 must be positive, within 1e-60 to 1e60"
+    );
     let reference = vec![ContactForce::new(0.0, f64::NAN, 0.0, 0.0); 3];
     let refused_reference = refused(SquaresOptions { reference, ..SquaresOptions::default() });
-    assert!(refused_reference.starts_with("reference, row 0: NaN"), "{refused_reference}");
+    assert!(refused_reference.starts_with("reference, contact 0: component o: NaN"), "{refused_reference}");
     let reference = vec![ContactForce::new(0.0, 0.0, 0.0, 1.0); 3];
     let refused_reference = refused(SquaresOptions { reference, ..SquaresOptions::default() });
-    assert!(refused_reference.contains("component 3"), "{refused_reference}");
+    assert!(refused_reference.contains("component torsion"), "{refused_reference}");
 }
