@@ -12,7 +12,7 @@ use crate::force::simplex::primal::Target;
 use crate::grasp::contact::Contact;
 use crate::grasp::{Grasp, REPRESENTABLE, unit};
 use crate::linalg::pivoted_basis::PivotedBasis;
-use crate::tolerances::{RANK_TOLERANCE, UNBALANCED_WRENCH};
+use crate::tolerances::{RANK_TOLERANCE, ROUNDED_TORQUE, UNBALANCED_WRENCH};
 
 /// The map `T` between physical wrenches and equilibrated coordinates.
 #[derive(Debug, Clone)]
@@ -108,19 +108,29 @@ pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     let planar = D == 3;
     // In space the arm stands in the map twice, once for each direction across it.
     let (split, times) = if planar { (2, 1.0) } else { (3, 2.0_f64.sqrt()) };
-    let (mut force, mut torque) = (0.0_f64, 0.0_f64);
+    let (mut force, mut torque, mut bound) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (i, (contact, map)) in grasp.contacts().iter().zip(grasp.maps()).enumerate() {
         let lever = map.fixed_columns::<3>(0).rows_range(split..).norm() / times;
-        let (strength, torsion) = if let Some(range) = grasp.edges(i) {
-            grasp.finite_forces()[range]
-                .iter()
-                .fold((0.0_f64, 0.0_f64), |(f, t), s| (f.max(s.fixed_rows::<3>(0).norm()), t.max(s[3].abs())))
+        let (strength, torsion, exerted) = if let Some(range) = grasp.edges(i) {
+            grasp.finite_forces()[range].iter().fold((0.0_f64, 0.0_f64, 0.0_f64), |(f, t, w), s| {
+                let exerted = (map * s).rows_range(split..).norm();
+                (f.max(s.fixed_rows::<3>(0).norm()), t.max(s[3].abs()), w.max(exerted))
+            })
         } else {
             let limit = contact.max_normal_force;
-            (limit * contact.friction.hypot(1.0), limit * contact.torsion)
+            let (strength, torsion) = (limit * contact.friction.hypot(1.0), limit * contact.torsion);
+            (strength, torsion, strength * lever + torsion)
         };
         force = force.max(strength);
-        torque = torque.max(strength * lever + torsion);
+        let most = strength * lever + torsion;
+        bound = bound.max(most);
+        // A normal through the origin exerts nothing, or rounding of nothing, however far the contact is.
+        if exerted > ROUNDED_TORQUE * most {
+            torque = torque.max(most);
+        }
+    }
+    if torque == 0.0 {
+        torque = bound;
     }
     // What is nearly nothing has no reciprocal.
     let reciprocal = |x: f64| if REPRESENTABLE.contains(&x) { 1.0 / x } else { 1.0 };
