@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "python"))
 
-from certified_forces import sweep
+from support.certified_forces import sweep
 
 
 def main() -> None:

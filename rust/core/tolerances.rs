@@ -205,7 +205,7 @@ pub(crate) const BOX_BOUND_RTOL: f64 = 1e-3;
 /// it by more. Nothing lies in between.
 pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 
-/// What rounding of forces and sums makes of a balance, relative to its terms: some ten roundings.
+/// What rounding makes of a balance that was added up in doubles, relative to its terms: some ten roundings.
 pub(crate) const ROUNDED_TERMS: f64 = 1e-15;
 
 // Force distribution

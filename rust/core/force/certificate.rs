@@ -136,19 +136,9 @@ pub(crate) fn imbalance<'a, const D: usize>(
     let torque_share = if rounded { 0.0 } else { share(torque_left, torque) };
     let mut left = rest.component_mul(units).lp_norm(1);
     if left + ROUNDED_TERMS * (force * units[0] + torque * units[split]) > FEASIBILITY_TOLERANCE * size {
-        left = left_over(b, contacts).component_mul(units).lp_norm(1);
+        left = exact_rest(b, contacts).component_mul(units).lp_norm(1);
     }
     share(force_left, force).max(torque_share).max(share(left, size))
-}
-
-/// What forces leave of `b`, but for what writing them down as doubles may leave.
-pub(crate) fn left_over<'a, const D: usize>(
-    b: &Wrench<D>,
-    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)> + Clone,
-) -> Wrench<D> {
-    let terms = contacts.clone().fold(b.abs(), |terms, (map, force)| terms + map.abs() * force.abs());
-    exact_rest(b, contacts)
-        .zip_map(&terms, |rest, terms| if rest.abs() <= ROUNDED_TERMS * terms { 0.0 } else { rest })
 }
 
 /// What forces leave of `b`, free of rounding.

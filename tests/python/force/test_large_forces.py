@@ -5,8 +5,11 @@ The full run is `python -m benches.trust large_forces`.
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from benches.trust.large_forces import KINDS, case, verdict
+
+import graspforce as gf
 
 
 @pytest.mark.parametrize("kind", KINDS)

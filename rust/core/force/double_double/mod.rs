@@ -14,7 +14,7 @@ pub(crate) mod solution;
 pub(crate) mod tolerated;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces, left_over};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest};
 use crate::force::double_double::choice::{Optimum, least_squares_levels};
 use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
 use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
@@ -157,7 +157,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
 
     /// What the forces leave over, in units.
     fn left_over(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
-        let rest = left_over(b, self.maps.iter().zip(forces.forces.iter().copied()));
+        let rest = exact_rest(b, self.maps.iter().zip(forces.forces.iter().copied()));
         rest.iter().zip(&self.columns.units).map(|(rest, unit)| (rest * unit).abs()).sum()
     }
 
