@@ -287,7 +287,9 @@ def test_forces_within_torque_limits_need_torques_within_them(objective):
             found = distributor.nearest(rng.normal(size=6) * size)
             torques = found.joint_torques(jacobians, frame="contact")
             assert (np.abs(torques) <= limits * (1 + 1e-8)).all()
-            assert found.gap < 1e-8
+            # Beyond the limits the least sum of general extreme forces is not proven; the gap says so.
+            unproven = objective == "sum" and found.fell_back and found.gap == np.inf
+            assert found.gap < 1e-8 or unproven
             normal, tangential = found.forces[:, 0], found.forces[:, 1:3]
             assert (np.linalg.norm(tangential, axis=1) <= 0.6 * normal + 1e-9).all()
             at_limit += int((np.abs(torques) > limits * (1 - 1e-6)).any())

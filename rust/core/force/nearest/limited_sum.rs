@@ -29,8 +29,8 @@ const CLOSE: f64 = 1e-10;
 const BALANCED: f64 = 1e-11;
 
 /// Lowers the sum of the shares of forces that balance `b` within the bounds; returns the multiplier, the relative gap and
-/// Newton's steps. `None` where no step balances `b` with a proven sum, and where a contact has general extreme forces, whose share is no
-/// linear function of the force.
+/// Newton's steps. `None` where no step balances `b` with a proven sum, and where a contact has general extreme forces,
+/// whose share is no linear function of the force.
 pub(crate) fn lower_sum<const D: usize>(
     grasp: &Grasp<D>,
     bounds: &[(f64, f64)],
