@@ -32,8 +32,8 @@ python-tests-ready: build
 	$(MAKE) $(VENV)/simulators
 
 rust-tests-ready:
-	cargo test --no-run --quiet
-	cargo test --no-run --quiet --package graspforce-c
+	MAKEFLAGS= cargo test --no-run --quiet
+	MAKEFLAGS= cargo test --no-run --quiet --package graspforce-c
 
 # Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
 FUZZ_SECONDS ?= 60
@@ -158,7 +158,7 @@ $(VENV)/docs: $(VENV)/ready
 build $(VENV)/ready: export PIP_QUIET := 1
 
 build: $(VENV)/ready
-	$(PY) tools/build_extension.py develop --release --extras $(EXTRAS)
+	MAKEFLAGS= $(PY) tools/build_extension.py develop --release --extras $(EXTRAS)
 
 $(VENV)/ready: pyproject.toml $(CONSTRAINTS)
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or later is needed: make PYTHON=python3.11 ...")'

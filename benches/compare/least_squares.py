@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from .programs import cone_planes
-from .quadratic import UNBOUNDED
+from .quadratic import UNBOUNDED, osqp_again
 from .timing import Call, UnsolvedError
 
 if TYPE_CHECKING:
@@ -187,16 +187,7 @@ def osqp_kept(problem: LeastSquares) -> Solve:
     solver = osqp.OSQP()
     squares = sparse.diags(problem.squares, format="csc")
     solver.setup(squares, np.zeros(problem.size), rows, low, high, verbose=False, **FIRST_ORDER)
-
-    def solve(external: np.ndarray) -> float:
-        low[:dim] = high[:dim] = -external
-        solver.update(l=low, u=high)
-        found = solver.solve(raise_error=False)
-        if found.info.status_val != 1:
-            raise UnsolvedError
-        return problem.answer(found.info.obj_val)
-
-    return solve
+    return osqp_again(solver, low, high, dim, lambda found: problem.answer(found.info.obj_val))
 
 
 def cone_calls(problem: LeastSquares) -> list[Call]:

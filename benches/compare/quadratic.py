@@ -92,6 +92,11 @@ def osqp_kept(problem: LinearProgram) -> Solve:
     high = np.concatenate([np.zeros(dim + problem.contacts), np.full(size, np.inf)])
     solver = osqp.OSQP()
     solver.setup(sparse.csc_matrix((size, size)), problem.cost, rows, low, high, verbose=False, **FIRST_ORDER)
+    return osqp_again(solver, low, high, dim, lambda found: float(found.x[-1]))
+
+
+def osqp_again(solver, low: np.ndarray, high: np.ndarray, dim: int, answer: Callable[[Any], float]) -> Solve:
+    """Return a function that solves again with other wrenches in the first ``dim`` rows."""
 
     def solve(external: np.ndarray) -> float:
         low[:dim] = high[:dim] = -external
@@ -99,7 +104,7 @@ def osqp_kept(problem: LinearProgram) -> Solve:
         found = solver.solve(raise_error=False)
         if found.info.status_val != 1:
             raise UnsolvedError
-        return float(found.x[-1])
+        return answer(found)
 
     return solve
 

@@ -122,15 +122,6 @@ pub enum Unmet {
         /// The largest that is allowed.
         allowed: f64,
     },
-    /// A direction separates the wrench from what strong contacts can balance, but a weak contact still pushes along it.
-    #[error(
-        "no forces were found, but contact {contact} still pushes along the direction that separates the wrench; its limit \
-         is too small beside the others: raise it, or leave the contact out"
-    )]
-    Witness {
-        /// The contact.
-        contact: usize,
-    },
     /// A contact presses less than its lower bound.
     #[error(
         "a normal force lies below min_normal by {found:.3e} of the largest share, more than {allowed:.1e}; \

@@ -96,8 +96,8 @@ impl<const D: usize> Solver<D> {
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
         match self {
-            Self::Shares(solver) => solver.solve(b, components, forces),
             Self::Squares(program, workspace) => program.solve_once(workspace, b, forces),
+            Self::Shares(_) => self.solve(b, components, forces),
         }
     }
 

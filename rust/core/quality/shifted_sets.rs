@@ -2,7 +2,7 @@
 //!
 //! An isometry about the contacts' centre maps contacts to contacts, but it changes torques about the origin, and so the
 //! norm. In coordinates with torques about the centre the set keeps its symmetries `g`: `p(g y) = p(y)`. The norm there is
-//! `|N y|`, so each orbit is worst where the norm is largest, and
+//! `|N y|`. Each orbit is worst where the norm is largest:
 //!
 //! `min_y p(y) / |N y| = min_{y in C} p(y) / max_g |N g y|`
 //!

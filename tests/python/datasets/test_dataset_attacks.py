@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from support.random_datasets import as_table, grasp_rows
+from support.random_datasets import as_table, grasp_rows, state
 
 import graspforce as gf
 from graspforce.datasets import grade_table
@@ -29,14 +29,6 @@ def source(table, tmp_path):
     path.parent.mkdir()
     pq.write_table(table, path)
     return path
-
-
-def state(folder):
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file() and path.name != ".lock"
-    }
 
 
 def grade(source, out, **options):

@@ -5,7 +5,7 @@ import os
 
 import pyarrow.parquet as pq
 import pytest
-from support.random_datasets import as_table, grasp_rows
+from support.random_datasets import as_table, grasp_rows, state
 
 import graspforce as gf
 
@@ -19,14 +19,6 @@ def source(tmp_path):
     path.parent.mkdir()
     pq.write_table(as_table(grasp_rows(ROWS, 2)), path)
     return path
-
-
-def state(folder):
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file() and path.name != ".lock"
-    }
 
 
 def names(folder):

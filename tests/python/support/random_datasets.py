@@ -38,3 +38,12 @@ def repeated(table, count):
     """Return a longer table of the same grasps in another order, each row with a number of its own."""
     rows = np.random.default_rng(1).integers(0, len(table), count)
     return table.take(pa.array(rows)).append_column("number", pa.array(np.arange(count)))
+
+
+def state(folder):
+    """Return the bytes of all files of a folder by their names, but those of its lock."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != ".lock"
+    }
