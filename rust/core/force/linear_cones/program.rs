@@ -190,8 +190,7 @@ impl<const D: usize> LinearProgram<D> {
             };
             (slot, workspace.simplex.pivots)
         };
-        workspace.latest = slot;
-        workspace.remembered[slot].used = clock;
+        workspace.settle_on(slot);
         Ok((&workspace.remembered[slot].region, pivots))
     }
 
