@@ -19,22 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "checked_contacts",
-    "chosen",
-    "finite_array",
-    "finite_vector",
-    "instance",
-    "known_options",
-    "progress_function",
-    "real_array",
-    "real_number",
-    "search_bounds",
-    "strength",
-    "triangles",
-    "whole_number",
-]
-
 
 def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
     """Refuse a word that is none of the choices."""

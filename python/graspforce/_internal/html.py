@@ -15,17 +15,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import ForceBatch, ForceSolution, Grasp, Quality, QualityBatch
 
-__all__ = [
-    "FORCE_COMPONENTS",
-    "batch_html",
-    "forces_html",
-    "grasp_html",
-    "quality_html",
-    "solution_html",
-    "table",
-    "vector",
-]
-
 FORCE_COMPONENTS = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}
 """Names of the components of a force in its contact frame, by their number."""
 

@@ -17,16 +17,6 @@ from graspforce.errors import InvalidInputError
 if TYPE_CHECKING:
     from graspforce.typing import SearchResult
 
-__all__ = [
-    "expect",
-    "expect_array",
-    "expect_instance",
-    "expect_number",
-    "expect_search_result",
-    "expect_tuple",
-    "expect_whole",
-]
-
 
 def expect(holds: object, field: str, expected: str) -> None:
     """Refuse a record unless the condition holds."""

@@ -34,20 +34,6 @@ if TYPE_CHECKING:
         QualityBatch,
     )
 
-__all__ = [
-    "ReadOnly",
-    "Record",
-    "batch_dict",
-    "distributor_dict",
-    "forces_dict",
-    "gradient_dict",
-    "grasp_dict",
-    "grasp_of",
-    "minkowski_dict",
-    "quality_dict",
-    "solution_dict",
-]
-
 
 class ReadOnly:
     """A frozen dataclass whose arrays and dictionaries are read-only, also after a copy."""

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import ForceSolution
 
-__all__ = ["forces"]
-
 
 @about_a_grasp("friction", "max_normal_force", "edges")
 def forces(

@@ -14,8 +14,6 @@ from graspforce.files.schema import GraspModel, MeshPlanModel, PlanModel
 
 from .output import AsJson, print_json, print_table
 
-__all__ = ["info"]
-
 _PACKAGES = (
     "numpy",
     "scipy",

@@ -23,21 +23,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = [
-    "AsJson",
-    "Criterion",
-    "Objective",
-    "has_folder",
-    "in_a_folder",
-    "note",
-    "print_json",
-    "print_table",
-    "rounded",
-    "save",
-    "save_best",
-    "vector",
-]
-
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[
     Literal["max", "sum"],

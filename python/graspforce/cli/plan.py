@@ -14,8 +14,6 @@ from .output import AsJson, Criterion, in_a_folder, print_json, print_table, sav
 from .plan_mesh import plan_on_mesh
 from .progress import progress
 
-__all__ = ["plan"]
-
 
 def plan(
     problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (OBJ, OFF, PLY, STL).")],

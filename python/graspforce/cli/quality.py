@@ -15,8 +15,6 @@ from .grasp_options import about_a_grasp, wrench_of
 from .output import AsJson, in_a_folder, print_json, print_table, save, vector
 from .progress import progress
 
-__all__ = ["quality"]
-
 
 @about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
 def quality(

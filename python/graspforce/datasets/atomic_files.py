@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["LOCK", "appearing", "clear_leftovers", "is_leftover", "owned", "sync"]
-
 LOCK = ".lock"
 
 _LEFTOVER = re.compile(r"\.(part-\d{6,}\.parquet|_grade\.json)\.[0-9a-f]{4,32}\.tmp")

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from .options import GradeOptions
 
-__all__ = ["grade_files"]
-
 
 def grade_files(
     source: str | os.PathLike[str],

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from .options import GradeOptions
 
-__all__ = ["CLOSURES", "STATUSES", "grade_batch", "grade_table"]
-
 STATUSES = ("converged", "bracketed", "invalid")
 """The bracket is as narrow as asked for; the bracket is wider; there is no grasp."""
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .parquet_source import SourceFile
 
-__all__ = ["Workplace", "identity", "prepare", "publish", "refuse_other_folder"]
-
 _MANIFEST = "_grade.json"
 """Readers of Parquet folders pass over names that begin with an underscore or a dot."""
 

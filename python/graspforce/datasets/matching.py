@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-__all__ = ["once", "paths_matching"]
-
 _MAGIC = re.compile(r"[*?\[]")
 
 

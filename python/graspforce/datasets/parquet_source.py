@@ -23,8 +23,6 @@ from .schema import GRASP_COLUMNS, check_schema
 if TYPE_CHECKING:
     from .options import GradeOptions
 
-__all__ = ["FileState", "SourceFile", "changed", "find_files", "look_at", "state_of"]
-
 _FOOTER_END = 8
 """Bytes after the footer: its length and a magic number."""
 

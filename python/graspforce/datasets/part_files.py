@@ -15,17 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Collection
     from pathlib import Path
 
-__all__ = [
-    "ORIGIN",
-    "READERS",
-    "graded_parts",
-    "is_part_name",
-    "is_regular",
-    "origin_of",
-    "own_parts",
-    "part_name",
-]
-
 ORIGIN = b"graspforce"
 """Key of a part's metadata that says of which run, and of which rows, it is."""
 

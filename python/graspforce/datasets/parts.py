@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .parquet_source import FileState, SourceFile
 
-__all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
-
 _BATCH_BYTES = 20 << 20
 """Of decoded rows in memory at a time, for rows that carry pictures or point clouds."""
 

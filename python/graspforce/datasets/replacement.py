@@ -22,8 +22,6 @@ from .atomic_files import clear_leftovers, sync
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["HIDDEN", "complete", "discard", "finished", "in_work", "is_folder"]
-
 _IN_WORK = ".graspforce-new"
 _FINISHED = ".graspforce-finished"
 HIDDEN = (_IN_WORK, _FINISHED)

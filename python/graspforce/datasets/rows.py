@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     Indices = NDArray[np.int64]
     Mask = NDArray[np.bool_]
 
-__all__ = ["Faults", "Rows"]
-
 _VECTORS = ("positions", "normals", "tangents")
 _NUMBERS = ("friction", "max_normal_force", "torsion")
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from .schema import ContactModel, GraspModel, MeshModel
     from .yaml_document import Document
 
-__all__ = ["contact_places", "load_surface", "mesh_path"]
-
 MAX_PARTS = 256
 """Largest number of closed parts of a mesh. Each pair of parts is checked for overlap, which takes time."""
 

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     from graspforce.surfaces import MeshSurface
 
-__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "from_document", "grasp_of", "load_grasp"]
-
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
 

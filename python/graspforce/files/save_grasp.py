@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
 
-__all__ = ["save_grasp"]
-
 _FIELDS = {
     "positions": "position",
     "normals": "normal",

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from graspforce.planning import Plan
 
-__all__ = ["completed"]
-
 
 def completed(found: Plan) -> Plan:
     """Return the plan of a completed search; raise KeyboardInterrupt if Ctrl-C ended it."""

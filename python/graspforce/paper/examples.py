@@ -16,21 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "RACKET",
-    "RACKET_WRENCH",
-    "TABLE_1",
-    "TILE",
-    "TILE_FORCE_MILLISECONDS",
-    "TILE_WRENCHES",
-    "DynamicWrench",
-    "PlanningProblem",
-    "PublishedForces",
-    "PublishedPlan",
-    "TileProblem",
-    "tile_side",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class PublishedPlan:

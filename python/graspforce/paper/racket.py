@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from graspforce.typing import Criterion
 
-__all__ = ["NOTES", "REPEATS", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
-
 _T = TypeVar("_T")
 
 _AGREES = "Rows d and e agree with print, and so do both three-finger plans."

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-__all__ = ["EXAMPLES", "reproduce"]
-
 
 def reproduce(example: str, *, json_file: Path | None = None, out: Path | None = None) -> None:
     """Compute and print one of `EXAMPLES`; write its numbers to a file and its pictures into a folder."""

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from graspforce.typing import Criterion
 
-__all__ = ["INFERRED_FRICTION", "TilePlanRun", "TileRun", "run_tile", "tile_grasp"]
-
 INFERRED_FRICTION = 0.68
 
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from .tile import TilePlanRun, TileRun
 
-__all__ = ["SECTIONS", "tile_report"]
-
 _NOTES = """\
 As printed, with friction 0.2, neither printed end is force closure: rho is positive there, and no forces
 at the first balance the wrenches of Figs. 6 and 7 at any time. The search finds force closure elsewhere, and

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["plan_global"]
-
 _MAX_PARAMS = 4
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from .candidates import CandidateSource
     from .plan_result import Plan
 
-__all__ = ["default_distance", "distinct_plans", "interchangeable_contacts"]
-
 
 def default_distance(positions: NDArray[np.float64]) -> float:
     """Return a fiftieth of the distance in m that contacts (B, m, dim) range over."""

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlanSet", "plan_multistart"]
-
 # Draws by start before the search for feasible starts gives up.
 _DRAWS = 50
 

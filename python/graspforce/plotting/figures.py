@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
 
-__all__ = ["grasp_figure", "history_figure", "polytope_figure", "quality_figure", "trajectory_figure"]
-
 _MAX_DRAWN_CONTACTS = 7
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp", "limits_of"]
-
 LONGEST = 1.5
 """How many limits a force past its limit is drawn at most."""
 

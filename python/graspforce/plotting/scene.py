@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["draw_mesh", "equal_box", "frame_view"]
-
 _LIGHT = np.array([0.3, -0.5, 0.8])
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
 
-__all__ = ["draw_spatial_grasp"]
-
 _CONE_SHARE = 0.3
 
 

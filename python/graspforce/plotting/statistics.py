@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from graspforce.planning import Plan
 
-__all__ = ["draw_latencies", "draw_plan_history"]
-
 
 def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:
     """Draw the quality of every iterate of a plan that has one: an infeasible start has none.

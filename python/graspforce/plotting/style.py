@@ -9,11 +9,6 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "CONE", "CONTACTS", "FORCE", "INK", "MINKOWSKI", "MUTED", "OBJECT", "OVERLOAD", "UNION", "new_figure",
-    "plain_axes",
-]  # fmt: skip
-
 INK, MUTED = "#30343b", "#8a9099"
 OBJECT, CONE = "#ded8c9", "#a9cdea"
 FORCE, OVERLOAD = "#1f5f99", "#c0392b"

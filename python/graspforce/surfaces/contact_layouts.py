@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Arrangement", "Place", "contacts_on", "mirrored", "tied"]
-
 
 class Place(Protocol):
     """Where one contact can go: a curve, a surface or a mesh."""

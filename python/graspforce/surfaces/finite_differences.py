@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["curve_tangents", "surface_normals"]
-
 _STEP = 6e-6  # near the cube root of the machine epsilon, where truncation and rounding balance
 _SECOND = 0.382  # the other step as a share of it: no simple ratio, which a periodic curve could hide behind
 _AGREE = 0.999  # cosine of the largest angle between two directions that are the same

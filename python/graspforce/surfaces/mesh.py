@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MeshSurface"]
-
 _FAR = 2.0
 """Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
 

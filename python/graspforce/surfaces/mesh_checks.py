@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CheckedMesh", "checked_mesh", "metres", "outer_surface"]
-
 _UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 # No hand holds a smaller or larger object: the unit of such a mesh is wrong.
 _SIZES = (1e-3, 5.0)

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["barycentric", "center_of_mass", "corner_normals", "refuse_outward", "unit_normals"]
-
 _TIE = 1e-6  # of the extent, for faces that are equally near; and the cosine of a normal along a face
 
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["Part", "components", "parts_of"]
-
 _FLAT = 1e-12  # of the cube of the largest extent: a smaller volume is rounding
 _SAME_ANGLE = 1e-7  # rad: faces around an edge that differ by less lie in one plane
 

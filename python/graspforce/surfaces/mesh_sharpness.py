@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["SharpPlaces", "sharp_places"]
-
 _COPLANAR = 1e-4  # rad: what single precision leaves between faces of one plane
 _FAIR = 0.6  # rad, 34 degrees: a larger angle between faces is an edge, not a coarse tessellation
 _FINEST = 32  # pieces of a face that is cut are at most this share of the distance across

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["Boundary", "boundary_of"]
-
 _CRACK = 2e-7  # of the extent: corners that single precision wrote are off by less
 
 

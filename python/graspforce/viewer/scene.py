@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import ForceSolution
 
-__all__ = ["Viewer", "view"]
-
 _OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
 _UNBALANCED = (209, 118, 43)
 _CONE_EDGES = 16

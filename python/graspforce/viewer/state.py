@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from graspforce._core import ForceSolution, Quality
     from graspforce.typing import Criterion
 
-__all__ = ["ViewState"]
-
 
 class ViewState:
     """A spatial grasp under the viewer's sliders.
