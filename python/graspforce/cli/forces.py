@@ -10,6 +10,7 @@ import typer
 
 from graspforce._core import ForceDistributor
 from graspforce._internal.html import FORCE_COMPONENTS
+from graspforce._internal.normal_limits import normal_limits
 from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE
@@ -145,8 +146,7 @@ def _many(
         print_table(f"{file.name}: {sought}", ("", ""), rows)
     if plot is not None:
         from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for
-        from graspforce.plotting.planar import limits_of  # noqa: PLC0415 - the same
 
-        limits, title = limits_of(file.grasp), f"{file.name}: {sought}"
+        limits, title = normal_limits(file.grasp), f"{file.name}: {sought}"
         figure = trajectory_figure(found.forces[:, :, 0], limits, times=found.times, title=title)
         save(figure, plot)

@@ -1,4 +1,4 @@
-"""Both examples, printed beside the published numbers. Only the pictures need an optional package."""
+"""Prints both examples beside the published numbers. Only the pictures need an optional package."""
 
 from __future__ import annotations
 

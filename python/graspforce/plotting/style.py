@@ -17,9 +17,11 @@ CONTACTS = ("#1f5f99", "#d1762b", "#4a8f5c", "#8a5a9e", "#b0413e", "#6b7280", "#
 """One colour for each contact, again from the first after the last."""
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float, title: str) -> Figure:
     """Return an empty figure of a size in inches, laid out so that nothing overlaps."""
-    return Figure(figsize=(width, height), dpi=130, layout="constrained")
+    figure = Figure(figsize=(width, height), dpi=130, layout="constrained")
+    figure.suptitle(title, fontsize=10, color=INK)
+    return figure
 
 
 def plain_axes(axes: Axes, xlabel: str, ylabel: str) -> None:

@@ -122,7 +122,7 @@ def test_a_worker_of_another_version_does_not_take_part(source, tmp_path):
 
 def test_a_straggler_writes_nothing_into_the_folder_of_a_later_run(source, tmp_path):
     tmp_path.joinpath("_grade.json").write_text("another run")
-    with pytest.raises(gf.GraspForceError, match="no longer, the folder of this run"):
+    with pytest.raises(gf.GraspForceError, match="belongs to another run now"):
         grade_part(Part(0, source, 0, 10), tmp_path, GradeOptions(), "this run")
     assert [path.name for path in tmp_path.iterdir()] == ["_grade.json"]
 

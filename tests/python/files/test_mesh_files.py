@@ -75,7 +75,7 @@ BAD = {
     "millimetres": (PINCH + "  - {point: [30, 0, 0]}\n", r":5: contacts\[0\].point: .*metres"),
     "planar": (PINCH + "  - {position: [0.03, 0]}\n", r":5: contacts\[0\].position: 2 numbers"),
     "wrong unit": (
-        PINCH.replace("mm", "m") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*say which unit"),
+        PINCH.replace("mm", "m") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*give the unit"),
     "unknown unit": (PINCH.replace("mm", "inch") + "  - {point: [0, 0, 1]}\n", r":2: mesh.unit: .*'inch'"),
     "no such mesh": (
         PINCH.replace("box.ply", "b.ply") + "  - {point: [0, 0, 1]}\n", f"b.ply: {NO_SUCH_FILE}"),

@@ -130,7 +130,7 @@ def triangles(vertices=None, faces=None):
         (sphere, {"unit": "furlong"}, "unit: 'furlong' is none of"),
         (sphere, {"unit": -1.0}, "unit: -1.0 must be"),
         (sphere, {"normals": "vertex"}, "normals: 'vertex'"),
-        (sphere, {"max_curvature": 0.0}, "leave none of 1280 faces"),
+        (sphere, {"max_curvature": 0.0}, "none of 1280 faces remains"),
         (sphere, {"allowed": [True]}, "allowed: bool of shape"),
         (broken, {}, "vertex 7 is not finite"),
         (lambda: None, {}, "has no triangles"),
