@@ -164,13 +164,19 @@ def strength(friction: float | None, max_normal_force: float | None) -> None:
         real_number("max_normal_force", max_normal_force, positive=True)
 
 
+def bounds_array(bounds: ArrayLike) -> NDArray[np.float64]:
+    """Convert bounds to (p, 2) finite numbers, whatever their order."""
+    array = finite_array("bounds", bounds)
+    if array.ndim != 2 or array.shape[1:] != (2,):
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    return array
+
+
 def search_bounds(
     bounds: ArrayLike, initial: NDArray[np.float64], argument: str = "initial"
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
-    array = finite_array("bounds", bounds)
-    if array.ndim != 2 or array.shape[1] != 2:
-        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    array = bounds_array(bounds)
     if len(array) != initial.size:
         raise InvalidInputError(f"{argument}: {initial.size} parameters, but bounds has {len(array)} rows")
     if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():

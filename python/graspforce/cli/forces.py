@@ -15,7 +15,7 @@ from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE
 from .grasp_options import about_a_grasp, wrench_of
-from .output import AsJson, Objective, in_a_folder, note, print_json, print_table, rounded, save, vector
+from .output import AsJson, Objective, Plot, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -47,10 +47,7 @@ def forces(
         Path | None,
         typer.Option(metavar="FILE", help="Write all contact forces into FILE (npz).", callback=in_a_folder),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
-    ] = None,
+    plot: Plot = None,
 ) -> None:
     """Compute the least contact forces that balance one or many external wrenches.
 

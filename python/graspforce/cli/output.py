@@ -80,6 +80,12 @@ def in_a_folder(path: Path | None, option: typer.CallbackParam) -> Path | None:
     return path
 
 
+Plot = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
+]
+
+
 def has_folder(path: Path) -> None:
     """Refuse an output path whose folder does not exist."""
     if not path.parent.is_dir():

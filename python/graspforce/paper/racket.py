@@ -34,9 +34,9 @@ NOTES = (
         "printed end. The printed end of the four-finger max plan is near the computed one, and is worse."
     ),
     (
-        "Rows k and n do not follow from the printed inputs. Other directions of the normals do not give them "
-        "either, nor do changes of one or two printed constants, as far as they were tried. The report shows "
-        "both columns, and does not explain the difference."
+        "Rows k and n do not follow from the printed inputs. Other directions of the normals do not give "
+        "them either, nor do changes of one or two printed constants, as far as they were tried. The report "
+        "shows both columns, and does not explain the difference."
     ),
 )
 

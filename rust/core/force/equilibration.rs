@@ -8,9 +8,10 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
+use crate::force::certificate::infeasible;
 use crate::force::simplex::primal::Target;
 use crate::grasp::contact::Contact;
-use crate::grasp::{Grasp, REPRESENTABLE, unit};
+use crate::grasp::{Grasp, REPRESENTABLE};
 use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::{RANK_TOLERANCE, ROUNDED_TORQUE, UNBALANCED_WRENCH};
 
@@ -81,8 +82,7 @@ impl<const D: usize> Equilibration<D> {
 
     /// The error for a wrench that this multiplier separates from all the grasp can balance.
     pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
-        let direction = unit(&self.dual(multiplier));
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+        infeasible(&self.dual(multiplier))
     }
 
     /// Reciprocals of the largest force and torque of one contact.

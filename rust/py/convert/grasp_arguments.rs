@@ -30,9 +30,9 @@ pub struct Arguments {
     positions: Vec<f64>,
     normals: Vec<f64>,
     tangents: Option<Broadcast>,
-    friction: Broadcast,
-    max_normal_force: Broadcast,
-    torsion: Broadcast,
+    pub friction: Broadcast,
+    pub max_normal_force: Broadcast,
+    pub torsion: Broadcast,
     edges: Edges,
     extreme_forces: Option<Vec<Vec<ContactForce>>>,
 }
@@ -115,22 +115,8 @@ impl Arguments {
         options
     }
 
-    /// (m,) friction coefficients of the first grasp.
-    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.friction)
-    }
-
-    /// (m,) torsional friction coefficients of the first grasp.
-    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.torsion)
-    }
-
-    /// (m,) force limits of the first grasp.
-    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.max_normal_force)
-    }
-
-    fn of_each<'py>(&self, py: Python<'py>, given: &Broadcast) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// (m,) a number of each contact of the first grasp.
+    pub fn of_each<'py>(&self, py: Python<'py>, given: &Broadcast) -> PyResult<Bound<'py, PyArray1<f64>>> {
         vector(py, "result", self.contacts, (0..self.contacts).map(|contact| given.at(0, contact)))
     }
 

@@ -116,7 +116,7 @@ def test_an_error_on_a_worker_is_the_same_error_here(client, source, tmp_path):
 
 
 def test_a_worker_of_another_version_does_not_take_part(source, tmp_path):
-    with pytest.raises(gf.GraspForceError, match=r"0\.0\.1 where the run was started"):
+    with pytest.raises(gf.GraspForceError, match=r"started the run 0\.0\.1"):
         grade_part(Part(0, source, 0, 10), tmp_path, GradeOptions(), "run", version="0.0.1")
 
 

@@ -146,7 +146,7 @@ def test_a_part_with_other_rows_is_refused(table, tmp_path):
     pq.write_table(table, tmp_path / "grasps.parquet")
     gf.grade(tmp_path / "grasps.parquet", tmp_path / "out", rows_per_part=100)
     pq.write_table(pq.read_table(tmp_path / "out" / PART).slice(1), tmp_path / "out" / PART)
-    with pytest.raises(gf.ResumeError, match=r"part-000000\.parquet: holds 99 rows, not 100"):
+    with pytest.raises(gf.ResumeError, match=r"part-000000\.parquet: holds 99 rows, expected 100"):
         gf.grade(tmp_path / "grasps.parquet", tmp_path / "out", rows_per_part=100)
     (tmp_path / "out" / PART).write_bytes(b"nothing")
     with pytest.raises(gf.InvalidFileError, match=r"part-000000\.parquet"):
@@ -309,7 +309,7 @@ def test_files_that_cannot_be_graded_are_named_before_any_work(table, tmp_path):
         gf.grade(source, out)
     with pytest.raises(gf.InvalidInputError, match="out: missing"):
         gf.grade(source)
-    with pytest.raises(gf.InvalidInputError, match="lies in the source's folder"):
+    with pytest.raises(gf.InvalidInputError, match="lies in the folder of the source"):
         gf.grade(source, source / "graded")
     with pytest.raises(gf.InvalidInputError, match="rows_per_part"):
         gf.grade(source / "a.parquet", out, rows_per_part=0)

@@ -14,7 +14,7 @@ pub(crate) mod solution;
 pub(crate) mod tolerated;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces, exact_rest};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest, infeasible};
 use crate::force::double_double::choice::{Optimum, least_squares_levels};
 use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
 use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
@@ -22,7 +22,7 @@ use crate::force::double_double::solution::Solution;
 use crate::force::equilibration::held_force;
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
-use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
     CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE,
@@ -151,8 +151,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
 
     /// The error for a wrench that a multiplier separates from all that the contacts balance.
     fn infeasible(&self, witness: &Vector) -> Error {
-        let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]));
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+        infeasible(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]))
     }
 
     /// What the forces leave over, in units.
@@ -178,6 +177,15 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let Some((left, terms)) = parts.into_iter().find(|part| !within(part)) else { return Ok(()) };
         let unmet = Unmet::Balance { found: left / terms, allowed: FEASIBILITY_TOLERANCE };
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
+    }
+
+    /// Whether an answer in doubles leaves open what 32 digits can tell.
+    pub(crate) fn must_decide<T>(&self, answer: &Result<T>, b: &Wrench<D>) -> bool {
+        match answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.clearly_separated(direction, b),
+            _ => false,
+        }
     }
 
     /// Whether a direction that doubles computed separates `b` from all the grasp can balance, beyond any doubt.

@@ -151,12 +151,7 @@ impl<const D: usize> LinearProgram<D> {
         } else {
             workspace.simplex.pivots = 0;
             let slot = match self.solve_in_doubles(workspace, b) {
-                Err(Error::NotConverged { .. }) => self.decide(workspace, b, forces)?,
-                Err(Error::InfeasibleWrench { direction, .. })
-                    if !self.precise.clearly_separated(&direction, b) =>
-                {
-                    self.decide(workspace, b, forces)?
-                }
+                unclear if self.precise.must_decide(&unclear, b) => self.decide(workspace, b, forces)?,
                 // What the third level could not tell, it tells from the objective alone.
                 Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;

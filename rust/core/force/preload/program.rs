@@ -117,9 +117,7 @@ impl<const D: usize> PreloadProgram<D> {
             contacts: equilibrated_contacts(grasp, &equilibration),
             least: bounds.iter().map(|bound| bound / largest).collect(),
             starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
-            interiors: (0..grasp.num_contacts())
-                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
-                .collect(),
+            interiors: Interior::of_contacts(grasp),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             rank: equilibration.rank,
             threshold: objective.unit() * if grasp.is_finite() { OPTIMAL_COST } else { 0.5 * tolerance },
@@ -150,12 +148,7 @@ impl<const D: usize> PreloadProgram<D> {
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
         let answer = self.solve_in_doubles(workspace, b, forces);
-        let unclear = match &answer {
-            Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
-            _ => false,
-        };
-        let answer = if unclear {
+        let answer = if self.precise.must_decide(&answer, b) {
             interrupt::check()?;
             let spent = workspace.simplex.pivots;
             let decided = self.precise.solve(b, forces);

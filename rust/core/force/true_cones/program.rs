@@ -87,12 +87,7 @@ impl<const D: usize> ConeProgram<D> {
             return Ok(answer);
         }
         let answer = self.solve_in_doubles(workspace, b, forces);
-        let unclear = match &answer {
-            Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
-            _ => false,
-        };
-        if !unclear {
+        if !self.precise.must_decide(&answer, b) {
             return answer;
         }
         interrupt::check()?;
