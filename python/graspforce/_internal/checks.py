@@ -1,6 +1,6 @@
 """Checks of arguments that Python code receives, with errors that name argument, row and value.
 
-What the extension module receives it checks itself.
+The extension module checks its own arguments.
 """
 
 from __future__ import annotations
@@ -44,10 +44,7 @@ def progress_function(value: object) -> None:
 def known_options(
     options: Iterable[str], known: Collection[str], function: Callable[..., object] | None = None
 ) -> None:
-    """Refuse keywords that would be passed on to something that does not take them.
-
-    The error lists the keywords that `function` itself takes, too.
-    """
+    """Refuse unknown keywords. The error also lists the keywords of `function` itself."""
     for name in options:
         if name not in known:
             parameters = () if function is None else inspect.signature(function).parameters.values()

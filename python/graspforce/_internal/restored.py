@@ -1,4 +1,4 @@
-"""Checks of what a pickle or a copy claims about a result, before it becomes one.
+"""Checks of the fields of a pickle or a copy, before a result is made of them.
 
 Each class of results has a method ``_check`` that calls these functions. They raise `InvalidInputError` for a
 record that contradicts itself. The results of the extension module check theirs in Rust.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .options import GradeOptions
 
 STATUSES = ("converged", "bracketed", "invalid")
-"""The bracket is as narrow as asked for; the bracket is wider; there is no grasp."""
+"""The bracket is narrow enough; it is too wide; the row is not a grasp."""
 
 CLOSURES = ("none", "partial", "force")
 

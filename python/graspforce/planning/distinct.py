@@ -1,4 +1,4 @@
-"""Distinct grasps: two grasps are the same if their contacts, matched with each other, nearly coincide."""
+"""Distinct grasps. Two grasps are the same if their contacts, once matched, nearly coincide."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 LONGEST = 1.5
-"""How many limits a force past its limit is drawn at most."""
+"""Largest length of a drawn force, in limits."""
 
 _CONE_EDGES = 16
 _CONE_SHARE = 0.35
@@ -37,10 +37,10 @@ def draw_planar_grasp(
     outline: ArrayLike | None = None,
     metres_per_newton: float | None = None,
 ) -> list[Artist]:
-    """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
+    """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
-    A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
-    arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
+    The length of a cone is the limit of the normal force. The length of an arrow is the force, on the same
+    scale. A force past its limit is red, and is cut at one and a half limits.
 
     For one thread at a time, as all of matplotlib.
 

@@ -1,4 +1,4 @@
-"""What surrounds a spatial grasp: the object's mesh, and the box it is looked at in."""
+"""The mesh of the object and the view of a spatial drawing."""
 
 from __future__ import annotations
 

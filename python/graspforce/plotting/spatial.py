@@ -34,7 +34,7 @@ def draw_spatial_grasp(
     labels: bool = False,
     color: str = CONE,
 ) -> list[Artist]:
-    """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
+    """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
     For one thread at a time, as all of matplotlib.
 
@@ -52,7 +52,7 @@ def draw_spatial_grasp(
     metres_per_newton : float, optional
         Length at which one newton is drawn; by default the longest cone is about a third of the grasp's size.
     labels : bool
-        Whether to number the contacts, from 0 as errors and tables do.
+        True numbers the contacts, from 0 as errors and tables do.
     color : str
         Of the cones.
 

@@ -1,4 +1,4 @@
-"""Numbers about runs: how a search descends, how long calls take."""
+"""Drawings of the iterates of a search, and of the durations of calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one style of all figures: few colours, thin lines, no frames that say nothing."""
+"""Colours, lines and axes of all figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OBJECT, CONE = "#ded8c9", "#a9cdea"
 FORCE, OVERLOAD = "#1f5f99", "#c0392b"
 UNION, MINKOWSKI = "#d1762b", "#1f5f99"
 CONTACTS = ("#1f5f99", "#d1762b", "#4a8f5c", "#8a5a9e", "#b0413e", "#6b7280", "#b8912f", "#3b8ea5")
-"""One colour for each contact, again from the first after the last."""
+"""One colour for each contact; after the last colour the first is used again."""
 
 
 def new_figure(width: float, height: float, title: str) -> Figure:

@@ -57,8 +57,8 @@ def view(
     grasp, mesh, wrenches
         As for `ViewState`.
     host : str, optional
-        The address to listen at. By default only this machine can reach it. Any other address brings a
-        warning: what is sent, the token included, is not encrypted.
+        The address to listen at. By default only this machine can reach it. Any other address raises a
+        warning, because nothing is encrypted, not even the token.
     port : int, optional
         The port; the next free one where it is taken.
 
@@ -95,7 +95,7 @@ def exposure(host: str) -> str:
 
 
 class Viewer:
-    """A running viewer. A thread of its own answers what clients change; the newest values count.
+    """A running viewer. Its own thread applies what clients change; of several values the newest counts.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Viewer:
     port : int
         Where the page is served.
     address : str
-        The page's address with the token without which the viewer answers nobody.
+        The page's address with the token. The viewer refuses requests without the token.
     """
 
     def __init__(self, state: ViewState, *, host: str = "127.0.0.1", port: int = 8080) -> None:
@@ -207,7 +207,7 @@ class Viewer:
         self._changed.set()
 
     def _follow(self) -> None:
-        """Answer what clients have changed: many changes while one is answered are answered as one."""
+        """Apply what clients have changed. Changes that arrive meanwhile are applied together."""
         while self._changed.wait() and not self._stopped.is_set():
             self._changed.clear()
             with self._turn:

@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
 use crate::force::certificate::infeasible;
-use crate::force::simplex::primal::Target;
+use crate::force::simplex::primal::RightHandSide;
 use crate::grasp::contact::Contact;
 use crate::grasp::{Grasp, REPRESENTABLE};
 use crate::linalg::pivoted_basis::PivotedBasis;
@@ -29,7 +29,7 @@ pub(crate) struct Equilibration<const D: usize> {
 /// A wrench in equilibrated coordinates: `T b = scale * target`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reachable<const D: usize> {
-    pub(crate) target: Target<D>,
+    pub(crate) target: RightHandSide<D>,
     pub(crate) scale: f64,
 }
 
@@ -77,7 +77,10 @@ impl<const D: usize> Equilibration<D> {
         // Rounding in the wrench grows where a weak direction was strengthened, and only there.
         let rounding = 4.0 * f64::EPSILON * unscaled / size;
         let tolerance = self.lengths.map(|length| UNBALANCED_WRENCH + rounding / length);
-        Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
+        Ok(Reachable {
+            target: RightHandSide { wrench: wrench / size, rank, tolerance },
+            scale: largest * size,
+        })
     }
 
     /// The error for a wrench that this multiplier separates from all the grasp can balance.

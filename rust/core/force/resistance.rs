@@ -72,7 +72,7 @@ impl<const D: usize> Grasp<D> {
             }
             interrupt::check()?;
             match constant {
-                None => alone(&distributor, &mut workspace, direction),
+                None => Ok(Cut::of(&distributor, &mut workspace, direction)?.1.recip()),
                 Some(wrench) => on_top(&distributor, &mut workspace, wrench, direction),
             }
         };
@@ -82,14 +82,6 @@ impl<const D: usize> Grasp<D> {
         }
         Ok(multiples)
     }
-}
-
-fn alone<const D: usize>(
-    distributor: &ForceDistributor<D>,
-    workspace: &mut ForceWorkspace<D>,
-    direction: &Wrench<D>,
-) -> Result<f64> {
-    Ok(Cut::of(distributor, workspace, direction)?.1.recip())
 }
 
 /// Newton's method on `sigma(constant + s direction) = 1` from above: every `s` is at least the largest multiple,

@@ -198,10 +198,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.held, f64::max);
         let multiplier = z.map(|z| DoubleDouble::from(z / largest));
-        let [reach, holding] = self.columns.values(&multiplier, 0.0);
+        let [reach, vertices] = self.columns.values(&multiplier, 0.0);
         let product: f64 =
             multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
-        let margin = (product - self.largest * holding.value()) / size;
+        let margin = (product - self.largest * vertices.value()) / size;
         !self.columns.pushes(&multiplier) && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
@@ -229,19 +229,19 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let mut multiplier = *z;
         multiplier[D..].fill(DoubleDouble::ZERO);
         let weight = objective.weight();
-        let [pressing, _] = self.columns.values(&multiplier, weight);
+        let [rays, _] = self.columns.values(&multiplier, weight);
         // With a weight or lower bounds the bound is not homogeneous, and only what reaches too far may shrink.
         let homogeneous = weight == 0.0 && self.least.is_empty();
         let floor = if homogeneous { f64::MIN_POSITIVE } else { 1.0 };
-        let shrink = DoubleDouble::ONE / pressing.max(DoubleDouble::from(floor));
+        let shrink = DoubleDouble::ONE / rays.max(DoubleDouble::from(floor));
         let shrunk = multiplier.map(|z| z * shrink);
         let product =
             shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
         let mut bound = product.value() * size;
         if !self.least.is_empty() {
-            let [_, holding] = self.columns.values(&shrunk, weight);
+            let [_, vertices] = self.columns.values(&shrunk, weight);
             let free = if objective == Objective::Sum { self.least.iter().sum() } else { 1.0 };
-            bound += self.largest * (free - holding.value());
+            bound += self.largest * (free - vertices.value());
         }
         let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);

@@ -16,7 +16,7 @@ use crate::force::linear_cones::critical_region_builder::CriticalRegionBuilder;
 use crate::force::linear_cones::enumerated::Enumeration;
 use crate::force::linear_cones::workspace::{LinearWorkspace, Remembered};
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
@@ -249,7 +249,7 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     /// Leaves an optimal basis in the workspace's simplex.
-    fn find_basis(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
+    fn find_basis(&self, workspace: &mut LinearWorkspace<D>, target: &RightHandSide<D>) -> Result<()> {
         let LinearWorkspace { simplex, active, remembered, latest, .. } = workspace;
         let outcome = if let (Some(enumeration), Some(kept)) = (&self.enumeration, &self.reduced) {
             let outcome = enumeration.solve_reduced(simplex, target, kept);
@@ -305,7 +305,7 @@ fn sample_targets<const D: usize>(
     equilibration: &Equilibration<D>,
     precise: &DoubleDoubleProgram<D>,
     samples: &[Vec<f64>],
-) -> Result<Vec<Target<D>>> {
+) -> Result<Vec<RightHandSide<D>>> {
     let target = |(row, sample): (usize, &Vec<f64>)| {
         let refused = |reason| Error::InvalidInput { argument: "samples", row: Some(row), reason };
         if sample.len() != D {
