@@ -11,6 +11,25 @@ _Indices = NDArray[np.int32]
 _Criterion = Literal["max", "sum"]
 _Objective = Literal["max", "sum", "squares"]
 
+__all__ = [
+    "TIE",
+    "BoxBound",
+    "CandidateSearch",
+    "ForceBatch",
+    "ForceDistributor",
+    "ForceSolution",
+    "ForceSteps",
+    "Gradient",
+    "Grasp",
+    "MinkowskiSum",
+    "Quality",
+    "QualityBatch",
+    "TriangleTree",
+    "__version__",
+    "quality_many",
+    "torque_limited_forces",
+]
+
 __version__: str
 TIE: float
 
