@@ -42,6 +42,7 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -61,12 +62,14 @@ __all__ = [
     "BusyError",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "GlobalOptimum",
     "Gradient",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -88,6 +91,7 @@ __all__ = [
     "Status",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",

@@ -245,6 +245,32 @@ def quality_many(
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
+def forces_many_arrays(
+    positions: ArrayLike,
+    normals: ArrayLike,
+    external_wrenches: ArrayLike,
+    *,
+    objective: _Objective = ...,
+    weight: float = ...,
+    min_normal: ArrayLike | None = None,
+    rtol: float = ...,
+    reference: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    slack: ArrayLike | None = None,
+    limits: bool = ...,
+    infeasible: Literal["status", "nearest"] = ...,
+    metric: ArrayLike | None = None,
+    gradient: bool = ...,
+    **options: Any,
+) -> dict[str, Any]: ...
+def surrogate_arrays(
+    surrogate: Literal["min_weight", "differentiable_force_closure", "span_residual"],
+    positions: ArrayLike,
+    normals: ArrayLike,
+    *,
+    limit: float | None = None,
+    **options: Any,
+) -> dict[str, Any]: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...
 def unwarned_grasp_of(arguments: dict[str, Any]) -> Grasp: ...
 def torque_limited_forces(

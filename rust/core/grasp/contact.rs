@@ -243,6 +243,15 @@ pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
     force
 }
 
+/// Which rows of `[f_n, f_o, f_t, torsion]` the `k` components are that callers see.
+pub(crate) fn force_components(k: usize) -> &'static [usize] {
+    match k {
+        2 => &[0, 2],
+        3 => &[0, 1, 2],
+        _ => &[0, 1, 2, 3],
+    }
+}
+
 /// Writes rows of the `components` that exist, as callers see them.
 #[inline]
 pub(crate) fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {

@@ -115,6 +115,15 @@ impl Arguments {
         options
     }
 
+    /// Components of the forces of all grasps: 2 (planar), 3, or 4 where a contact exerts torsion.
+    pub fn force_dim(&self) -> usize {
+        let torsion = match &self.extreme_forces {
+            Some(forces) => forces.iter().flatten().any(|force| force[3] != 0.0),
+            None => self.torsion.values.iter().any(|torsion| *torsion != 0.0),
+        };
+        if self.dim == 2 { 2 } else { 3 + usize::from(torsion) }
+    }
+
     /// (m,) friction coefficients of the first grasp.
     pub fn friction_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.of_each(py, &self.friction)

@@ -65,10 +65,20 @@ pub fn check_work<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, work: Work) 
 
 /// The same for the grasps of a batch, one on each thread; the first stands for all.
 pub fn check_rows(py: Python<'_>, arguments: &Arguments, threads: usize) -> PyResult<()> {
+    check_rows_of(py, arguments, threads, &[Work::Construction, Work::Quality])
+}
+
+/// The same for other work.
+pub fn check_rows_of(
+    py: Python<'_>,
+    arguments: &Arguments,
+    threads: usize,
+    works: &[Work],
+) -> PyResult<()> {
     let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
     let (contacts, forces) = (contacts.saturating_mul(threads), forces.saturating_mul(threads));
-    let checked = [Work::Construction, Work::Quality].map(|work| work.check(contacts, forces));
-    checked.into_iter().collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
+    let checked = works.iter().map(|work| work.check(contacts, forces));
+    checked.collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
 }
 
 /// The same where all grasps of a batch are kept at once.

@@ -7,6 +7,7 @@ mod force_laws;
 mod force_preload;
 mod force_reduced;
 mod force_reference;
+mod gradients;
 mod limits;
 mod nearest;
 mod proven_answers;
