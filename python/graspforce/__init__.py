@@ -11,7 +11,7 @@ Importing the package needs NumPy alone. Files, figures, viewers and simulators 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -102,6 +102,7 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 

@@ -53,10 +53,10 @@ class ForceGradients(Record):
     unique: NDArray[np.bool_]
 
     def _check(self) -> None:
-        expect_array("positions", self.positions, (None, None, None, None))
-        expect_array("normals", self.normals, self.positions.shape)
-        expect_array("spins", self.spins, self.positions.shape[:3])
-        expect_array("external_wrench", self.external_wrench, (*self.positions.shape[:2], None))
+        expect_array("positions", self.positions, (None, None, None, None), finite=False)
+        expect_array("normals", self.normals, self.positions.shape, finite=False)
+        expect_array("spins", self.spins, self.positions.shape[:3], finite=False)
+        expect_array("external_wrench", self.external_wrench, (*self.positions.shape[:2], None), finite=False)
         expect_array("unique", self.unique, self.positions.shape[:2], kind=np.bool_)
 
     def __repr__(self) -> str:
@@ -111,10 +111,10 @@ class GraspForces(Record):
         shape = self.status.shape
         expect_array("status", self.status, (None, None), kind=np.int8)
         for name in ("sigma", "distance", "gap"):
-            expect_array(name, getattr(self, name), shape)
+            expect_array(name, getattr(self, name), shape, finite=False)
         expect_array("balanced", self.balanced, shape, kind=np.bool_)
-        expect_array("forces", self.forces, (*shape, None, None))
-        expect_array("residual", self.residual, (*shape, None))
+        expect_array("forces", self.forces, (*shape, None, None), finite=False)
+        expect_array("residual", self.residual, (*shape, None), finite=False)
 
     def __len__(self) -> int:
         return len(self.status)

@@ -64,10 +64,10 @@ class SurrogateBatch(Record):
 
     def _check(self) -> None:
         shape = self.values.shape
-        expect_array("values", self.values, (None,))
-        expect_array("positions", self.positions, (*shape, None, None))
-        expect_array("normals", self.normals, self.positions.shape)
-        expect_array("spins", self.spins, self.positions.shape[:2])
+        expect_array("values", self.values, (None,), finite=False)
+        expect_array("positions", self.positions, (*shape, None, None), finite=False)
+        expect_array("normals", self.normals, self.positions.shape, finite=False)
+        expect_array("spins", self.spins, self.positions.shape[:2], finite=False)
         expect_array("unique", self.unique, shape, kind=np.bool_)
         expect_array("status", self.status, shape, kind=np.int8)
 
@@ -83,7 +83,8 @@ def min_weight(positions: ArrayLike, normals: ArrayLike, **options: Unpack[Grasp
     """Compute the largest least weight of primitive wrenches that sum to zero, on all cores (FRoGGeR).
 
     It is ``max min_j alpha_j`` subject to ``sum_j alpha_j w_j = 0`` and ``sum_j alpha_j = 1``: positive where the grasp is
-    force closure, zero on the boundary, negative elsewhere, and at most 1 over the number of primitive wrenches.
+    force closure, zero on the boundary, negative elsewhere, and at most 1 over the number of primitive wrenches. Safe to call
+    from several threads.
 
     Parameters
     ----------
@@ -120,6 +121,7 @@ def differentiable_force_closure(
     """Compute the norm of the wrench of unit normal forces, on all cores (Liu et al. 2021).
 
     It is ``|sum_i G_i n_i|`` in the norm of ``length_scale``. Zero is neither necessary nor enough for force closure.
+    Safe to call from several threads.
 
     Parameters
     ----------
@@ -154,7 +156,8 @@ def span_residual(
     """Compute the least wrench of forces whose edges all take part, on all cores (GraspQP).
 
     It is ``min |sum_j x_j w_j|`` over ``1 <= x_j <= limit`` and all primitive wrenches, in the norm of ``length_scale``.
-    Zero means that the wrenches balance with all edges at work: force closure, if they span all wrenches.
+    Zero means that the wrenches balance with all edges at work: force closure, if they span all wrenches. Safe to call from
+    several threads.
 
     Parameters
     ----------

@@ -77,10 +77,10 @@ fn run<'py, const D: usize>(
         vector(py, name, rows * m * dim, values)?.reshape([rows, m, dim])
     };
     let spin = |item: &graspforce::Result<SurrogateValue>, k: usize| {
-        item.as_ref().map_or(f64::NAN, |found| found.gradient.spins[k])
+        item.as_ref().map_or(f64::NAN, |found| found.spins[k])
     };
     let spins = found.iter().flat_map(|item| (0..m).map(move |k| spin(item, k)));
-    let unique = found.iter().map(|item| item.as_ref().is_ok_and(|found| found.gradient.unique));
+    let unique = found.iter().map(|item| item.as_ref().is_ok_and(|found| found.unique));
     let status = found.iter().map(|item| match item {
         Ok(_) => Status::Solved as i8,
         Err(error) => Status::of(error) as i8,
@@ -88,8 +88,8 @@ fn run<'py, const D: usize>(
     let status: Bound<'py, PyArray1<i8>> = vector(py, "status", rows, status)?;
     let result = PyDict::new(py);
     result.set_item("values", each(|found| found.value)?)?;
-    result.set_item("positions", vectors("positions", |found| &found.gradient.positions)?)?;
-    result.set_item("normals", vectors("normals", |found| &found.gradient.normals)?)?;
+    result.set_item("positions", vectors("positions", |found| &found.positions)?)?;
+    result.set_item("normals", vectors("normals", |found| &found.normals)?)?;
     result.set_item("spins", vector(py, "spins", rows * m, spins)?.reshape([rows, m])?)?;
     result.set_item("unique", vector(py, "unique", rows, unique)?)?;
     result.set_item("status", status)?;

@@ -89,7 +89,9 @@ pub fn forces_batch<'a, const D: usize>(
             Ok(distributor) => of_grasp(&distributor, wrenches, options),
             Err(error) => {
                 let mut none = GraspForces::with_room(wrenches.len(), contacts, options);
-                wrenches.iter().for_each(|_| none.push_nothing::<D>(contacts, options.force_dim, Status::Invalid));
+                for _ in wrenches {
+                    none.push_nothing::<D>(contacts, options.force_dim, Status::Invalid);
+                }
                 GraspForces { error: Some(error), ..none }
             }
         }

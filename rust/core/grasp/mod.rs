@@ -31,7 +31,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result, digits};
-use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count, force_components};
+use crate::grasp::contact::{
+    Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count, force_components,
+};
 use crate::memory::{check_room, room};
 
 /// What a grasp is measured about and with.

@@ -1,4 +1,4 @@
-//! The largest least weight of primitive wrenches that sum to zero (FRoGGeR).
+//! The largest least weight of primitive wrenches that sum to zero (`FRoGGeR`).
 //!
 //! `l = max min_j alpha_j` subject to `sum_j alpha_j w_j = 0`, `sum_j alpha_j = 1`. With `s = sum_j w_j` of n wrenches its
 //! dual is `min t` subject to `t + w_j . z >= 0` and `n t + s . z = 1`. Without `t` that is

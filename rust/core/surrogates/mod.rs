@@ -2,9 +2,9 @@
 //!
 //! | file | number | from |
 //! |---|---|---|
-//! | [`min_weight`] | the largest least weight of primitive wrenches that sum to zero | FRoGGeR |
+//! | [`min_weight`] | the largest least weight of primitive wrenches that sum to zero | `FRoGGeR` |
 //! | [`force_closure`] | the norm of the wrench of unit normal forces | Liu et al. 2021 |
-//! | [`span_residual`] | the least wrench of forces whose edges all take part | GraspQP |
+//! | [`span_residual`] | the least wrench of forces whose edges all take part | `GraspQP` |
 //!
 //! [`batch`] computes them for many grasps.
 
@@ -13,7 +13,7 @@ mod force_closure;
 mod min_weight;
 mod span_residual;
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use crate::error::{Error, Result};
 use crate::force::equilibration::units;
@@ -21,7 +21,6 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::derivative::ForceDerivative;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
-use crate::quality::gradient::Gradient;
 use crate::tolerances::INDEPENDENT_SHIFT;
 
 /// Which number stands in for the quality.
@@ -44,8 +43,14 @@ pub enum Surrogate {
 pub struct SurrogateValue {
     /// The number.
     pub value: f64,
-    /// How it changes as contacts move.
-    pub gradient: Gradient,
+    /// Of each contact: change by m of displacement (planar: the z component is zero).
+    pub positions: Vec<Vector3<f64>>,
+    /// Of each contact: change by rad that its normal turns; orthogonal to the normal.
+    pub normals: Vec<Vector3<f64>>,
+    /// Of each contact: change by rad that its frame spins about its normal.
+    pub spins: Vec<f64>,
+    /// Whether these are derivatives, as far as rounding can tell. Else the number has a kink.
+    pub unique: bool,
 }
 
 impl Surrogate {
@@ -94,13 +99,13 @@ fn with_gradient<const D: usize>(
     unique: bool,
 ) -> SurrogateValue {
     let changes = || forces.iter().enumerate().map(|(i, force)| ForceDerivative::of(grasp, i, force, z));
-    let gradient = Gradient {
+    SurrogateValue {
+        value,
         positions: changes().map(|change| change.position).collect(),
         normals: changes().map(|change| change.normal).collect(),
         spins: changes().map(|change| change.spin).collect(),
         unique,
-    };
-    SurrogateValue { value, gradient }
+    }
 }
 
 /// The norm of the wrench of these forces, with the gradient of that norm.

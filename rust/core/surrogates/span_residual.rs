@@ -1,4 +1,4 @@
-//! The least wrench of forces whose edges all take part (GraspQP): `min |sum_j x_j w_j|` over `1 <= x_j <= limit`.
+//! The least wrench of forces whose edges all take part (`GraspQP`): `min |sum_j x_j w_j|` over `1 <= x_j <= limit`.
 //!
 //! The wrenches are a zonotope, `sum_j w_j` plus up to `limit - 1` times each `w_j`. Its support is a sum over edges, so its
 //! point of least norm follows from the oracle alone. At that point the norm changes as the wrench of the same forces does.
@@ -9,7 +9,7 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::surrogates::{SurrogateValue, determine_forces, norm_of_forces};
+use crate::surrogates::{SurrogateValue, determine_forces, norm_of_forces, with_gradient};
 use crate::tolerances::{DISTANCE_RTOL, ROUNDED_RESIDUAL, SUPPORTED};
 use crate::wrench_set::Support;
 
@@ -31,7 +31,8 @@ pub(crate) fn span_residual<const D: usize>(grasp: &Grasp<D>, limit: f64) -> Res
     interrupt::check()?;
     let mut coefficients = vec![1.0; wrenches.len()];
     for (call, weight) in nearest.combination.into_iter().filter(|(_, weight)| *weight > 0.0) {
-        let pulled = coefficients.iter_mut().zip(&wrenches).filter(|(_, wrench)| wrench.dot(&calls[call]) > 0.0);
+        let pulled =
+            coefficients.iter_mut().zip(&wrenches).filter(|(_, wrench)| wrench.dot(&calls[call]) > 0.0);
         pulled.for_each(|(x, _)| *x += weight * (limit - 1.0));
     }
     let mut forces = vec![ContactForce::zeros(); grasp.num_contacts()];
@@ -39,21 +40,11 @@ pub(crate) fn span_residual<const D: usize>(grasp: &Grasp<D>, limit: f64) -> Res
         *force = grasp.edges(i).into_iter().flatten().map(|edge| extreme[edge] * coefficients[edge]).sum();
     }
     if nearest.upper <= negligible {
-        let found = norm_of_forces(grasp, &forces, false);
-        return Ok(SurrogateValue { value: 0.0, ..still(found) });
+        // Around it the residual mostly is zero, too.
+        return Ok(with_gradient(grasp, 0.0, (&Wrench::zeros(), &forces), false));
     }
     // The residual leaves the coefficients of wrenches across it open.
     let direction = nearest.point / nearest.point.norm();
     let across = |edge: usize| wrenches[edge].dot(&direction).abs() <= SUPPORTED * wrenches[edge].norm();
     Ok(norm_of_forces(grasp, &forces, determine_forces(grasp, across)))
-}
-
-/// The residual is zero here, and mostly around, too.
-fn still(found: SurrogateValue) -> SurrogateValue {
-    let mut still = found;
-    for vectors in [&mut still.gradient.positions, &mut still.gradient.normals] {
-        vectors.iter_mut().for_each(|vector| *vector *= 0.0);
-    }
-    still.gradient.spins.fill(0.0);
-    still
 }

@@ -117,8 +117,7 @@ fn run<'py, const D: usize>(
     let numbers = 4 + m * k + D + gradients * (m * (2 * dim + 1) + D + 1);
     // Once by grasps, and once in arrays.
     let row = ROW_BYTES.saturating_add((2 * size_of::<f64>() * numbers).saturating_mul(count));
-    check_room("forces", arguments.batch, row)
-        .map_err(|error| to_python(py, &error))?;
+    check_room("forces", arguments.batch, row).map_err(|error| to_python(py, &error))?;
     let of_row = |row: usize| {
         if shared { &wrenches[..] } else { &wrenches[row * count..(row + 1) * count] }
     };

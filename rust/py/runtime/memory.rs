@@ -69,12 +69,7 @@ pub fn check_rows(py: Python<'_>, arguments: &Arguments, threads: usize) -> PyRe
 }
 
 /// The same for other work.
-pub fn check_rows_of(
-    py: Python<'_>,
-    arguments: &Arguments,
-    threads: usize,
-    works: &[Work],
-) -> PyResult<()> {
+pub fn check_rows_of(py: Python<'_>, arguments: &Arguments, threads: usize, works: &[Work]) -> PyResult<()> {
     let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
     let (contacts, forces) = (contacts.saturating_mul(threads), forces.saturating_mul(threads));
     let checked = works.iter().map(|work| work.check(contacts, forces));

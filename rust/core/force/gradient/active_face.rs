@@ -16,7 +16,11 @@ pub(crate) type Generator = (ContactForce, f64);
 /// Forces that span the least face of contact `i`'s cone that holds `force`, which is not zero. The first has a share.
 ///
 /// Where extreme forces make `force` in several ways these may be fewer than span the face, never more.
-pub(crate) fn active_face<const D: usize>(grasp: &Grasp<D>, i: usize, force: &ContactForce) -> Vec<Generator> {
+pub(crate) fn active_face<const D: usize>(
+    grasp: &Grasp<D>,
+    i: usize,
+    force: &ContactForce,
+) -> Vec<Generator> {
     if let Some(range) = grasp.edges(i) {
         return combination(&grasp.finite_forces()[range], force);
     }
@@ -34,9 +38,10 @@ pub(crate) fn active_face<const D: usize>(grasp: &Grasp<D>, i: usize, force: &Co
         return face;
     }
     // The tangents of the cone that keep the normal force are orthogonal, in these coordinates, to the friction.
-    let Some(&largest) = rows.iter().max_by(|a, b| {
-        (force[**a] / scales[**a]).abs().total_cmp(&(force[**b] / scales[**b]).abs())
-    }) else {
+    let Some(&largest) = rows
+        .iter()
+        .max_by(|a, b| (force[**a] / scales[**a]).abs().total_cmp(&(force[**b] / scales[**b]).abs()))
+    else {
         return face;
     };
     for &row in rows.iter().filter(|&&row| row != largest) {
@@ -67,7 +72,8 @@ fn combination(edges: &[ContactForce], force: &ContactForce) -> Vec<Generator> {
                 (Some((r, _)), Some((c, _))) => unit(*r).dot(&unit(*c)),
                 _ => f64::from(u8::from(r == c)),
             });
-            let target = ContactForce::from_fn(|r, _| used.get(r).map_or(0.0, |(h, _)| unit(*h).dot(force) / size));
+            let target =
+                ContactForce::from_fn(|r, _| used.get(r).map_or(0.0, |(h, _)| unit(*h).dot(force) / size));
             let Some(found) = gram.lu().solve(&target) else { return generators(edges, &used) };
             let step = used.iter().zip(found.iter()).filter(|(_, x)| **x <= 0.0);
             let step = step.map(|((_, old), x)| old / (old - x)).fold(1.0, f64::min);

@@ -44,9 +44,8 @@ pub struct ForceGradient<const D: usize> {
 impl<const D: usize> ForceGradient<D> {
     /// That of a value whose multiplier of the balance is `dual`.
     fn new(grasp: &Grasp<D>, dual: &Wrench<D>, forces: &[ContactForce], unique: bool) -> Self {
-        let derivatives = || {
-            forces.iter().enumerate().map(|(i, force)| ForceDerivative::of(grasp, i, force, dual))
-        };
+        let derivatives =
+            || forces.iter().enumerate().map(|(i, force)| ForceDerivative::of(grasp, i, force, dual));
         Self {
             positions: derivatives().map(|change| -change.position).collect(),
             normals: derivatives().map(|change| -change.normal).collect(),

@@ -138,7 +138,11 @@ impl<'a, const D: usize> Faces<'a, D> {
             };
             let first_shift = free.then(|| shift(*first));
             let others = rest.iter().map(|force| shift(force - first));
-            if !first_shift.into_iter().chain(others).all(|(wrench, change)| span.admit(&wrench, &change, same)) {
+            if !first_shift
+                .into_iter()
+                .chain(others)
+                .all(|(wrench, change)| span.admit(&wrench, &change, same))
+            {
                 return false;
             }
         }
