@@ -123,7 +123,7 @@ impl PyBoxBound {
 
 fn over<const D: usize>(
     bound: &mut BoxBound<D>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     slacks: &[f64],
     stencil: Option<Stencil>,
     enough: f64,
