@@ -22,13 +22,15 @@ __all__ = ["GradientBatch"]
 class GradientBatch(Record):
     """How epsilon changes with the contacts of many grasps: the gradients of `QualityBatch.gradient`.
 
-    Rows are those of the batch. The leading axes (B, m) of a ragged batch are the one axis (N,) of its contacts. All
-    entries of a row with the status 2 are NaN, and no entry of any other row.
+    Rows are those of the batch. A ragged batch has one axis (N,) over its contacts in place of (B, m). Rows with the
+    status 2 are NaN; all other rows are finite.
 
-    A closed grasp (``epsilon > 0``) has the gradient of the worst direction. An open grasp (``epsilon < 0``) has the
-    gradient of minus the distance between the origin and the nearest wrench, which leads towards closure. At partial
-    closure (``epsilon == 0``) a kink separates both; ``unique`` is False there, and the entries are those of one direction
-    along which the grasp exerts no wrench. A row with the status 3 has the gradient of the worst direction that was found.
+    - A closed grasp (``epsilon > 0``) has the gradient at its worst direction.
+    - An open grasp (``epsilon < 0``) has the gradient of minus the distance between the origin and the nearest
+      wrench. It leads towards closure.
+    - At partial closure (``epsilon == 0``), and where rounding leaves the closure undecided, there is a kink.
+      ``unique`` is False; the entries belong to one direction along which the grasp exerts no wrench.
+    - A row with the status 3 has the gradient at the worst direction that was found.
 
     Threads may share it; it can be copied and pickled.
 
@@ -37,17 +39,17 @@ class GradientBatch(Record):
     positions : numpy.ndarray
         (B, m, dim) change of epsilon by m of displacement of each contact.
     normals : numpy.ndarray
-        (B, m, dim) change of epsilon by rad that each normal turns, orthogonal to it; the contact frame turns with it by
-        the smallest rotation.
+        (B, m, dim) change of epsilon by rad that each normal turns, orthogonal to it; the contact frame turns
+        with it by the smallest rotation.
     spins : numpy.ndarray
         (B, m) change of epsilon by rad that each contact frame spins about its normal.
     friction : numpy.ndarray
-        (B, m) change of epsilon by each friction coefficient, to the right where it is zero.
+        (B, m) change of epsilon by each friction coefficient; to the right where that is zero.
     max_normal_force : numpy.ndarray
         (B, m) change of epsilon by N of each limit.
     unique : numpy.ndarray
-        (B,) bool: True where epsilon is differentiable, as `Gradient.unique`. Elsewhere the row is one element of the
-        subdifferential.
+        (B,) bool: True where epsilon is differentiable, as `Gradient.unique`. Elsewhere the row is one element of
+        the subdifferential.
 
     Examples
     --------
@@ -92,7 +94,8 @@ class GradientBatch(Record):
         expect_instance("gradient", gradient, GradientBatch)
         gradient._check()
         expect(len(gradient) == len(known), "gradient", f"{len(known)} rows")
-        expect(not gradient.unique[~np.asarray(known, dtype=bool)].any(), "unique", "False where the status is 2")
+        invalid = ~np.asarray(known, dtype=bool)
+        expect(not gradient.unique[invalid].any(), "unique", "False where the status is 2")
         if gradient.positions.ndim == 3:
             for name in ("positions", "normals", "spins", "friction", "max_normal_force"):
                 array = getattr(gradient, name)

@@ -20,7 +20,7 @@ use crate::convert::scalars::{Given, flag, shown};
 use crate::convert::views::{Layout, Views};
 use crate::quality::gradient_batch::{Derivatives, gradient_batch_class};
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::{Work, check_rows};
 
 /// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
 /// does not count, on a busy machine either. One grasp takes from microseconds to a second.
@@ -212,7 +212,8 @@ impl PyQualityBatch {
             .map(|row| (row.rho, row.lower, row.upper, row.closure, row.status, row.error.as_deref()));
         let rows = PyList::new(slf.py(), rows.collect::<Vec<_>>())?.into_any();
         let gradient = slf.get().gradient.as_ref().map(|gradient| gradient.bind(slf.py()).clone());
-        let state = PyTuple::new(slf.py(), std::iter::once(rows).chain(gradient))?;
+        let state: Vec<_> = std::iter::once(rows).chain(gradient).collect();
+        let state = PyTuple::new(slf.py(), state)?;
         Ok((slf.py().get_type::<Self>().getattr("_restore")?, state))
     }
 
@@ -302,7 +303,8 @@ fn run<const D: usize>(
     options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
     let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
     let cores = available_parallelism().map_or(1, NonZero::get);
-    check_rows(py, arguments, cores)?;
+    let work = if gradient { Work::Gradient } else { Work::Quality };
+    check_rows(py, arguments, cores, work)?;
     let mut derivatives = if gradient { Some(Derivatives::of(py, arguments)?) } else { None };
     let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {

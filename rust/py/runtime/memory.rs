@@ -64,10 +64,10 @@ pub fn check_work<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, work: Work) 
 }
 
 /// The same for the grasps of a batch, one on each thread; one of the most contacts stands for all.
-pub fn check_rows(py: Python<'_>, arguments: &Arguments<'_>, threads: usize) -> PyResult<()> {
+pub fn check_rows(py: Python<'_>, arguments: &Arguments<'_>, threads: usize, work: Work) -> PyResult<()> {
     let Some((contacts, forces)) = largest_row(py, arguments)? else { return Ok(()) };
     let (contacts, forces) = (contacts.saturating_mul(threads), forces.saturating_mul(threads));
-    let checked = [Work::Construction, Work::Quality].map(|work| work.check(contacts, forces));
+    let checked = [Work::Construction, work].map(|work| work.check(contacts, forces));
     checked.into_iter().collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
 }
 

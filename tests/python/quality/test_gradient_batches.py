@@ -29,7 +29,9 @@ def assert_rows_are_single_gradients(batch, positions, normals, rows=None, **opt
         for name in FIELDS:
             expected = getattr(single, name)
             size = max(1.0, np.abs(expected).max())
-            np.testing.assert_allclose(getattr(batch.gradient, name)[row], expected, atol=1e-12 * size, rtol=0)
+            np.testing.assert_allclose(
+                getattr(batch.gradient, name)[row], expected, atol=1e-12 * size, rtol=0
+            )
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
@@ -69,16 +71,22 @@ def test_a_thousand_gradients_are_central_differences(criterion):
         vectors = np.cross(normals, turn) + spin[..., None] * normals
         turned = Rotation.from_rotvec((step * vectors).reshape(-1, 3))
         return gf.quality_many(
-            positions + step * move, turned.apply(normals.reshape(-1, 3)).reshape(normals.shape),
-            friction + step * rub, limits + step * press,
-            tangents=turned.apply(tangents.reshape(-1, 3)).reshape(normals.shape), criterion=criterion, rtol=1e-12,
-        ).epsilon  # fmt: skip
+            positions + step * move,
+            turned.apply(normals.reshape(-1, 3)).reshape(normals.shape),
+            friction + step * rub,
+            limits + step * press,
+            tangents=turned.apply(tangents.reshape(-1, 3)).reshape(normals.shape),
+            criterion=criterion,
+            rtol=1e-12,
+        ).epsilon
 
     parts = [
-        (gradient.positions * move).sum(axis=(1, 2)), (gradient.normals * turn).sum(axis=(1, 2)),
-        (gradient.spins * spin).sum(axis=1), (gradient.friction * rub).sum(axis=1),
+        (gradient.positions * move).sum(axis=(1, 2)),
+        (gradient.normals * turn).sum(axis=(1, 2)),
+        (gradient.spins * spin).sum(axis=1),
+        (gradient.friction * rub).sum(axis=1),
         (gradient.max_normal_force * press).sum(axis=1),
-    ]  # fmt: skip
+    ]
     difference = (epsilon(1e-6) - epsilon(-1e-6)) / 2e-6
     error = np.abs(difference - sum(parts))[gradient.unique] / np.abs(parts).max(axis=0)[gradient.unique]
     # A kink within the step is no fault of the gradient; it is rare.
@@ -136,24 +144,29 @@ def test_rows_of_a_ragged_batch_are_single_grasps(criterion, dim):
     positions, normals, offsets = ragged(dim=dim)
     rng = np.random.default_rng(4)
     numbers = {
-        "friction": rng.uniform(0.4, 0.9, offsets[-1]), "max_normal_force": rng.uniform(0.5, 2.0, offsets[-1]),
+        "friction": rng.uniform(0.4, 0.9, offsets[-1]),
+        "max_normal_force": rng.uniform(0.5, 2.0, offsets[-1]),
         "edges": rng.integers(4, 9, offsets[-1]).tolist(),
-    }  # fmt: skip
+    }
     if dim == 3:
         numbers["torsion"] = rng.uniform(0.0, 0.2, offsets[-1])
         numbers["tangents"] = rng.normal(size=(offsets[-1], 3))
     origins, scales = rng.normal(size=(4, dim)) * 0.1, rng.uniform(0.5, 2.0, 4)
     batch = gf.quality_many(
-        np.vstack(positions), np.vstack(normals), **numbers, origin=origins, length_scale=scales,
-        criterion=criterion, gradient=True, offsets=offsets,
-    )  # fmt: skip
+        np.vstack(positions),
+        np.vstack(normals),
+        **numbers,
+        origin=origins,
+        length_scale=scales,
+        criterion=criterion,
+        gradient=True,
+        offsets=offsets,
+    )
     assert batch.gradient.positions.shape == (offsets[-1], dim)
     for row in range(4):
         own = slice(offsets[row], offsets[row + 1])
         given = {name: value[own] for name, value in numbers.items()}
-        grasp = gf.Grasp(
-            positions[row], normals[row], **given, origin=origins[row], length_scale=scales[row]
-        )
+        grasp = gf.Grasp(positions[row], normals[row], **given, origin=origins[row], length_scale=scales[row])
         quality = grasp.quality(criterion)
         assert batch.rho[row] == quality.rho
         for name in FIELDS:
@@ -178,12 +191,17 @@ def test_a_ragged_batch_answers_row_by_row():
 @pytest.mark.parametrize(
     ("offsets", "message"),
     [
-        ([1, 18], "offsets, entry 0: 1, expected 0"), ([0, 7, 4, 18], "offsets, entry 2: 4, expected at least 7"),
-        ([0, 4, 17], "offsets, entry 2: 17, expected 18"), ([0, 19], "offsets, entry 1: 19, expected at most 18"),
-        ([0, 2.5, 18], "offsets, entry 1: 2.5, expected a whole number"), ([[0, 18]], "offsets: shape"),
-        ([], "offsets: shape"), ([0, np.nan, 18], "offsets, entry 1: NaN"), ("all", "offsets"),
+        ([1, 18], "offsets, entry 0: 1, expected 0"),
+        ([0, 7, 4, 18], "offsets, entry 2: 4, expected at least 7"),
+        ([0, 4, 17], "offsets, entry 2: 17, expected 18"),
+        ([0, 19], "offsets, entry 1: 19, expected at most 18"),
+        ([0, 2.5, 18], "offsets, entry 1: 2.5, expected a whole number"),
+        ([[0, 18]], "offsets: shape"),
+        ([], "offsets: shape"),
+        ([0, np.nan, 18], "offsets, entry 1: NaN"),
+        ("all", "offsets"),
     ],
-)  # fmt: skip
+)
 def test_offsets_that_cut_no_batch_are_refused_by_entry_and_value(offsets, message):
     positions, normals, _ = ragged()
     with pytest.raises(gf.InvalidInputError, match=message):
