@@ -42,6 +42,7 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .gradients import GradientBatch
 from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
@@ -67,6 +68,7 @@ __all__ = [
     "ForceSteps",
     "GlobalOptimum",
     "Gradient",
+    "GradientBatch",
     "Grasp",
     "GraspForceError",
     "GraspForces",

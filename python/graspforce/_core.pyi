@@ -4,6 +4,7 @@ from typing import Any, Literal, TypedDict, final, type_check_only
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from .gradients import GradientBatch
 from .measures import Measures
 
 _Floats = NDArray[np.float64]
@@ -185,13 +186,17 @@ class Gradient:
     @property
     def spins(self) -> _Floats: ...
     @property
+    def friction(self) -> _Floats: ...
+    @property
+    def max_normal_force(self) -> _Floats: ...
+    @property
     def unique(self) -> bool: ...
     def to_dict(self) -> dict[str, Any]: ...
     @staticmethod
     def _restore(
         positions: Sequence[Sequence[float]],
         normals: Sequence[Sequence[float]],
-        spins: Sequence[float],
+        numbers: Sequence[Sequence[float]],
         unique: bool,
         dim: int,
     ) -> Gradient: ...
@@ -217,10 +222,15 @@ class QualityBatch:
     def status(self) -> NDArray[np.int8]: ...
     @property
     def errors(self) -> dict[int, str]: ...
+    @property
+    def gradient(self) -> GradientBatch | None: ...
     def to_dict(self) -> dict[str, Any]: ...
     def _repr_html_(self) -> str: ...
     @staticmethod
-    def _restore(rows: Sequence[tuple[float, float, float, int, int, str | None]]) -> QualityBatch: ...
+    def _restore(
+        rows: Sequence[tuple[float, float, float, int, int, str | None]],
+        gradient: GradientBatch | None = None,
+    ) -> QualityBatch: ...
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
     def __len__(self) -> int: ...
@@ -244,6 +254,8 @@ def quality_many(
     metric: ArrayLike | None = None,
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
+    gradient: bool = False,
+    offsets: ArrayLike | None = None,
 ) -> QualityBatch: ...
 def forces_many_arrays(
     positions: ArrayLike,
@@ -261,6 +273,7 @@ def forces_many_arrays(
     infeasible: Literal["status", "nearest"] = ...,
     metric: ArrayLike | None = None,
     gradient: bool = ...,
+    offsets: ArrayLike | None = None,
     **options: Any,
 ) -> dict[str, Any]: ...
 def surrogate_arrays(
@@ -269,6 +282,7 @@ def surrogate_arrays(
     normals: ArrayLike,
     *,
     limit: float | None = None,
+    offsets: ArrayLike | None = None,
     **options: Any,
 ) -> dict[str, Any]: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...

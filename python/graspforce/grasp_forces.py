@@ -28,7 +28,8 @@ __all__ = ["ForceGradients", "GraspForces", "forces_many"]
 class ForceGradients(Record):
     """Gradients of B grasps with m contacts for K wrenches each.
 
-    They are NaN where the status of the batch is not 0. Threads may share it; it can be copied and pickled.
+    They are NaN where the status of the batch is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its
+    contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -53,11 +54,13 @@ class ForceGradients(Record):
     unique: NDArray[np.bool_]
 
     def _check(self) -> None:
-        expect_array("positions", self.positions, (None, None, None, None), finite=False)
+        expect_array("unique", self.unique, (None, None), kind=np.bool_)
+        ragged = np.ndim(self.positions) == 3
+        contacts = (None, self.unique.shape[1]) if ragged else (*self.unique.shape, None)
+        expect_array("positions", self.positions, (*contacts, None), finite=False)
         expect_array("normals", self.normals, self.positions.shape, finite=False)
-        expect_array("spins", self.spins, self.positions.shape[:3], finite=False)
-        expect_array("external_wrench", self.external_wrench, (*self.positions.shape[:2], None), finite=False)
-        expect_array("unique", self.unique, self.positions.shape[:2], kind=np.bool_)
+        expect_array("spins", self.spins, self.positions.shape[:-1], finite=False)
+        expect_array("external_wrench", self.external_wrench, (*self.unique.shape, None), finite=False)
 
     def __repr__(self) -> str:
         grasps, wrenches = self.unique.shape
@@ -69,7 +72,7 @@ class ForceGradients(Record):
 class GraspForces(Record):
     """Least contact forces of B grasps with m contacts for K wrenches each.
 
-    Numbers are NaN where the status is not 0. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where the status is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -113,7 +116,8 @@ class GraspForces(Record):
         for name in ("sigma", "distance", "gap"):
             expect_array(name, getattr(self, name), shape, finite=False)
         expect_array("balanced", self.balanced, shape, kind=np.bool_)
-        expect_array("forces", self.forces, (*shape, None, None), finite=False)
+        contacts = (None, shape[1]) if np.ndim(self.forces) == 3 else (*shape, None)
+        expect_array("forces", self.forces, (*contacts, None), finite=False)
         expect_array("residual", self.residual, (*shape, None), finite=False)
 
     def __len__(self) -> int:
@@ -141,6 +145,7 @@ def forces_many(
     infeasible: Literal["status", "nearest"] = "status",
     metric: ArrayLike | None = None,
     gradient: bool = False,
+    offsets: ArrayLike | None = None,
     **options: Unpack[GraspOptions],
 ) -> GraspForces:
     """Compute the least contact forces of many grasps, each for some external wrenches, on all cores.
@@ -163,6 +168,9 @@ def forces_many(
         (d, d) norm of the distance, with ``infeasible="nearest"``; else that of ``length_scale``.
     gradient : bool
         True to compute gradients by positions, normals and wrenches.
+    offsets : array_like, optional
+        (B + 1,) for grasps of different numbers of contacts: ``positions`` and ``normals`` are then (N, dim), and grasp b has
+        contacts ``offsets[b]`` to ``offsets[b + 1] - 1``, as for `quality_many`. Results of contacts are then (N, K, ...).
     **options
         ``friction``, ``max_normal_force``, ``torsion``, ``tangents``, ``origin``, ``length_scale``, ``edges``,
         ``friction_margin``, ``extreme_forces``: as for `quality_many`.
@@ -205,6 +213,7 @@ def forces_many(
         infeasible=infeasible,
         metric=metric,
         gradient=gradient,
+        offsets=offsets,
         **options,
     )
     for name in ("gradient", "distance_gradient"):

@@ -32,7 +32,7 @@ __all__ = ["SurrogateBatch", "differentiable_force_closure", "min_weight", "span
 class SurrogateBatch(Record):
     """A surrogate of B grasps with m contacts, and its gradient.
 
-    Numbers are NaN where the status is not 0. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where the status is not 0. The axes (B, m) of a ragged batch are the one axis (N,) of its contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -65,9 +65,10 @@ class SurrogateBatch(Record):
     def _check(self) -> None:
         shape = self.values.shape
         expect_array("values", self.values, (None,), finite=False)
-        expect_array("positions", self.positions, (*shape, None, None), finite=False)
+        contacts = (None,) if np.ndim(self.positions) == 2 else (*shape, None)
+        expect_array("positions", self.positions, (*contacts, None), finite=False)
         expect_array("normals", self.normals, self.positions.shape, finite=False)
-        expect_array("spins", self.spins, self.positions.shape[:2], finite=False)
+        expect_array("spins", self.spins, self.positions.shape[:-1], finite=False)
         expect_array("unique", self.unique, shape, kind=np.bool_)
         expect_array("status", self.status, shape, kind=np.int8)
 
@@ -79,7 +80,9 @@ class SurrogateBatch(Record):
         return f"SurrogateBatch({len(self)} grasps, {solved} solved)"
 
 
-def min_weight(positions: ArrayLike, normals: ArrayLike, **options: Unpack[GraspOptions]) -> SurrogateBatch:
+def min_weight(
+    positions: ArrayLike, normals: ArrayLike, *, offsets: ArrayLike | None = None, **options: Unpack[GraspOptions]
+) -> SurrogateBatch:
     """Compute the largest least weight of primitive wrenches that sum to zero, on all cores (FRoGGeR).
 
     It is ``max min_j alpha_j`` subject to ``sum_j alpha_j w_j = 0`` and ``sum_j alpha_j = 1``: positive where the grasp is
@@ -90,6 +93,8 @@ def min_weight(positions: ArrayLike, normals: ArrayLike, **options: Unpack[Grasp
     ----------
     positions, normals : array_like
         (B, m, 2) or (B, m, 3), as for `graspforce.Grasp`.
+    offsets : array_like, optional
+        (B + 1,) for grasps of different numbers of contacts, as for `graspforce.quality_many`.
     **options
         As for `graspforce.quality_many`; true cones (``edges=None`` in space) have no primitive wrenches.
 
@@ -112,11 +117,11 @@ def min_weight(positions: ArrayLike, normals: ArrayLike, **options: Unpack[Grasp
     >>> found.values.round(9).tolist()
     [0.25]
     """
-    return SurrogateBatch(**surrogate_arrays("min_weight", positions, normals, **options))
+    return SurrogateBatch(**surrogate_arrays("min_weight", positions, normals, offsets=offsets, **options))
 
 
 def differentiable_force_closure(
-    positions: ArrayLike, normals: ArrayLike, **options: Unpack[GraspOptions]
+    positions: ArrayLike, normals: ArrayLike, *, offsets: ArrayLike | None = None, **options: Unpack[GraspOptions]
 ) -> SurrogateBatch:
     """Compute the norm of the wrench of unit normal forces, on all cores (Liu et al. 2021).
 
@@ -127,6 +132,8 @@ def differentiable_force_closure(
     ----------
     positions, normals : array_like
         (B, m, 2) or (B, m, 3), as for `graspforce.Grasp`.
+    offsets : array_like, optional
+        (B + 1,) for grasps of different numbers of contacts, as for `graspforce.quality_many`.
     **options
         As for `graspforce.quality_many`. Friction and limits do not matter.
 
@@ -147,11 +154,16 @@ def differentiable_force_closure(
     >>> surrogates.differentiable_force_closure(positions, normals).values.round(6).tolist()
     [1.732051]
     """
-    return SurrogateBatch(**surrogate_arrays("differentiable_force_closure", positions, normals, **options))
+    return SurrogateBatch(**surrogate_arrays("differentiable_force_closure", positions, normals, offsets=offsets, **options))
 
 
 def span_residual(
-    positions: ArrayLike, normals: ArrayLike, *, limit: float = 20.0, **options: Unpack[GraspOptions]
+    positions: ArrayLike,
+    normals: ArrayLike,
+    *,
+    limit: float = 20.0,
+    offsets: ArrayLike | None = None,
+    **options: Unpack[GraspOptions],
 ) -> SurrogateBatch:
     """Compute the least wrench of forces whose edges all take part, on all cores (GraspQP).
 
@@ -165,6 +177,8 @@ def span_residual(
         (B, m, 2) or (B, m, 3), as for `graspforce.Grasp`.
     limit : float
         Largest coefficient of an edge, at least 1.
+    offsets : array_like, optional
+        (B + 1,) for grasps of different numbers of contacts, as for `graspforce.quality_many`.
     **options
         As for `graspforce.quality_many`; true cones (``edges=None`` in space) have no primitive wrenches.
 
@@ -185,4 +199,4 @@ def span_residual(
     >>> found.values.tolist()
     [0.0]
     """
-    return SurrogateBatch(**surrogate_arrays("span_residual", positions, normals, limit=limit, **options))
+    return SurrogateBatch(**surrogate_arrays("span_residual", positions, normals, limit=limit, offsets=offsets, **options))

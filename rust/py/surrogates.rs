@@ -14,26 +14,31 @@ use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::raw_arguments::Raw;
 use crate::convert::scalars::{choice, number};
+use crate::convert::views::{Layout, Views};
 use crate::force::many::ERROR_BYTES;
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::{Work, check_rows};
 
 /// A surrogate of many grasps, as a dictionary of arrays; `graspforce.surrogates` documents the arguments.
 #[pyfunction]
-#[pyo3(signature = (surrogate, positions, normals, *, limit=None, **options))]
+#[pyo3(signature = (surrogate, positions, normals, *, limit=None, offsets=None, **options))]
 pub fn surrogate_arrays<'py>(
     py: Python<'py>,
     surrogate: &Bound<'py, PyAny>,
     positions: Bound<'py, PyAny>,
     normals: Bound<'py, PyAny>,
     limit: Option<&Bound<'py, PyAny>>,
+    offsets: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let words = ["min_weight", "differentiable_force_closure", "span_residual"];
     let wrong = |message: String| invalid_input(py, message);
     let name = choice("surrogate", surrogate, &words).map_err(wrong)?;
     let raw = Raw::new(name, &PyTuple::new(py, [positions, normals])?, options)?;
-    let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+    let views = Views::of(&raw).map_err(|message| invalid_grasp(py, message))?;
+    let layout = offsets.map_or(Ok(Layout::Batch), |offsets| Layout::ragged(offsets, views.rows()));
+    let layout = layout.map_err(wrong)?;
+    let arguments = Arguments::of(&raw, &views, layout).map_err(|message| invalid_grasp(py, message))?;
     let limit = limit.map(|limit| number("limit", limit)).transpose().map_err(wrong)?;
     let surrogate = match (name, limit) {
         ("min_weight", _) => Surrogate::MinWeight,
@@ -46,14 +51,16 @@ pub fn surrogate_arrays<'py>(
 
 fn run<'py, const D: usize>(
     py: Python<'py>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     surrogate: Surrogate,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (rows, m, dim) = (arguments.batch, arguments.contacts, arguments.dim);
-    check_rows(py, arguments, available_parallelism().map_or(1, NonZero::get))?;
+    let (rows, dim) = (arguments.batch, arguments.dim);
+    check_rows(py, arguments, available_parallelism().map_or(1, NonZero::get), Work::Quality)?;
+    let shape = if arguments.is_ragged() { vec![arguments.contacts] } else { vec![rows, arguments.contacts] };
+    let contacts: usize = shape.iter().product();
     // Vectors of each contact in space, once by grasps, and once in arrays.
-    let numbers = 64 + m * (7 + 2 * dim + 1);
-    check_room("positions", rows, size_of::<f64>() * numbers).map_err(|error| to_python(py, &error))?;
+    let bytes = size_of::<f64>() * (64 * rows).saturating_add((8 + 2 * dim) * contacts);
+    check_room("positions", 1, bytes).map_err(|error| to_python(py, &error))?;
     let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
     let found = on_all_cores(py, || surrogate_batch(0..rows, grasp, surrogate))?;
     let failed = found.iter().filter(|item| item.is_err()).count();
@@ -69,17 +76,14 @@ fn run<'py, const D: usize>(
         vector(py, "values", rows, found.iter().map(|item| item.as_ref().map_or(f64::NAN, of)))
     };
     let vectors = |name, of: fn(&SurrogateValue) -> &[Vector3<f64>]| {
-        let row = |item: &'_ graspforce::Result<SurrogateValue>, k: usize| match item {
-            Ok(found) => of(found)[k / dim][k % dim],
-            Err(_) => f64::NAN,
-        };
-        let values = found.iter().flat_map(|item| (0..m * dim).map(move |k| row(item, k)));
-        vector(py, name, rows * m * dim, values)?.reshape([rows, m, dim])
+        let row =
+            |row: usize, k: usize| found[row].as_ref().map_or(f64::NAN, |found| of(found)[k / dim][k % dim]);
+        let count = |row| arguments.contacts_in(row) * dim;
+        let values = (0..rows).flat_map(|at| (0..count(at)).map(move |k| row(at, k)));
+        vector(py, name, contacts * dim, values)?.reshape([&shape[..], &[dim]].concat())
     };
-    let spin = |item: &graspforce::Result<SurrogateValue>, k: usize| {
-        item.as_ref().map_or(f64::NAN, |found| found.spins[k])
-    };
-    let spins = found.iter().flat_map(|item| (0..m).map(move |k| spin(item, k)));
+    let spin = |row: usize, k: usize| found[row].as_ref().map_or(f64::NAN, |found| found.spins[k]);
+    let spins = (0..rows).flat_map(|row| (0..arguments.contacts_in(row)).map(move |k| spin(row, k)));
     let unique = found.iter().map(|item| item.as_ref().is_ok_and(|found| found.unique));
     let status = found.iter().map(|item| match item {
         Ok(_) => Status::Solved as i8,
@@ -90,7 +94,7 @@ fn run<'py, const D: usize>(
     result.set_item("values", each(|found| found.value)?)?;
     result.set_item("positions", vectors("positions", |found| &found.positions)?)?;
     result.set_item("normals", vectors("normals", |found| &found.normals)?)?;
-    result.set_item("spins", vector(py, "spins", rows * m, spins)?.reshape([rows, m])?)?;
+    result.set_item("spins", vector(py, "spins", contacts, spins)?.reshape(shape.clone())?)?;
     result.set_item("unique", vector(py, "unique", rows, unique)?)?;
     result.set_item("status", status)?;
     result.set_item("errors", errors)?;

@@ -15,12 +15,13 @@ use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
 use crate::convert::grasp_arguments::Arguments;
 use crate::convert::raw_arguments::Raw;
 use crate::convert::scalars::{Given, choice, flag};
+use crate::convert::views::{Layout, Views};
 use crate::force::construction::{distributor, refuse_beside_squares};
 use crate::force::distribution_options::{distribution_options, parse_objective};
 use crate::force::nearest::nearest_options;
 use crate::force::squares_arguments::SquaresArguments;
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::{Work, check_rows_of};
+use crate::runtime::memory::{Work, check_rows};
 
 /// What Python takes for the reason of a row that is no grasp.
 pub const ERROR_BYTES: usize = 512;
@@ -32,7 +33,7 @@ const ROW_BYTES: usize = 1024;
 #[pyfunction]
 #[pyo3(signature = (positions, normals, external_wrenches, *, objective=Given::default(), weight=Given::default(),
     min_normal=None, rtol=Given::default(), reference=None, weights=None, slack=None, limits=Given::default(),
-    infeasible=Given::default(), metric=None, gradient=Given::default(), **options))]
+    infeasible=Given::default(), metric=None, gradient=Given::default(), offsets=None, **options))]
 #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
 pub fn forces_many<'py>(
     py: Python<'py>,
@@ -50,11 +51,15 @@ pub fn forces_many<'py>(
     infeasible: Given<'py>,
     metric: Option<&Bound<'py, PyAny>>,
     gradient: Given<'py>,
+    offsets: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let raw = Raw::new("forces_many", &PyTuple::new(py, [positions, normals])?, options)?;
-    let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
     let wrong = |message: String| invalid_input(py, message);
+    let views = Views::of(&raw).map_err(|message| invalid_grasp(py, message))?;
+    let layout = offsets.map_or(Ok(Layout::Batch), |offsets| Layout::ragged(offsets, views.rows()));
+    let layout = layout.map_err(wrong)?;
+    let arguments = Arguments::of(&raw, &views, layout).map_err(|message| invalid_grasp(py, message))?;
     let (_, criterion) = parse_objective(&objective).map_err(wrong)?;
     let limits = limits.or(false, |value| flag("limits", value)).map_err(wrong)?;
     let gradient = gradient.or(false, |value| flag("gradient", value)).map_err(wrong)?;
@@ -74,6 +79,14 @@ pub fn forces_many<'py>(
     if criterion.is_none() {
         refuse_beside_squares(&distribution).map_err(wrong)?;
     }
+    let each = [
+        ("min_normal", distribution.min_normal.len() > 1),
+        ("reference", squares.reference.is_some()),
+        ("weights", squares.weights.as_ref().is_some_and(|weights| weights.len() > 1)),
+    ];
+    if let Some((name, _)) = each.iter().find(|(_, given)| arguments.is_ragged() && *given) {
+        return Err(wrong(format!("{name}: beside offsets only a number that all contacts share")));
+    }
     if metric.is_some() && infeasible != "nearest" {
         return Err(wrong("metric: only infeasible=\"nearest\" takes it".into()));
     }
@@ -91,7 +104,7 @@ pub fn forces_many<'py>(
 
 fn run<'py, const D: usize>(
     py: Python<'py>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     external_wrenches: &Bound<'py, PyAny>,
     options: &GraspForcesOptions<D>,
     make: impl Fn(&Grasp<D>) -> graspforce::Result<graspforce::ForceDistributor<D>> + Send + Sync,
@@ -110,19 +123,26 @@ fn run<'py, const D: usize>(
     };
     let wrenches = vectors::<D>("external_wrenches", &array)?;
     drop(array);
-    let (m, k, dim) = (arguments.contacts, options.force_dim, arguments.dim);
+    let (k, dim) = (options.force_dim, arguments.dim);
+    let contacts = arguments.contacts * if arguments.is_ragged() { 1 } else { arguments.batch };
     let cores = available_parallelism().map_or(1, NonZero::get);
-    check_rows_of(py, arguments, cores, &[Work::Construction, Work::Distributor, Work::Nearest])?;
+    check_rows(py, arguments, cores, Work::Distributor)?;
+    check_rows(py, arguments, cores, Work::Nearest)?;
     let gradients = if options.gradient { 2 } else { 0 };
-    let numbers = 4 + m * k + D + gradients * (m * (2 * dim + 1) + D + 1);
+    let of_contact = k + gradients * (2 * dim + 1);
+    let of_wrench = 4 + D + gradients * (D + 1);
+    let numbers = (contacts * of_contact).saturating_add(arguments.batch * of_wrench).saturating_mul(count);
     // Once by grasps, and once in arrays.
-    let row = ROW_BYTES.saturating_add((2 * size_of::<f64>() * numbers).saturating_mul(count));
-    check_room("forces", arguments.batch, row).map_err(|error| to_python(py, &error))?;
+    let bytes = numbers.saturating_mul(2 * size_of::<f64>()).saturating_add(arguments.batch * ROW_BYTES);
+    check_room("forces", 1, bytes).map_err(|error| to_python(py, &error))?;
     let of_row = |row: usize| {
         if shared { &wrenches[..] } else { &wrenches[row * count..(row + 1) * count] }
     };
     let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
-    let found = on_all_cores(py, || forces_batch(0..arguments.batch, |_| m, grasp, make, of_row, options))?;
+    let found = on_all_cores(py, || {
+        let contacts = |row| arguments.contacts_in(row);
+        forces_batch(0..arguments.batch, contacts, grasp, make, of_row, options)
+    })?;
     let result = PyDict::new(py);
     let failed = found.iter().filter(|item| item.error.is_some()).count();
     check_room("errors", failed, ERROR_BYTES).map_err(|error| to_python(py, &error))?;
@@ -133,9 +153,9 @@ fn run<'py, const D: usize>(
         }
         errors.set_item(row, error.to_string())?;
     }
-    let columns = Columns { py, rows: &found, batch: [arguments.batch, count] };
+    let columns = Columns { py, rows: &found, arguments, wrenches: count };
     columns.put(&result, "sigma", &[], |item| item.sigma.iter().copied())?;
-    columns.put(&result, "forces", &[m, k], |item| item.forces.iter().copied())?;
+    columns.put_contacts(&result, "forces", &[k], |item| &item.forces)?;
     columns.put(&result, "residual", &[D], |item| item.residual.iter().copied())?;
     columns.put(&result, "distance", &[], |item| item.distance.iter().copied())?;
     columns.put(&result, "gap", &[], |item| item.gap.iter().copied())?;
@@ -147,13 +167,12 @@ fn run<'py, const D: usize>(
             return Ok(None);
         }
         let gradient = PyDict::new(py);
-        let of = |field: fn(&GraspForceGradients) -> &[f64]| {
-            move |item| which(item).map_or(&[][..], field).iter().copied()
-        };
-        columns.put(&gradient, "positions", &[m, dim], of(|gradients| &gradients.positions))?;
-        columns.put(&gradient, "normals", &[m, dim], of(|gradients| &gradients.normals))?;
-        columns.put(&gradient, "spins", &[m], of(|gradients| &gradients.spins))?;
-        columns.put(&gradient, "external_wrench", &[D], of(|gradients| &gradients.external_wrench))?;
+        let of = |field: fn(&GraspForceGradients) -> &[f64]| move |item| which(item).map_or(&[][..], field);
+        columns.put_contacts(&gradient, "positions", &[dim], of(|gradients| &gradients.positions))?;
+        columns.put_contacts(&gradient, "normals", &[dim], of(|gradients| &gradients.normals))?;
+        columns.put_contacts(&gradient, "spins", &[], of(|gradients| &gradients.spins))?;
+        let wrench = |item| which(item).map_or(&[][..], |gradients| &gradients.external_wrench);
+        columns.put(&gradient, "external_wrench", &[D], |item| wrench(item).iter().copied())?;
         let unique = |item| which(item).map_or(&[][..], |gradients| &gradients.unique).iter().copied();
         columns.put(&gradient, "unique", &[], unique)?;
         PyResult::Ok(Some(gradient))
@@ -169,10 +188,12 @@ fn run<'py, const D: usize>(
 struct Columns<'a, 'py> {
     py: Python<'py>,
     rows: &'a [GraspForces],
-    batch: [usize; 2],
+    arguments: &'a Arguments<'a>,
+    wrenches: usize,
 }
 
 impl<'a, 'py> Columns<'a, 'py> {
+    /// A field with entries of this shape for each grasp and wrench.
     fn put<T: Element, I: Iterator<Item = T>>(
         &self,
         into: &Bound<'py, PyDict>,
@@ -180,8 +201,34 @@ impl<'a, 'py> Columns<'a, 'py> {
         shape: &[usize],
         field: impl Fn(&'a GraspForces) -> I,
     ) -> PyResult<()> {
-        let shape = [&self.batch, shape].concat();
+        let shape = [&[self.arguments.batch, self.wrenches], shape].concat();
         let values = self.rows.iter().flat_map(field);
+        let flat = vector(self.py, name, shape.iter().product(), values)?;
+        into.set_item(name, flat.reshape(shape)?)
+    }
+
+    /// A field with entries of this shape for each contact. In a ragged batch contacts come before wrenches.
+    fn put_contacts(
+        &self,
+        into: &Bound<'py, PyDict>,
+        name: &'static str,
+        shape: &[usize],
+        field: impl Fn(&'a GraspForces) -> &'a [f64],
+    ) -> PyResult<()> {
+        let (arguments, wrenches) = (self.arguments, self.wrenches);
+        let width: usize = shape.iter().product();
+        if !arguments.is_ragged() {
+            let shape = [&[arguments.contacts], shape].concat();
+            return self.put(into, name, &shape, |item| field(item).iter().copied());
+        }
+        let values = self.rows.iter().enumerate().flat_map(|(row, item)| {
+            let (entries, contacts) = (field(item), arguments.contacts_in(row));
+            (0..contacts * wrenches).flat_map(move |at| {
+                let (contact, wrench) = (at / wrenches, at % wrenches);
+                entries[(wrench * contacts + contact) * width..][..width].iter().copied()
+            })
+        });
+        let shape = [&[arguments.contacts, wrenches], shape].concat();
         let flat = vector(self.py, name, shape.iter().product(), values)?;
         into.set_item(name, flat.reshape(shape)?)
     }
