@@ -1,7 +1,7 @@
 """What least forces of many grasps, their gradients, and surrogates of quality cost.
 
-1,000 force-closure grasps of 4 contacts on ellipsoids, 6 random wrenches each; and 32 grasps of 12 contacts with 4 edges,
-as GraspQP has them. Prints the least time of several calls, on all cores.
+1,000 force-closure grasps of 4 contacts on ellipsoids, 6 random wrenches each; and 32 grasps of 12 contacts
+with 4 edges, as GraspQP has them. Prints the least time of several calls, on all cores.
 """
 
 import time
@@ -62,7 +62,9 @@ def main() -> None:
             print(f"| {objective} | {cones} | {times[0]:.0f} | {times[1]:.0f} |")
     twelve = grasps(rng, 32, 12)
     print()
-    print("| surrogate, with gradient | us a grasp (4 contacts, 8 edges) | us a grasp (12 contacts, 4 edges) |")
+    print(
+        "| surrogate, with gradient | us a grasp (4 contacts, 8 edges) | us a grasp (12 contacts, 4 edges) |"
+    )
     print("|---|---|---|")
     for name in ("min_weight", "differentiable_force_closure", "span_residual"):
         surrogate = getattr(gf.surrogates, name)

@@ -28,23 +28,23 @@ __all__ = ["ForceGradients", "GraspForces", "forces_many"]
 class ForceGradients(Record):
     """Gradients of B grasps with m contacts for K wrenches each.
 
-    They are NaN where the status of the batch is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its
-    contacts. Threads may share it; it can be copied and pickled.
+    They are NaN where the status of the batch is not 0. The axes (B, K, m) of a ragged batch are the axes (N,
+    K) of its contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
     positions : numpy.ndarray
         (B, K, m, dim) change by m of displacement of each contact.
     normals : numpy.ndarray
-        (B, K, m, dim) change by rad that each normal turns, orthogonal to it; the contact frame turns with it by the
-        smallest rotation.
+        (B, K, m, dim) change by rad that each normal turns, orthogonal to it; the contact frame turns with it
+        by the smallest rotation.
     spins : numpy.ndarray
         (B, K, m) change by rad that each contact frame spins about its normal.
     external_wrench : numpy.ndarray
         (B, K, d) change by the external wrench.
     unique : numpy.ndarray
-        (B, K) bool, True where it is the derivative, as far as rounding can tell. Elsewhere the value has a kink, and this
-        is one of several gradients.
+        (B, K) bool, True where it is the derivative, as far as rounding can tell. Elsewhere the value has a
+        kink, and this is one of several gradients.
     """
 
     positions: Array
@@ -72,7 +72,8 @@ class ForceGradients(Record):
 class GraspForces(Record):
     """Least contact forces of B grasps with m contacts for K wrenches each.
 
-    Numbers are NaN where the status is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its contacts. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where the status is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its
+    contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -89,8 +90,8 @@ class GraspForces(Record):
     balanced : numpy.ndarray
         (B, K) bool, True where the residual is within `FEASIBILITY_TOLERANCE`.
     status : numpy.ndarray
-        (B, K) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1), ``INVALID`` (2, not a grasp, see ``errors``, or a wrench
-        that is not finite) or ``NOT_CONVERGED`` (3).
+        (B, K) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1), ``INVALID`` (2, not a grasp, see
+        ``errors``, or a wrench that is not finite) or ``NOT_CONVERGED`` (3).
     errors : Mapping of int to str
         What is wrong with the rows that are no grasps.
     gradient : ForceGradients or None
@@ -150,30 +151,33 @@ def forces_many(
 ) -> GraspForces:
     """Compute the least contact forces of many grasps, each for some external wrenches, on all cores.
 
-    Safe to call from several threads. The interpreter lock is released. A row that is not a grasp, and a wrench that cannot
-    be balanced, do not stop the others: they get a status.
+    Safe to call from several threads. The interpreter lock is released. A row that is not a grasp, and a
+    wrench that cannot be balanced, do not stop the others: they get a status.
 
     Parameters
     ----------
     positions, normals : array_like
         (B, m, 2) or (B, m, 3), as for `Grasp`.
     external_wrenches : array_like
-        (K, d) for all grasps, or (B, K, d); d is 3 (planar) or 6. Along K each solve starts from the one before.
+        (K, d) for all grasps, or (B, K, d); d is 3 (planar) or 6. Along K each solve starts from the one
+        before.
     objective, weight, min_normal, rtol, reference, weights, slack, limits : optional
         As for `ForceDistributor`, the same for all grasps.
     infeasible : {"status", "nearest"}
-        How a wrench that nothing balances is answered: by ``Status.INFEASIBLE`` (1), or by the forces within their limits
-        that come nearest, as `ForceDistributor.nearest` finds them.
+        How a wrench that nothing balances is answered: by ``Status.INFEASIBLE`` (1), or by the forces within
+        their limits that come nearest, as `ForceDistributor.nearest` finds them.
     metric : array_like, optional
         (d, d) norm of the distance, with ``infeasible="nearest"``; else that of ``length_scale``.
     gradient : bool
-        True to compute gradients by positions, normals and wrenches.
+        True to compute gradients by positions, normals and wrenches. Over true cones with ``min_normal`` they
+        are as exact as ``sqrt(rtol)``, elsewhere nearly as exact as the forces.
     offsets : array_like, optional
-        (B + 1,) for grasps of different numbers of contacts: ``positions`` and ``normals`` are then (N, dim), and grasp b has
-        contacts ``offsets[b]`` to ``offsets[b + 1] - 1``, as for `quality_many`. Results of contacts are then (N, K, ...).
+        (B + 1,) for grasps of different numbers of contacts: ``positions`` and ``normals`` are then (N, dim),
+        and grasp b has contacts ``offsets[b]`` to ``offsets[b + 1] - 1``, as for `quality_many`. Results of
+        contacts are then (N, K, ...).
     **options
-        ``friction``, ``max_normal_force``, ``torsion``, ``tangents``, ``origin``, ``length_scale``, ``edges``,
-        ``friction_margin``, ``extreme_forces``: as for `quality_many`.
+        ``friction``, ``max_normal_force``, ``torsion``, ``tangents``, ``origin``, ``length_scale``,
+        ``edges``, ``friction_margin``, ``extreme_forces``: as for `quality_many`.
 
     Returns
     -------

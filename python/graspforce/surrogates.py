@@ -1,7 +1,7 @@
 """Numbers that the field optimises in place of grasp quality, for many grasps at a time, with gradients.
 
-They are cheaper or smoother than `graspforce.quality_many`, and none of them is a quality: none says which disturbance a
-grasp resists.
+They are cheaper or smoother than `graspforce.quality_many`, and none of them is a quality: none says which
+disturbance a grasp resists.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ __all__ = ["SurrogateBatch", "differentiable_force_closure", "min_weight", "span
 class SurrogateBatch(Record):
     """A surrogate of B grasps with m contacts, and its gradient.
 
-    Numbers are NaN where the status is not 0. The axes (B, m) of a ragged batch are the one axis (N,) of its contacts. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where the status is not 0. The axes (B, m) of a ragged batch are the one axis (N,) of its
+    contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------
@@ -41,15 +42,15 @@ class SurrogateBatch(Record):
     positions : numpy.ndarray
         (B, m, dim) change by m of displacement of each contact.
     normals : numpy.ndarray
-        (B, m, dim) change by rad that each normal turns, orthogonal to it; the contact frame turns with it by the smallest
-        rotation.
+        (B, m, dim) change by rad that each normal turns, orthogonal to it; the contact frame turns with it by
+        the smallest rotation.
     spins : numpy.ndarray
         (B, m) change by rad that each contact frame spins about its normal.
     unique : numpy.ndarray
         (B,) bool, True where it is the derivative, as far as rounding can tell.
     status : numpy.ndarray
-        (B,) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1, no weights exist), ``INVALID`` (2, not a grasp) or
-        ``NOT_CONVERGED`` (3).
+        (B,) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1, no weights exist), ``INVALID`` (2, not a
+        grasp) or ``NOT_CONVERGED`` (3).
     errors : Mapping of int to str
         Why rows have no number.
     """
@@ -81,13 +82,17 @@ class SurrogateBatch(Record):
 
 
 def min_weight(
-    positions: ArrayLike, normals: ArrayLike, *, offsets: ArrayLike | None = None, **options: Unpack[GraspOptions]
+    positions: ArrayLike,
+    normals: ArrayLike,
+    *,
+    offsets: ArrayLike | None = None,
+    **options: Unpack[GraspOptions],
 ) -> SurrogateBatch:
     """Compute the largest least weight of primitive wrenches that sum to zero, on all cores (FRoGGeR).
 
-    It is ``max min_j alpha_j`` subject to ``sum_j alpha_j w_j = 0`` and ``sum_j alpha_j = 1``: positive where the grasp is
-    force closure, zero on the boundary, negative elsewhere, and at most 1 over the number of primitive wrenches. Safe to call
-    from several threads.
+    It is ``max min_j alpha_j`` subject to ``sum_j alpha_j w_j = 0`` and ``sum_j alpha_j = 1``: positive where
+    the grasp is force closure, zero on the boundary, negative elsewhere, and at most 1 over the number of
+    primitive wrenches. Safe to call from several threads.
 
     Parameters
     ----------
@@ -101,7 +106,8 @@ def min_weight(
     Returns
     -------
     SurrogateBatch
-        Its status is ``INFEASIBLE`` (1) where no weights of sum 1 sum the wrenches to zero, as for a single contact.
+        Its status is ``INFEASIBLE`` (1) where no weights of sum 1 sum the wrenches to zero, as for a single
+        contact.
 
     Raises
     ------
@@ -121,12 +127,16 @@ def min_weight(
 
 
 def differentiable_force_closure(
-    positions: ArrayLike, normals: ArrayLike, *, offsets: ArrayLike | None = None, **options: Unpack[GraspOptions]
+    positions: ArrayLike,
+    normals: ArrayLike,
+    *,
+    offsets: ArrayLike | None = None,
+    **options: Unpack[GraspOptions],
 ) -> SurrogateBatch:
     """Compute the norm of the wrench of unit normal forces, on all cores (Liu et al. 2021).
 
-    It is ``|sum_i G_i n_i|`` in the norm of ``length_scale``. Zero is neither necessary nor enough for force closure.
-    Safe to call from several threads.
+    It is ``|sum_i G_i n_i|`` in the norm of ``length_scale``. Zero is neither necessary nor enough for force
+    closure. Safe to call from several threads.
 
     Parameters
     ----------
@@ -154,7 +164,9 @@ def differentiable_force_closure(
     >>> surrogates.differentiable_force_closure(positions, normals).values.round(6).tolist()
     [1.732051]
     """
-    return SurrogateBatch(**surrogate_arrays("differentiable_force_closure", positions, normals, offsets=offsets, **options))
+    return SurrogateBatch(
+        **surrogate_arrays("differentiable_force_closure", positions, normals, offsets=offsets, **options)
+    )
 
 
 def span_residual(
@@ -167,9 +179,9 @@ def span_residual(
 ) -> SurrogateBatch:
     """Compute the least wrench of forces whose edges all take part, on all cores (GraspQP).
 
-    It is ``min |sum_j x_j w_j|`` over ``1 <= x_j <= limit`` and all primitive wrenches, in the norm of ``length_scale``.
-    Zero means that the wrenches balance with all edges at work: force closure, if they span all wrenches. Safe to call from
-    several threads.
+    It is ``min |sum_j x_j w_j|`` over ``1 <= x_j <= limit`` and all primitive wrenches, in the norm of
+    ``length_scale``. Zero means that the wrenches balance with all edges at work: force closure, if they span
+    all wrenches. Safe to call from several threads.
 
     Parameters
     ----------
@@ -199,4 +211,6 @@ def span_residual(
     >>> found.values.tolist()
     [0.0]
     """
-    return SurrogateBatch(**surrogate_arrays("span_residual", positions, normals, limit=limit, offsets=offsets, **options))
+    return SurrogateBatch(
+        **surrogate_arrays("span_residual", positions, normals, limit=limit, offsets=offsets, **options)
+    )

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.moved_contacts import ellipsoid_grasps, slopes
 
 import graspforce as gf
-from support.moved_contacts import ellipsoid_grasps, slopes
 
 ROWS = 1000
 
@@ -63,7 +63,13 @@ def test_the_gradient_of_the_distance_is_that_of_central_differences(contacts: s
     rows = ROWS // 4
     positions, normals = ellipsoid_grasps(rng, rows, dim)
     wrenches = 2.0 * rng.normal(size=(rows, 1, 3 * dim - 3))
-    options = {**options, "objective": objective, "friction": 0.6, "infeasible": "nearest", "length_scale": 0.7}
+    options = {
+        **options,
+        "objective": objective,
+        "friction": 0.6,
+        "infeasible": "nearest",
+        "length_scale": 0.7,
+    }
     found = gf.forces_many(positions, normals, wrenches, gradient=True, **options)
     assert (found.status == 0).all()
     gradient = found.distance_gradient
@@ -130,7 +136,9 @@ def test_rows_of_bad_input_get_a_status_and_harm_no_other_row() -> None:
                 assert (found.status[[0, 1, 4]] == gf.Status.INVALID).all()
                 assert sorted(found.errors) == [0, 1, 4]
                 assert found.status[3, 1] == gf.Status.INVALID
-                assert found.status[2, 0] == (gf.Status.SOLVED if infeasible == "nearest" else gf.Status.INFEASIBLE)
+                assert found.status[2, 0] == (
+                    gf.Status.SOLVED if infeasible == "nearest" else gf.Status.INFEASIBLE
+                )
                 solved = found.status == 0
                 for gradient in (found.gradient, found.distance_gradient):
                     if gradient is None:
@@ -169,7 +177,10 @@ def test_shared_wrenches_are_those_of_each_grasp() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"external_wrenches": np.zeros((2, 5))}, "external_wrenches: shape (2, 5), expected (K, 6) or (6, K, 6)"),
+        (
+            {"external_wrenches": np.zeros((2, 5))},
+            "external_wrenches: shape (2, 5), expected (K, 6) or (6, K, 6)",
+        ),
         ({"infeasible": "raise"}, "infeasible: 'raise' is neither 'status' nor 'nearest'"),
         ({"metric": np.eye(6)}, 'metric: only infeasible="nearest" takes it'),
         ({"slack": 1.0}, 'slack: only the objective "squares" takes it'),
@@ -181,3 +192,38 @@ def test_an_argument_that_all_rows_share_is_refused_by_name(options: dict[str, A
     with pytest.raises(gf.InvalidInputError) as refused:
         gf.forces_many(positions, normals, **{"external_wrenches": np.eye(6), **options})
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize("infeasible", ["status", "nearest"])
+def test_a_ragged_batch_gives_what_its_grasps_give(infeasible: str) -> None:
+    rng = np.random.default_rng(9)
+    counts = [4, 0, 5, 1, 6]
+    parts = [ellipsoid_grasps(rng, 1, 3, count) if count else (np.zeros((1, 0, 3)),) * 2 for count in counts]
+    positions, normals = (np.concatenate([part[side][0] for part in parts]) for side in (0, 1))
+    wrenches = rng.normal(size=(5, 3, 6))
+    offsets = np.cumsum([0, *counts])
+    options: dict[str, Any] = {"friction": 0.7, "infeasible": infeasible, "gradient": True}
+    found = gf.forces_many(positions, normals, wrenches, offsets=offsets, **options)
+    assert found.forces.shape == (16, 3, 3)
+    assert found.status[1].tolist() == [gf.Status.INVALID] * 3
+    for row, count in enumerate(counts):
+        if not count:
+            continue
+        own = slice(offsets[row], offsets[row + 1])
+        alone = gf.forces_many(positions[None, own], normals[None, own], wrenches[row], **options)
+        np.testing.assert_array_equal(found.sigma[row], alone.sigma[0])
+        np.testing.assert_array_equal(found.forces[own], alone.forces[0].swapaxes(0, 1))
+        for gradient, expected in (
+            (found.gradient, alone.gradient),
+            (found.distance_gradient, alone.distance_gradient),
+        ):
+            assert (gradient is None) == (expected is None)
+            if gradient is None or expected is None:
+                continue
+            np.testing.assert_array_equal(gradient.positions[own], expected.positions[0].swapaxes(0, 1))
+            np.testing.assert_array_equal(gradient.spins[own], expected.spins[0].T)
+            np.testing.assert_array_equal(gradient.external_wrench[row], expected.external_wrench[0])
+    with pytest.raises(gf.InvalidInputError, match="weights: beside offsets"):
+        gf.forces_many(
+            positions, normals, wrenches, offsets=offsets, objective="squares", weights=np.ones(16)
+        )

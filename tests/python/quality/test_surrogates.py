@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from scipy.optimize import linprog, lsq_linear
+from support.moved_contacts import STEP, ellipsoid_grasps, tangents_of, turned
 
 import graspforce as gf
 from graspforce import surrogates
-from support.moved_contacts import STEP, ellipsoid_grasps, tangents_of, turned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +72,9 @@ def test_the_span_residual_is_that_of_bounded_least_squares(dim: int, contacts: 
 
 def test_the_wrench_of_unit_normals_is_a_sum() -> None:
     positions, normals = ellipsoid_grasps(np.random.default_rng(3), 20, 3)
-    found = surrogates.differentiable_force_closure(positions, normals, length_scale=0.5, origin=(0.1, 0.2, 0.3))
+    found = surrogates.differentiable_force_closure(
+        positions, normals, length_scale=0.5, origin=(0.1, 0.2, 0.3)
+    )
     torques = np.cross(positions - (0.1, 0.2, 0.3), normals).sum(axis=1) / 0.5
     expected = np.linalg.norm(np.c_[normals.sum(axis=1), torques], axis=1)
     np.testing.assert_allclose(found.values, expected, rtol=1e-13)
@@ -127,5 +129,18 @@ def test_a_single_contact_has_no_weights() -> None:
 def test_true_cones_have_no_primitive_wrenches() -> None:
     found = surrogates.span_residual([[(0, 0, 1.0)]], [[(0, 0, -1.0)]], edges=None)
     assert found.status.tolist() == [gf.Status.INVALID]
-    with pytest.raises(gf.InvalidInputError, match="limit: 0.5 must be at least 1"):
+    with pytest.raises(gf.InvalidInputError, match=r"limit: 0\.5 must be at least 1"):
         surrogates.span_residual([[(0, 0, 1.0)]], [[(0, 0, -1.0)]], limit=0.5)
+
+
+@pytest.mark.parametrize("name", SURROGATES)
+def test_a_ragged_batch_gives_what_its_grasps_give(name: str) -> None:
+    rng = np.random.default_rng(6)
+    (first, second), surrogate = [ellipsoid_grasps(rng, 1, 3, count) for count in (3, 5)], SURROGATES[name]
+    positions, normals = (np.concatenate([first[side][0], second[side][0]]) for side in (0, 1))
+    found = surrogate(positions, normals, offsets=[0, 3, 8])
+    for row, (own, grasp) in enumerate([(slice(3), first), (slice(3, 8), second)]):
+        alone = surrogate(*grasp)
+        assert found.values[row] == alone.values[0]
+        np.testing.assert_array_equal(found.positions[own], alone.positions[0])
+        np.testing.assert_array_equal(found.spins[own], alone.spins[0])

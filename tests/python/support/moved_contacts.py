@@ -35,7 +35,9 @@ def tangents_of(normals: Array) -> Array:
     return tangents / np.linalg.norm(tangents, axis=-1, keepdims=True)
 
 
-def turned(rng: np.random.Generator, normals: Array) -> Callable[[float], tuple[Array, dict[str, Array], Array]]:
+def turned(
+    rng: np.random.Generator, normals: Array
+) -> Callable[[float], tuple[Array, dict[str, Array], Array]]:
     """Turn normals by a step along random directions, and tangents by the same smallest rotation."""
     dim = normals.shape[-1]
     slope = rng.normal(size=normals.shape)
@@ -63,7 +65,7 @@ def slopes(
     wrenches: Array,
     gradient: Any,
 ) -> Iterator[tuple[Array, Array]]:
-    """Central differences along random changes of positions, normals and wrenches, beside what a gradient says."""
+    """Central differences by positions, normals and wrenches, beside what a gradient says."""
     tangents = {"tangents": tangents_of(normals)} if normals.shape[-1] == 3 else {}
     along = rng.normal(size=positions.shape)
     sides = [value(positions + s * STEP * along, normals, wrenches, **tangents) for s in (1, -1)]
