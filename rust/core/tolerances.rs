@@ -398,15 +398,3 @@ pub(crate) const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
 
 /// Forces that need this share of their limits more than all of them are at their limits.
 pub(crate) const AT_LIMIT: f64 = 1e-9;
-
-/// A force whose friction comes this near to its cone, relative to the normal force, lies on it.
-pub(crate) const ON_CONE: f64 = 1e-9;
-
-/// Extreme forces that reach this near to the furthest one, relative to the longest, are as good.
-pub(crate) const SUPPORTED: f64 = 1e-9;
-
-/// The same of true cones, whose multipliers are less exact.
-pub(crate) const SUPPORTED_BY_CONES: f64 = 1e-6;
-
-/// A relative gap of the least weight above this is no answer.
-pub(crate) const UNPROVEN_WEIGHT: f64 = 1e-9;
