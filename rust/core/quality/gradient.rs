@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
 use crate::grasp::contact::{ContactForce, ForceModel};
+use crate::grasp::wrench::split;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::active_forces::ActiveForces;
@@ -141,14 +142,6 @@ impl Gradient {
             return Ok(());
         }
         Err(Error::grasp("positions", "the gradient of epsilon lies beyond float64; check the units"))
-    }
-}
-
-/// The force and torque parts of a functional, in space.
-pub(crate) fn split<const D: usize>(z: &Wrench<D>) -> (Vector3<f64>, Vector3<f64>) {
-    match D {
-        3 => (Vector3::new(z[0], z[1], 0.0), Vector3::new(0.0, 0.0, z[2])),
-        _ => (Vector3::new(z[0], z[1], z[2]), Vector3::new(z[3], z[4], z[5])),
     }
 }
 
