@@ -4,6 +4,7 @@ from typing import Any, Literal, TypedDict, final, type_check_only
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+from .gradients import GradientBatch
 from .measures import Measures
 
 _Floats = NDArray[np.float64]
@@ -170,6 +171,10 @@ class Gradient:
     @property
     def spins(self) -> _Floats: ...
     @property
+    def friction(self) -> _Floats: ...
+    @property
+    def max_normal_force(self) -> _Floats: ...
+    @property
     def unique(self) -> bool: ...
     def to_dict(self) -> dict[str, Any]: ...
 
@@ -193,6 +198,8 @@ class QualityBatch:
     def status(self) -> NDArray[np.int8]: ...
     @property
     def errors(self) -> dict[int, str]: ...
+    @property
+    def gradient(self) -> GradientBatch | None: ...
     def to_dict(self) -> dict[str, Any]: ...
     def _repr_html_(self) -> str: ...
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]: ...
@@ -217,7 +224,37 @@ def quality_many(
     metric: ArrayLike | None = None,
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
+    gradient: bool = False,
+    offsets: ArrayLike | None = None,
 ) -> QualityBatch: ...
+def forces_many_arrays(
+    positions: ArrayLike,
+    normals: ArrayLike,
+    external_wrenches: ArrayLike,
+    *,
+    objective: _Objective = ...,
+    weight: float = ...,
+    min_normal: ArrayLike | None = None,
+    rtol: float = ...,
+    reference: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    slack: ArrayLike | None = None,
+    limits: bool = ...,
+    infeasible: Literal["status", "nearest"] = ...,
+    metric: ArrayLike | None = None,
+    gradient: bool = ...,
+    offsets: ArrayLike | None = None,
+    **options: Any,
+) -> dict[str, Any]: ...
+def surrogate_arrays(
+    surrogate: Literal["min_weight", "differentiable_force_closure", "span_residual"],
+    positions: ArrayLike,
+    normals: ArrayLike,
+    *,
+    limit: float | None = None,
+    offsets: ArrayLike | None = None,
+    **options: Any,
+) -> dict[str, Any]: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...
 def unwarned_grasp_of(arguments: dict[str, Any]) -> Grasp: ...
 def torque_limited_forces(

@@ -139,7 +139,7 @@ def quality_dict(quality: Quality) -> dict[str, Any]:
 
 def gradient_dict(gradient: Gradient) -> dict[str, Any]:
     """Both halves of a gradient, and whether it is one."""
-    return _listed(gradient, "positions", "normals", "spins", "unique")
+    return _listed(gradient, "positions", "normals", "spins", "friction", "max_normal_force", "unique")
 
 
 def batch_dict(batch: QualityBatch) -> dict[str, Any]:
@@ -147,6 +147,7 @@ def batch_dict(batch: QualityBatch) -> dict[str, Any]:
     return {
         **{name: _known(getattr(batch, name)) for name in _BRACKET},
         **_listed(batch, "closure", "status", "errors"),
+        "gradient": _plain(batch.gradient),
     }
 
 

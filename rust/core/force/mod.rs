@@ -12,7 +12,10 @@
 //! Beside them:
 //!
 //! - [`nearest`]: forces where none balance a wrench.
-//! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call.
+//! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call;
+//!   [`grasp_batch`]: many grasps.
+//! - [`pyramid_hull`]: tells early that nothing balances a wrench.
+//! - [`gradient`]: how least forces, and the distance from balance, change with contacts and wrench.
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
@@ -25,6 +28,8 @@ pub(crate) mod certificate;
 pub(crate) mod distributor;
 pub(crate) mod double_double;
 pub(crate) mod equilibration;
+pub(crate) mod gradient;
+pub(crate) mod grasp_batch;
 pub(crate) mod least_norm;
 pub(crate) mod limits;
 pub(crate) mod linear_cones;
@@ -32,6 +37,7 @@ pub(crate) mod nearest;
 pub(crate) mod preload;
 pub(crate) mod problem;
 pub(crate) mod program;
+pub(crate) mod pyramid_hull;
 pub(crate) mod resistance;
 pub(crate) mod share_program;
 pub(crate) mod simplex;

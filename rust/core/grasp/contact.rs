@@ -172,6 +172,18 @@ impl Contact {
         Ok((o - n * n.dot(&o)).normalize())
     }
 
+    /// Of a contact without friction: how far its first friction would let a unit normal force reach along `v`, which is
+    /// given in the contact frame, for each unit of the coefficient.
+    pub(crate) fn slope_of_first_friction(&self, planar: bool, v: &Vector3<f64>) -> f64 {
+        match self.forces {
+            ForceModel::Extreme(_) => 0.0,
+            ForceModel::Edges(edges) if !planar => {
+                circle(edges).map(|(c, s)| c * v[1] + s * v[2]).fold(f64::NEG_INFINITY, f64::max)
+            }
+            _ => v[1].hypot(v[2]),
+        }
+    }
+
     /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
     pub fn force_count(&self, planar: bool) -> usize {
         let (smooth, hard) = (self.friction == 0.0, self.torsion == 0.0);
@@ -237,6 +249,15 @@ pub fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
         force[component] = *x;
     }
     force
+}
+
+/// Which rows of `[f_n, f_o, f_t, torsion]` the `k` components are that callers see.
+pub(crate) fn force_components(k: usize) -> &'static [usize] {
+    match k {
+        2 => &[0, 2],
+        3 => &[0, 1, 2],
+        _ => &[0, 1, 2, 3],
+    }
 }
 
 /// Writes rows of the `components` that exist, as callers see them.

@@ -2,6 +2,7 @@
 
 mod certificates;
 mod cones;
+mod gradients;
 mod histories;
 mod laws;
 mod limits;
