@@ -11,7 +11,7 @@ Importing the package needs NumPy alone. Files, figures, viewers and simulators 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -42,6 +42,8 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .gradients import GradientBatch
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -61,12 +63,15 @@ __all__ = [
     "BusyError",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "GlobalOptimum",
     "Gradient",
+    "GradientBatch",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -88,6 +93,7 @@ __all__ = [
     "Status",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
@@ -98,6 +104,7 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 
