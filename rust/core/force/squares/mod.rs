@@ -27,4 +27,5 @@ pub(crate) mod options;
 pub(crate) mod polytope;
 pub(crate) mod program;
 pub(crate) mod projection;
+pub(crate) mod pyramid;
 pub(crate) mod whitening;

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces, imbalance};
@@ -17,7 +17,9 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE};
+use crate::linalg::double_double::DoubleDouble;
+use crate::linalg::real::{Real, values};
+use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -39,6 +41,11 @@ pub(crate) struct SquaresProgram<const D: usize> {
 
 /// How often a target is moved by what the forces leave over.
 const MAX_REFINEMENTS: usize = 3;
+
+/// Prices of the residual up to the reciprocal of this, beside the forces, are easy for Newton's method; and the factor by
+/// which contacts become lighter from there.
+const EASY_PRICE: f64 = 1e-3;
+const LIGHTER: f64 = 30.0;
 
 /// The price of what stays unbalanced.
 #[derive(Debug, Clone)]
@@ -152,6 +159,7 @@ impl<const D: usize> SquaresProgram<D> {
             Err(error) if self.slack.is_none() && worth_refining(&error, &point) => {
                 self.refine(b, &target, point, steps, forces, error)
             }
+            Err(_) if self.slack.is_some() => self.solve_in_32_digits(b, &target, &point.y, steps, forces),
             answer => answer,
         };
         workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
@@ -187,6 +195,53 @@ impl<const D: usize> SquaresProgram<D> {
             }
         }
         Err(error)
+    }
+
+    /// Goes on from `y` in numbers of 32 digits: beside a high price of the residual doubles lose the forces.
+    #[cold]
+    fn solve_in_32_digits(
+        &self,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        y: &Wrench<D>,
+        steps: usize,
+        forces: &mut ContactForces,
+    ) -> Result<(Certificate<D>, Wrench<D>)> {
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
+        let start = self.dual.at(&y.map(DoubleDouble::from), target, f, shares);
+        let (mut steps, zero) = (steps, SVector::repeat(DoubleDouble::ZERO));
+        if start.value.value() <= self.value_at_zero {
+            let (point, more) = minimise(&self.dual, target, start, f, shares);
+            steps += more;
+            let answer = self.certify(b, &point, steps, forces);
+            if answer.is_ok() {
+                return answer;
+            }
+        }
+        // Heavier contacts, first: beside a high price the function is steep, and Newton's steps along it are short. While
+        // no contact changes its face, the multiplier is a linear function of the weights.
+        let mut dual = self.dual.clone();
+        let least = self.dual.slack.map_or(1.0, |slack| slack.diagonal().min());
+        let mut heavier = (EASY_PRICE / least.max(f64::MIN_POSITIVE)).max(1.0);
+        let (mut y, mut by, mut last, mut stage) = (zero, zero, start, 0);
+        while heavier > 0.0 {
+            for (contact, own) in dual.contacts.iter_mut().zip(&self.dual.contacts) {
+                contact.weight = own.weight * heavier;
+            }
+            let ContactForces { forces: f, shares, .. } = &mut *forces;
+            let mut start = dual.at(&y, target, f, shares);
+            let ahead = dual.at(&(y + by), target, f, shares);
+            if ahead.value < start.value {
+                start = ahead;
+            }
+            let (point, more) = minimise(&dual, target, start, f, shares);
+            let lighter = if heavier > 1.0 { (heavier / LIGHTER).max(1.0) } else { 0.0 };
+            // From the second stage on: y moved by `point.y - y` while the weight fell from LIGHTER times this one.
+            by = if stage > 0 { (point.y - y).map(|x| x.times((heavier - lighter) / (heavier * (LIGHTER - 1.0)))) } else { zero };
+            (y, last, steps, stage) = (point.y, point, steps + more, stage + 1);
+            heavier = lighter;
+        }
+        self.certify(b, &last, steps, forces)
     }
 
     /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
@@ -269,55 +324,64 @@ impl<const D: usize> SquaresProgram<D> {
 
     /// What the forces of a point are worth.
     #[inline]
-    fn certify(
+    fn certify<R: Real>(
         &self,
         b: &Wrench<D>,
-        point: &DualPoint<D>,
+        point: &DualPoint<D, R>,
         steps: usize,
         forces: &ContactForces,
     ) -> Result<(Certificate<D>, Wrench<D>)> {
-        let dual = self.dual.physical(&point.y);
+        let (y, gradient) = (values(&point.y), values(&point.gradient));
+        let dual = self.dual.physical(&y);
         let (mut sigma, mut size) = (0.0, 0.0);
         for (contact, force) in self.dual.contacts.iter().zip(&forces.forces) {
             let half = 0.5 * contact.weight;
             sigma += half * (force - contact.reference).norm_squared();
             size += half * (force.norm_squared() + contact.reference.norm_squared());
         }
-        let gap = match &self.slack {
-            None => point.y.dot(&point.gradient).abs(),
-            Some(slack) => {
-                let rest = residual(&self.grasp, b, &forces.forces);
-                let priced = slack.inverse * dual;
-                let cost = 0.5 * slack.price.norm(&rest).powi(2);
-                sigma += cost;
-                size += cost;
-                0.5 * slack.price.norm(&(rest + priced)).powi(2)
-            }
-        };
-        let gap = if gap == 0.0 { 0.0 } else { gap / size };
-        // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
-        let rounding = ROUNDED_BALANCE * point.y.norm() * point.size / size;
-        let allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
-        let missing = if self.slack.is_some() {
-            // A high price makes large multipliers, and their rounding moves the forces. The gap proves the forces and their
-            // residual together, so that it may vouch for them.
-            let rounded = ROUNDED_BALANCE * point.y.norm();
-            let missing = (point.gradient.norm() - rounded).max(0.0) / point.size.max(f64::MIN_POSITIVE);
-            if gap <= self.rtol && missing <= PRICED_BALANCE { 0.0 } else { missing }
+        let (gap, missing, allowed);
+        if let Some(slack) = &self.slack {
+            let rest = residual(&self.grasp, b, &forces.forces);
+            let cost = 0.5 * slack.price.norm(&rest).powi(2);
+            (sigma, size) = (sigma + cost, size + cost);
+            // The forces are those of the multiplier: what the residual is away from its own is the whole error.
+            let left = rest + slack.inverse * dual;
+            gap = 0.5 * slack.price.norm(&left).powi(2);
+            allowed = self.rtol;
+            missing = self.unpriced(b, &rest, &left, forces).max(R::FINENESS * self.dual.rounding(&y, forces));
         } else {
+            // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
+            let rounding = ROUNDED_BALANCE * y.norm() * point.size / size;
+            gap = y.dot(&gradient).abs();
+            allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
             let held = self.least.iter().copied().fold(0.0, f64::max);
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
-            imbalance(b, &self.units, held, contacts)
-        };
+            missing = imbalance(b, &self.units, held, contacts);
+        }
+        let gap = if gap == 0.0 { 0.0 } else { gap / size };
         let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
             Unmet::Balance { found: missing, allowed: FEASIBILITY_TOLERANCE }
         } else if gap > allowed || gap.is_nan() {
             Unmet::Gap { found: gap, allowed }
         } else {
             let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };
-            return Ok((certificate, point.y));
+            return Ok((certificate, y));
         };
         Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
+    }
+
+    /// What lies between the residual of the forces and that of the multiplier, as a share of the wrench.
+    fn unpriced(
+        &self,
+        b: &Wrench<D>,
+        rest: &Wrench<D>,
+        left: &Wrench<D>,
+        forces: &ContactForces,
+    ) -> f64 {
+        let [b, rest, left] = [b, rest, left].map(|wrench| wrench.component_mul(&self.units).lp_norm(1));
+        let pressing: f64 = forces.forces.iter().map(ContactForce::norm).sum::<f64>() * self.units[0];
+        let left = (left - ROUNDED_TERMS * pressing).max(0.0);
+        if left > 0.0 { left / (b + rest) } else { 0.0 }
     }
 }
 
