@@ -66,8 +66,8 @@ impl Real for f64 {
 }
 
 impl Real for DoubleDouble {
-    /// One digit is left to the operations that round more than once.
-    const FINENESS: f64 = 1e-15;
+    /// Three digits are left to the operations that round more than once.
+    const FINENESS: f64 = 1e-13;
 
     fn value(self) -> f64 {
         Self::value(self)

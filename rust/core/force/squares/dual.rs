@@ -200,7 +200,10 @@ impl<const D: usize> Dual<D> {
             let reference = contact.reference.map(R::from);
             let found = contact.project(&(reference + pull.map(|pull| pull.times(inverse))));
             (*force, *share) = (values(&found.force), found.share.value());
-            if found.count == 0 && !found.inside && found.force.iter().all(|component| *component == R::zero()) {
+            if found.count == 0
+                && !found.inside
+                && found.force.iter().all(|component| *component == R::zero())
+            {
                 value -= dot(&reference, &reference).times(half);
                 continue;
             }

@@ -13,7 +13,7 @@ use crate::linalg::real::{Real, dot, norm, values};
 const MAX_STEPS: usize = 80;
 
 /// The same in 32 digits, which are asked where a high price makes the function steep.
-const MAX_STEPS_32_DIGITS: usize = 60;
+const MAX_STEPS_32_DIGITS: usize = 40;
 
 /// Points that a line search looks at.
 const MAX_TRIALS: usize = 60;
@@ -49,7 +49,7 @@ pub(crate) fn minimise<const D: usize, R: Real>(
     let mut stalled = 0;
     let mut leapt = false;
     // Beside a high price the forces are a small part of the terms.
-    let finer = R::FINENESS.powf(0.7);
+    let finer = R::FINENESS.sqrt();
     let max_steps = if R::FINENESS == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
     for step in 0..max_steps {
         let left = norm(&point.gradient).value();
@@ -62,7 +62,9 @@ pub(crate) fn minimise<const D: usize, R: Real>(
         if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&values(&point.y), b) {
             return (point, step);
         }
-        if stalled >= 10 || (step % 8 == 7 && interrupt::stopped()) || norm(&point.y).value() > DIVERGED / R::FINENESS * point.size
+        if stalled >= 10
+            || (step % 8 == 7 && interrupt::stopped())
+            || norm(&point.y).value() > DIVERGED / R::FINENESS * point.size
         {
             return (point, step);
         }

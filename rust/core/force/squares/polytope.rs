@@ -63,7 +63,9 @@ impl Polytope {
     #[inline]
     pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         match &self.pyramid {
-            Some(pyramid) if R::FINENESS == 1.0 => pyramid.project(&values(x), self.low, self.high).converted(),
+            Some(pyramid) if R::FINENESS == 1.0 => {
+                pyramid.project(&values(x), self.low, self.high).converted()
+            }
             _ => self.search(x),
         }
     }
@@ -96,8 +98,11 @@ impl Polytope {
         for _ in 0..4 * self.forces.len() + 32 {
             let rest = without(&(x - face.point), &face.axes[..face.rank]);
             let (next, reach) = self.furthest(&rest);
-            let (next, reach) =
-                if apex == Apex::Vertex && reach < R::zero() { (APEX, R::zero()) } else { (next, reach.times(level)) };
+            let (next, reach) = if apex == Apex::Vertex && reach < R::zero() {
+                (APEX, R::zero())
+            } else {
+                (next, reach.times(level))
+            };
             let point = if next == APEX { zero } else { corner(next) };
             let gain = reach - dot(&rest, &face.point);
             // Torsions may be many orders smaller than forces: what is left counts, not the whole.
@@ -120,7 +125,8 @@ impl Polytope {
             }
         }
         let used = face.at[..face.len].iter().zip(&face.weights).filter(|(at, _)| **at != APEX);
-        let shares = used.map(|(_, weight)| if *weight > R::zero() { weight.times(level) } else { R::zero() });
+        let shares =
+            used.map(|(_, weight)| if *weight > R::zero() { weight.times(level) } else { R::zero() });
         let mut found = Projection::fixed(face.point, shares.fold(R::zero(), |sum, share| sum + share));
         found.inside = face.rank == self.rank;
         for axis in &face.axes[..face.rank.min(4)] {

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces, imbalance};
+use crate::force::certificate::{Certificate, ContactForces, imbalance, residual};
 use crate::force::equilibration::units;
 use crate::force::preload::program::checked_bounds;
 use crate::force::share_program::{ShareProgram, ShareSolver};
@@ -17,7 +17,6 @@ use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::linalg::double_double::DoubleDouble;
 use crate::linalg::real::{Real, values};
 use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
 use crate::wrench_set::Criterion;
@@ -41,11 +40,6 @@ pub(crate) struct SquaresProgram<const D: usize> {
 
 /// How often a target is moved by what the forces leave over.
 const MAX_REFINEMENTS: usize = 3;
-
-/// Prices of the residual up to the reciprocal of this, beside the forces, are easy for Newton's method; and the factor by
-/// which contacts become lighter from there.
-const EASY_PRICE: f64 = 1e-3;
-const LIGHTER: f64 = 30.0;
 
 /// The price of what stays unbalanced.
 #[derive(Debug, Clone)]
@@ -159,7 +153,7 @@ impl<const D: usize> SquaresProgram<D> {
             Err(error) if self.slack.is_none() && worth_refining(&error, &point) => {
                 self.refine(b, &target, point, steps, forces, error)
             }
-            Err(_) if self.slack.is_some() => self.solve_in_32_digits(b, &target, &point.y, steps, forces),
+            Err(_) if self.slack.is_some() => self.solve_in_32_digits(b, &target, &point, steps, forces),
             answer => answer,
         };
         workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
@@ -184,7 +178,7 @@ impl<const D: usize> SquaresProgram<D> {
     ) -> Result<(Certificate<D>, Wrench<D>)> {
         let mut moved = *target;
         for _ in 0..MAX_REFINEMENTS {
-            moved -= self.target(&residual(&self.grasp, b, &forces.forces));
+            moved -= self.target(&self.residual(b, forces));
             let ContactForces { forces: f, shares, .. } = forces;
             let start = self.dual.at(&point.y, &moved, f, shares);
             let (next, more) = minimise(&self.dual, &moved, start, f, shares);
@@ -195,53 +189,6 @@ impl<const D: usize> SquaresProgram<D> {
             }
         }
         Err(error)
-    }
-
-    /// Goes on from `y` in numbers of 32 digits: beside a high price of the residual doubles lose the forces.
-    #[cold]
-    fn solve_in_32_digits(
-        &self,
-        b: &Wrench<D>,
-        target: &Wrench<D>,
-        y: &Wrench<D>,
-        steps: usize,
-        forces: &mut ContactForces,
-    ) -> Result<(Certificate<D>, Wrench<D>)> {
-        let ContactForces { forces: f, shares, .. } = &mut *forces;
-        let start = self.dual.at(&y.map(DoubleDouble::from), target, f, shares);
-        let (mut steps, zero) = (steps, SVector::repeat(DoubleDouble::ZERO));
-        if start.value.value() <= self.value_at_zero {
-            let (point, more) = minimise(&self.dual, target, start, f, shares);
-            steps += more;
-            let answer = self.certify(b, &point, steps, forces);
-            if answer.is_ok() {
-                return answer;
-            }
-        }
-        // Heavier contacts, first: beside a high price the function is steep, and Newton's steps along it are short. While
-        // no contact changes its face, the multiplier is a linear function of the weights.
-        let mut dual = self.dual.clone();
-        let least = self.dual.slack.map_or(1.0, |slack| slack.diagonal().min());
-        let mut heavier = (EASY_PRICE / least.max(f64::MIN_POSITIVE)).max(1.0);
-        let (mut y, mut by, mut last, mut stage) = (zero, zero, start, 0);
-        while heavier > 0.0 {
-            for (contact, own) in dual.contacts.iter_mut().zip(&self.dual.contacts) {
-                contact.weight = own.weight * heavier;
-            }
-            let ContactForces { forces: f, shares, .. } = &mut *forces;
-            let mut start = dual.at(&y, target, f, shares);
-            let ahead = dual.at(&(y + by), target, f, shares);
-            if ahead.value < start.value {
-                start = ahead;
-            }
-            let (point, more) = minimise(&dual, target, start, f, shares);
-            let lighter = if heavier > 1.0 { (heavier / LIGHTER).max(1.0) } else { 0.0 };
-            // From the second stage on: y moved by `point.y - y` while the weight fell from LIGHTER times this one.
-            by = if stage > 0 { (point.y - y).map(|x| x.times((heavier - lighter) / (heavier * (LIGHTER - 1.0)))) } else { zero };
-            (y, last, steps, stage) = (point.y, point, steps + more, stage + 1);
-            heavier = lighter;
-        }
-        self.certify(b, &last, steps, forces)
     }
 
     /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
@@ -322,9 +269,14 @@ impl<const D: usize> SquaresProgram<D> {
         if largest > 1.0 + AT_LIMIT { Err(Error::BeyondLimits { direction }) } else { Ok(Some(direction)) }
     }
 
+    /// What forces leave of `b`.
+    fn residual(&self, b: &Wrench<D>, forces: &ContactForces) -> Wrench<D> {
+        residual(b, self.grasp.maps().iter().zip(forces.forces.iter().copied()))
+    }
+
     /// What the forces of a point are worth.
     #[inline]
-    fn certify<R: Real>(
+    pub(crate) fn certify<R: Real>(
         &self,
         b: &Wrench<D>,
         point: &DualPoint<D, R>,
@@ -341,14 +293,15 @@ impl<const D: usize> SquaresProgram<D> {
         }
         let (gap, missing, allowed);
         if let Some(slack) = &self.slack {
-            let rest = residual(&self.grasp, b, &forces.forces);
+            let rest = self.residual(b, forces);
             let cost = 0.5 * slack.price.norm(&rest).powi(2);
             (sigma, size) = (sigma + cost, size + cost);
             // The forces are those of the multiplier: what the residual is away from its own is the whole error.
             let left = rest + slack.inverse * dual;
             gap = 0.5 * slack.price.norm(&left).powi(2);
             allowed = self.rtol;
-            missing = self.unpriced(b, &rest, &left, forces).max(R::FINENESS * self.dual.rounding(&y, forces));
+            missing =
+                self.unpriced(b, &rest, &left, forces).max(R::FINENESS * self.dual.rounding(&y, forces));
         } else {
             // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
             let rounding = ROUNDED_BALANCE * y.norm() * point.size / size;
@@ -371,22 +324,12 @@ impl<const D: usize> SquaresProgram<D> {
     }
 
     /// What lies between the residual of the forces and that of the multiplier, as a share of the wrench.
-    fn unpriced(
-        &self,
-        b: &Wrench<D>,
-        rest: &Wrench<D>,
-        left: &Wrench<D>,
-        forces: &ContactForces,
-    ) -> f64 {
+    fn unpriced(&self, b: &Wrench<D>, rest: &Wrench<D>, left: &Wrench<D>, forces: &ContactForces) -> f64 {
         let [b, rest, left] = [b, rest, left].map(|wrench| wrench.component_mul(&self.units).lp_norm(1));
         let pressing: f64 = forces.forces.iter().map(ContactForce::norm).sum::<f64>() * self.units[0];
         let left = (left - ROUNDED_TERMS * pressing).max(0.0);
         if left > 0.0 { left / (b + rest) } else { 0.0 }
     }
-}
-
-fn residual<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-    grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
 }
 
 /// Whether Newton's method ended, and forces miss the balance by little: what rounding may have done.

@@ -212,7 +212,13 @@ impl CutCone {
             let next = u - value / slope;
             let rounding = (reach + right.magnitude()).times(rounded);
             if value.magnitude() <= rounding || (next - u).magnitude() <= u.times(rounded) {
-                return if next < low { low } else if next > high { high } else { next };
+                return if next < low {
+                    low
+                } else if next > high {
+                    high
+                } else {
+                    next
+                };
             }
             u = if next > low && next < high { next } else { (low + high).times(0.5) };
         }

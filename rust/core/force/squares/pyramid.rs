@@ -13,7 +13,7 @@ use crate::grasp::contact::ContactForce;
 /// How far, relative to its tangential part, an edge of a regular pyramid may be from its place: some roundings.
 const ROUNDED_EDGE: f64 = 1e-13;
 
-/// A pyramid with `edges` at the angles `2 pi h / edges`.
+/// A pyramid with `edges` at the angles `2 pi h / edges`, beginning with `h = 1` (Eq. 3).
 #[derive(Debug, Clone)]
 pub(crate) struct Pyramid {
     edges: f64,
@@ -24,7 +24,7 @@ pub(crate) struct Pyramid {
     /// Reciprocals of the squared lengths of `(1, apothem)` and of an edge.
     facet_square: f64,
     edge_square: f64,
-    /// The directions of edge 0, facet 0, edge 1 and so on.
+    /// The directions of the edge at zero, of the facet behind it, of the next edge and so on.
     directions: Vec<[f64; 2]>,
 }
 
@@ -33,9 +33,9 @@ impl Pyramid {
     pub(crate) fn of(forces: &[ContactForce]) -> Option<Self> {
         let unit = forces.first()?[0];
         let edges = forces.len() as f64;
-        let mu = forces[0][1] / unit;
+        let mu = forces.last()?[1] / unit;
         let regular = |(h, force): (usize, &ContactForce)| {
-            let (sine, cosine) = (TAU * h as f64 / edges).sin_cos();
+            let (sine, cosine) = (TAU * (h + 1) as f64 / edges).sin_cos();
             let off = (force[1] - unit * mu * cosine).hypot(force[2] - unit * mu * sine);
             force[0] == unit && force[3] == 0.0 && off <= ROUNDED_EDGE * unit * mu
         };
@@ -139,5 +139,46 @@ impl Pyramid {
             found.push(force(0.0, 0.0, 1.0), 1.0);
         }
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force::squares::polytope::Polytope;
+    use crate::linalg::double_double::DoubleDouble;
+    use crate::linalg::real::values;
+    use crate::test_numbers::numbers;
+
+    #[test]
+    fn the_closed_form_is_what_the_search_over_faces_finds() {
+        let mut number = numbers(5);
+        for k in 0..20_000 {
+            let (edges, mu, unit) = (3 + k % 14, 0.1 + 0.9 * number().abs(), 0.5 + 3.0 * number().abs());
+            let edge = |h| {
+                let (sine, cosine) = (TAU * f64::from(h) / f64::from(edges)).sin_cos();
+                ContactForce::new(unit, unit * mu * cosine, unit * mu * sine, 0.0)
+            };
+            let mut polytope = Polytope::new((1..=edges).map(edge).collect(), false);
+            polytope.low = if k % 3 == 0 { 0.3 } else { 0.0 };
+            polytope.high = if k % 5 < 2 { 1.0 } else { f64::INFINITY };
+            assert!(Pyramid::of(&polytope.forces).is_some());
+            let mut x = ContactForce::from_fn(|_, _| 4.0 * number());
+            x[3] = 0.0;
+            let found = polytope.project(&x);
+            // Numbers of 32 digits search.
+            let searched = polytope.project(&x.map(DoubleDouble::from));
+            let apart = (found.force - values(&searched.force)).norm();
+            assert!(apart <= 1e-14 * (x.norm() + unit), "{polytope:?} {x} {found:?} {apart:e}");
+            assert!((found.share - searched.share.value()).abs() <= 1e-13);
+            if found.count != searched.count {
+                continue;
+            }
+            let step = ContactForce::new(number(), number(), number(), 0.0);
+            let along = |axes: &[ContactForce]| axes.iter().map(|a| a * a.dot(&step)).sum::<ContactForce>();
+            let theirs: Vec<_> = searched.axes[..searched.count].iter().map(values).collect();
+            let apart = (along(&found.axes[..found.count]) - along(&theirs)).norm();
+            assert!(apart <= 1e-12, "{polytope:?} {x} {apart:e}");
+        }
     }
 }
