@@ -42,6 +42,7 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .gradients import GradientBatch
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -65,6 +66,7 @@ __all__ = [
     "ForceSteps",
     "GlobalOptimum",
     "Gradient",
+    "GradientBatch",
     "Grasp",
     "GraspForceError",
     "GraspWarning",

@@ -168,6 +168,8 @@ def gradient_dict(gradient: Gradient) -> dict[str, Any]:
         "positions": gradient.positions.tolist(),
         "normals": gradient.normals.tolist(),
         "spins": gradient.spins.tolist(),
+        "friction": gradient.friction.tolist(),
+        "max_normal_force": gradient.max_normal_force.tolist(),
         "unique": gradient.unique,
     }
 
@@ -183,6 +185,7 @@ def batch_dict(batch: QualityBatch) -> dict[str, Any]:
         "closure": batch.closure.tolist(),
         "status": batch.status.tolist(),
         "errors": dict(batch.errors),
+        "gradient": _plain(batch.gradient),
     }
 
 

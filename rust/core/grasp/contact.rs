@@ -172,6 +172,18 @@ impl Contact {
         Ok((o - n * n.dot(&o)).normalize())
     }
 
+    /// Of a contact without friction: how far its first friction would let a unit normal force reach along `v`, which is
+    /// given in the contact frame, for each unit of the coefficient.
+    pub(crate) fn slope_of_first_friction(&self, planar: bool, v: &Vector3<f64>) -> f64 {
+        match self.forces {
+            ForceModel::Extreme(_) => 0.0,
+            ForceModel::Edges(edges) if !planar => {
+                circle(edges).map(|(c, s)| c * v[1] + s * v[2]).fold(f64::NEG_INFINITY, f64::max)
+            }
+            _ => v[1].hypot(v[2]),
+        }
+    }
+
     /// What the first tangent is projected from where none is given, once the normal is a unit vector.
     pub(crate) fn default_seed(&self) -> Vector3<f64> {
         default_seed(&self.normal)

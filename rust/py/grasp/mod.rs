@@ -32,7 +32,7 @@ const ENUMERATED: (usize, usize) = (112, 16);
 #[pyclass(name = "Grasp", module = "graspforce", frozen)]
 pub struct PyGrasp {
     pub inner: AnyGrasp,
-    arguments: Arguments,
+    arguments: Arguments<'static>,
 }
 
 thread_local! {

@@ -116,6 +116,9 @@ MADE = {
     "graspforce.Quality": lambda _: grasp().quality("max"),
     "graspforce.Gradient": lambda _: grasp().quality("max").gradient,
     "graspforce.QualityBatch": lambda _: gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]),
+    "graspforce.GradientBatch": lambda _: (
+        gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))], gradient=True).gradient
+    ),
     "graspforce.MinkowskiSum": lambda _: grasp(edges=3).minkowski_sum(),
     "graspforce.ForceDistributor": lambda _: gf.ForceDistributor(
         grasp(), "sum", weight=0.0, min_normal=0.01, rtol=1e-8
