@@ -40,7 +40,9 @@ def optimal(grasp: gf.Grasp, found: gf.ForceSolution, price: float, low: float, 
         pull[grasp.torsion == 0, 3] = 0.0
     left = pull - found.forces
     reach = furthest(grasp, left)
-    high = np.ones(m) if limits else 2.0 * np.maximum(found.shares, low)
+    # The objective is concave: what is furthest among forces up to twice as strong is so among all.
+    near = 2.0 * np.maximum(found.shares, low) + np.maximum(reach, 0.0)
+    high = np.minimum(near, 1.0) if limits else near
     gap = np.where(reach > 0, high, low) * reach - (left * found.forces).sum(axis=1)
     terms = np.abs(grasp.grasp_matrix).T @ np.abs(found.dual)
     size = (terms.reshape(m, k) * np.abs(found.forces)).sum() + (found.forces**2).sum()

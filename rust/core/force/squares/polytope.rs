@@ -60,6 +60,11 @@ impl Polytope {
         axes
     }
 
+    /// Searches over faces from now on, whose tolerance keeps nearly degenerate forces on one face.
+    pub(crate) fn search_only(&mut self) {
+        self.pyramid = None;
+    }
+
     #[inline]
     pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         match &self.pyramid {

@@ -10,7 +10,7 @@ use crate::force::equilibration::units;
 use crate::force::preload::program::checked_bounds;
 use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{DistributionOptions, check_wrench};
-use crate::force::squares::dual::{Dual, DualPoint};
+use crate::force::squares::dual::{Dual, DualPoint, ForceSet};
 use crate::force::squares::interior_point_qp::multiplier;
 use crate::force::squares::newton::minimise;
 use crate::force::squares::options::{SquaresOptions, checked};
@@ -207,10 +207,19 @@ impl<const D: usize> SquaresProgram<D> {
                 Ok(found) => beyond = found,
             }
         }
-        let answer = match self.solve_by_interior_point(workspace, b, target, &self.dual, forces) {
+        let mut searching = self.dual.clone();
+        for contact in &mut searching.contacts {
+            if let ForceSet::Finite(polytope) = &mut contact.set {
+                polytope.search_only();
+            }
+        }
+        if let Some(answer) = self.solve_from(workspace, b, target, &searching, &Wrench::zeros(), forces) {
+            return Some(Ok(answer));
+        }
+        let answer = match self.solve_by_interior_point(workspace, b, target, &searching, forces) {
             None if beyond.is_some() => {
                 // A wrench at the limits up to the tolerance.
-                let mut relaxed = self.dual.clone();
+                let mut relaxed = searching.clone();
                 for i in 0..self.grasp.num_contacts() {
                     relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
                 }
@@ -234,14 +243,29 @@ impl<const D: usize> SquaresProgram<D> {
         forces: &mut ContactForces,
     ) -> Option<Certificate<D>> {
         let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let ContactForces { forces: f, shares, .. } = forces;
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
         let size = dual.at(&Wrench::zeros(), target, f, shares).size;
         let y = multiplier(dual, target, size, columns)?;
-        let start = dual.at(&y, target, f, shares);
-        let (point, more) = minimise(dual, target, start, f, shares);
-        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
-        workspace.y = y;
+        let answer = self.solve_from(workspace, b, target, dual, &y, forces)?;
         Some(Certificate { fell_back: true, ..answer })
+    }
+
+    /// Newton's method from `y`, over the contacts of `dual`.
+    fn solve_from(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        dual: &Dual<D>,
+        y: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
+        let start = dual.at(y, target, f, shares);
+        let (point, steps) = minimise(dual, target, start, f, shares);
+        let (answer, y) = self.certify(b, &point, steps, forces).ok()?;
+        workspace.y = y;
+        Some(answer)
     }
 
     /// Whether forces in the cones, and within the limits, balance `b`; the direction in which limits are reached where
