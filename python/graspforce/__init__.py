@@ -11,7 +11,7 @@ Importing the package needs NumPy alone. Files, figures, viewers and simulators 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -43,6 +43,7 @@ from .errors import (
     TooLargeError,
 )
 from .gradients import GradientBatch
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -62,6 +63,7 @@ __all__ = [
     "BusyError",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "GlobalOptimum",
@@ -69,6 +71,7 @@ __all__ = [
     "GradientBatch",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -90,6 +93,7 @@ __all__ = [
     "Status",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
@@ -100,6 +104,7 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 

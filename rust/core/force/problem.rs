@@ -90,6 +90,21 @@ impl<const D: usize> Problem<D> {
         Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), None))
     }
 
+    /// The same without the last resorts of least squares, which tell why no forces balance a wrench.
+    pub(crate) fn try_solve(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        external_wrench: &Wrench<D>,
+    ) -> Result<Distribution<D>> {
+        if self.needs_no_forces(external_wrench) {
+            return self.solve(workspace, external_wrench);
+        }
+        self.claim(workspace);
+        let b = -external_wrench;
+        let answer = workspace.solve_once(&b)?;
+        Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), None))
+    }
+
     /// The same, written as rows of [`Grasp::force_components`]; returns the objective.
     pub(crate) fn solve_into(
         &self,

@@ -204,7 +204,9 @@ impl<const D: usize> CandidateSearch<D> {
             board.note(center_index, -rho, None)
         } else {
             let query = &queries[center_index];
-            board.examine(center_index, query, f64::NEG_INFINITY, &mut self.workspaces[0])
+            board.counts.polytopes += 1;
+            let examination = query.examine(f64::NEG_INFINITY, &mut self.workspaces[0]);
+            board.record(center_index, query, &examination)
         };
         if self.prune {
             let look = |index| first_look(index, &queries[index], &board.pool);
@@ -258,19 +260,6 @@ impl<const D: usize> Board<D> {
     fn ceiling(&self, index: usize, query: &QualityQuery<'_, D>) -> f64 {
         let prior = self.measured.iter().filter(|(other, _)| *other == self.center || *other < index);
         prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDED_BOUND * query.scale
-    }
-
-    /// Measures a candidate on the spot, before the threads start.
-    fn examine(
-        &mut self,
-        index: usize,
-        query: &QualityQuery<'_, D>,
-        stop_below: f64,
-        workspace: &mut QualityWorkspace<D>,
-    ) -> f64 {
-        self.counts.polytopes += 1;
-        let examination = query.examine(stop_below, workspace);
-        self.record(index, query, &examination)
     }
 
     fn record(&mut self, index: usize, query: &QualityQuery<'_, D>, examination: &Examination<D>) -> f64 {
