@@ -70,10 +70,10 @@ impl ContactForces {
         let sigma = required.objective.value(largest, sum);
         check_size(sigma)?;
         // The bound is that of the wrench which the forces balance: no other says anything of these forces.
-        let rest = required.maps.iter().zip(&self.forces).fold(-required.b, |rest, (map, f)| rest + map * f);
+        let contacts = required.maps.iter().zip(self.forces.iter().copied());
+        let rest = residual(required.b, contacts.clone());
         let gap = (1.0 - (bound + dual.dot(&rest)) / sigma).abs();
         let short = required.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
-        let contacts = required.maps.iter().zip(self.forces.iter().copied());
         let missing = imbalance(required.b, required.units, required.held, contacts);
         let allowed = FEASIBILITY_TOLERANCE;
         let unmet = if missing > allowed {
@@ -149,6 +149,14 @@ pub(crate) fn imbalance<'a, const D: usize>(
         left = exact_rest(b, contacts).component_mul(units).lp_norm(1);
     }
     share(force_left, force).max(torque_share).max(share(left, size))
+}
+
+/// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
+pub(crate) fn residual<'a, const D: usize>(
+    b: &Wrench<D>,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+) -> Wrench<D> {
+    contacts.fold(-b, |rest, (map, force)| rest + map * force)
 }
 
 /// What forces leave of `b`, free of rounding.

@@ -53,6 +53,9 @@ impl Default for GraspOptions {
     }
 }
 
+/// Products of four smaller coefficients could not be represented.
+const LEAST_COEFFICIENT: f64 = 1e-60;
+
 impl GraspOptions {
     /// Refuses what is not finite, not positive, or a margin below 1.
     pub fn check(&self) -> Result<()> {
@@ -164,6 +167,10 @@ impl<const D: usize> Grasp<D> {
             if REPRESENTABLE.contains(&arm) && arm * coefficient >= REPRESENTABLE.end {
                 let reason =
                     format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
+                return Err(Error::contact(argument, index, reason));
+            }
+            if coefficient > 0.0 && coefficient < LEAST_COEFFICIENT {
+                let reason = format!("{coefficient:e} must be zero, or at least {LEAST_COEFFICIENT:e}");
                 return Err(Error::contact(argument, index, reason));
             }
         }
