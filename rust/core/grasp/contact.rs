@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 use crate::error::{Error, Result, digits};
-use crate::memory::room;
 
 /// More edges than this for one cone are refused: the true cone is then both exact and cheaper.
 pub const MAX_EDGES: usize = 65_536;
@@ -125,46 +124,50 @@ impl Contact {
             return Err(Error::contact("positions", index, "a planar contact lies in the plane z = 0"));
         }
         let n = unit(&self.normal).ok_or_else(|| {
-            Error::contact("normals", index, format!("the normal {} has no direction", list(&self.normal)))
+            Error::contact("normals", index, format!("the normal {} has no direction", printed(&self.normal)))
         })?;
         let o = if planar { -Vector3::z() } else { self.first_tangent(index, &n)? };
         Ok(Matrix3::from_columns(&[n, o, n.cross(&o)]))
     }
 
     fn check_numbers(&self, index: usize) -> Result<()> {
-        let finite = |argument, v: &Vector3<f64>| {
-            if v.iter().all(|x| x.is_finite()) {
-                return Ok(());
+        let vectors = [
+            ("positions", Some(&self.position)),
+            ("normals", Some(&self.normal)),
+            ("tangents", self.tangent.as_ref()),
+        ];
+        for (argument, v) in vectors {
+            if let Some(v) = v
+                && v.iter().any(|x| !x.is_finite())
+            {
+                return Err(Error::contact(argument, index, format!("{} is not finite", printed(v))));
             }
-            Err(Error::contact(argument, index, format!("{} is not finite", list(v))))
-        };
-        finite("positions", &self.position)?;
-        finite("normals", &self.normal)?;
-        if let Some(tangent) = &self.tangent {
-            finite("tangents", tangent)?;
         }
-        let number = |argument, x: f64, ok: bool, law: &str| {
-            if ok && x.is_finite() {
-                return Ok(());
-            }
-            Err(Error::contact(argument, index, format!("{} must be {law}", digits(x))))
-        };
-        number("friction", self.friction, self.friction >= 0.0, "finite and not negative")?;
-        number("torsion", self.torsion, self.torsion >= 0.0, "finite and not negative")?;
         let limit = self.max_normal_force;
-        number("max_normal_force", limit, limit > 0.0, "finite and positive")
+        let numbers = [
+            ("friction", self.friction, self.friction >= 0.0, "not negative"),
+            ("torsion", self.torsion, self.torsion >= 0.0, "not negative"),
+            ("max_normal_force", limit, limit > 0.0, "positive"),
+        ];
+        for (argument, x, in_range, law) in numbers {
+            if !(in_range && x.is_finite()) {
+                let reason = format!("{} must be finite and {law}", digits(x));
+                return Err(Error::contact(argument, index, reason));
+            }
+        }
+        Ok(())
     }
 
     fn first_tangent(&self, index: usize, n: &Vector3<f64>) -> Result<Vector3<f64>> {
         let seed = match &self.tangent {
             Some(tangent) => unit(tangent).ok_or_else(|| {
-                Error::contact("tangents", index, format!("{} has no direction", list(tangent)))
+                Error::contact("tangents", index, format!("{} has no direction", printed(tangent)))
             })?,
             None => default_seed(n),
         };
         let o = seed - n * n.dot(&seed);
         if o.norm() < 1e-9 {
-            let reason = format!("{} is parallel to the normal {}", list(&seed), list(n));
+            let reason = format!("{} is parallel to the normal {}", printed(&seed), printed(n));
             return Err(Error::contact("tangents", index, reason));
         }
         // A second projection removes what cancellation left along n when the tangent was nearly parallel.
@@ -197,47 +200,51 @@ impl Contact {
         }
     }
 
-    /// The extreme forces of Eq. 3 in order, or `None` for a true cone.
-    pub(crate) fn extreme_forces(&self, index: usize, planar: bool) -> Result<Option<Vec<ContactForce>>> {
-        let limit = self.max_normal_force;
+    /// Appends the extreme forces of Eq. 3 in order to those of other contacts; false for a true cone, which has none.
+    pub(crate) fn list_extreme_forces(
+        &self,
+        index: usize,
+        planar: bool,
+        all: &mut Vec<ContactForce>,
+    ) -> Result<bool> {
+        let (limit, mu, gamma) = (self.max_normal_force, self.friction, self.torsion);
+        let normal = Vector4::new(limit, 0.0, 0.0, 0.0);
         let edges = match &self.forces {
-            ForceModel::Extreme(forces) => return checked_forces(forces, index).map(Some),
-            _ if planar => return Ok(Some(planar_edges(limit, self.friction))),
-            _ if self.friction == 0.0 => return Ok(Some(frictionless_edges(limit, self.torsion))),
-            ForceModel::Cone => return Ok(None),
+            ForceModel::Extreme(forces) => return list_given_forces(forces, index, all),
+            _ if mu == 0.0 && gamma == 0.0 => return list(all, index, 1, [normal]),
+            _ if mu == 0.0 => return list(all, index, 2, poles(limit, gamma)),
+            _ if planar => {
+                return list(all, index, 2, [mu, -mu].map(|t| Vector4::new(1.0, 0.0, t, 0.0) * limit));
+            }
+            ForceModel::Cone => return Ok(false),
             ForceModel::Edges(edges) => *edges,
         };
         if !(3..=MAX_EDGES).contains(&edges) {
             return Err(Error::contact("edges", index, format!("{edges} is not within 3 to {MAX_EDGES}")));
         }
-        let count = if self.torsion == 0.0 { edges } else { (2 * latitudes(edges) - 1) * edges + 2 };
-        check_count(count, index)?;
-        Ok(Some(match self.torsion {
-            0.0 => hard_edges(limit, self.friction, edges),
-            torsion => soft_edges(limit, self.friction, torsion, edges),
-        }))
+        if gamma == 0.0 {
+            let forces = circle(edges).map(|(c, s)| Vector4::new(1.0, mu * c, mu * s, 0.0) * limit);
+            return list(all, index, edges, forces);
+        }
+        list(all, index, (2 * latitudes(edges) - 1) * edges + 2, soft_edges(limit, mu, gamma, edges))
     }
 }
 
-/// Eq. 3 in the plane: `f^U [1, +-mu]`, one force where there is no friction.
-fn planar_edges(limit: f64, mu: f64) -> Vec<ContactForce> {
-    if mu == 0.0 {
-        return frictionless_edges(limit, 0.0);
+/// Appends so many forces of contact `index`, unless one grasp would have too many.
+fn list(
+    all: &mut Vec<ContactForce>,
+    index: usize,
+    count: usize,
+    forces: impl IntoIterator<Item = ContactForce>,
+) -> Result<bool> {
+    let count = all.len() + count;
+    if count > MAX_EXTREME_FORCES {
+        let reason =
+            format!("{count} extreme forces so far, more than the {MAX_EXTREME_FORCES} of one grasp");
+        return Err(Error::contact("edges", index, reason));
     }
-    [mu, -mu].map(|t| Vector4::new(1.0, 0.0, t, 0.0) * limit).to_vec()
-}
-
-/// The frictionless contact has one extreme force; with torsion its two poles.
-fn frictionless_edges(limit: f64, gamma: f64) -> Vec<ContactForce> {
-    if gamma == 0.0 {
-        return vec![Vector4::new(limit, 0.0, 0.0, 0.0)];
-    }
-    poles(limit, gamma).to_vec()
-}
-
-/// Eq. 3 in space: `f^U [1, mu cos(2 h pi / l), mu sin(2 h pi / l)]`, h = 1..l.
-fn hard_edges(limit: f64, mu: f64, edges: usize) -> Vec<ContactForce> {
-    circle(edges).map(|(c, s)| Vector4::new(1.0, mu * c, mu * s, 0.0) * limit).collect()
+    all.extend(forces);
+    Ok(true)
 }
 
 /// A force of which only some `components` exist, as callers see them.
@@ -270,31 +277,21 @@ pub fn write_components(forces: &[ContactForce], components: &[usize], rows: &mu
     }
 }
 
-/// Refuses a grasp with this many extreme forces up to contact `index`.
-pub(crate) fn check_count(count: usize, index: usize) -> Result<()> {
-    if count > MAX_EXTREME_FORCES {
-        let reason =
-            format!("{count} extreme forces so far, more than the {MAX_EXTREME_FORCES} of one grasp");
-        return Err(Error::contact("edges", index, reason));
-    }
-    Ok(())
-}
-
 /// q of a soft finger's cone: half the number of its circles, rounded up.
 pub(crate) fn latitudes(edges: usize) -> usize {
     (edges / 4).max(2)
 }
 
 /// The ellipsoidal cone of a soft finger: circles of latitude `psi = j pi / (2 q)`, |j| < q, then both poles.
-fn soft_edges(limit: f64, mu: f64, gamma: f64, edges: usize) -> Vec<ContactForce> {
+fn soft_edges(limit: f64, mu: f64, gamma: f64, edges: usize) -> impl Iterator<Item = ContactForce> {
     let q = latitudes(edges);
-    let latitudes = (1..2 * q).map(|j| (j as f64 - q as f64) * PI / (2 * q) as f64);
-    let rings = latitudes.flat_map(|psi| {
+    let latitudes = (1..2 * q).map(move |j| (j as f64 - q as f64) * PI / (2 * q) as f64);
+    let rings = latitudes.flat_map(move |psi| {
         let (sin_psi, cos_psi) = psi.sin_cos();
         circle(edges)
             .map(move |(c, s)| Vector4::new(1.0, mu * cos_psi * c, mu * cos_psi * s, gamma * sin_psi) * limit)
     });
-    rings.chain(poles(limit, gamma)).collect()
+    rings.chain(poles(limit, gamma))
 }
 
 fn poles(limit: f64, gamma: f64) -> [ContactForce; 2] {
@@ -308,7 +305,7 @@ fn circle(edges: usize) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactForce>> {
+fn list_given_forces(forces: &[ContactForce], index: usize, all: &mut Vec<ContactForce>) -> Result<bool> {
     if forces.is_empty() {
         return Err(Error::contact("extreme_forces", index, "no forces given"));
     }
@@ -318,12 +315,12 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
     }
     // Zero belongs to every contact's forces already; among the extreme ones it would make the set touch the
     // origin.
-    let mut extreme = room("extreme_forces", forces.len())?;
-    extreme.extend(forces.iter().filter(|f| f.amax() > 0.0));
-    if extreme.is_empty() {
+    let extreme = || forces.iter().filter(|f| f.amax() > 0.0).copied();
+    let count = extreme().count();
+    if count == 0 {
         return Err(Error::contact("extreme_forces", index, "all forces are zero"));
     }
-    Ok(extreme)
+    list(all, index, count, extreme())
 }
 
 /// What becomes the first tangent of a contact with this unit normal, once it is projected on the tangent plane, where the
@@ -341,6 +338,6 @@ fn unit(v: &Vector3<f64>) -> Option<Vector3<f64>> {
     Some((v / scale).normalize())
 }
 
-fn list(v: &Vector3<f64>) -> String {
+fn printed(v: &Vector3<f64>) -> String {
     format!("{:?}", v.as_slice())
 }

@@ -31,10 +31,8 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result, digits};
-use crate::grasp::contact::{
-    Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count, force_components,
-};
-use crate::memory::{check_room, room};
+use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, force_components};
+use crate::memory::room;
 
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,26 +119,32 @@ impl<const D: usize> Grasp<D> {
         let count = contacts.len();
         let counts = contacts.iter().map(|contact| contact.force_count(planar).min(MAX_EXTREME_FORCES));
         let forces = counts.fold(0, |sum: usize, count| sum.saturating_add(count).min(MAX_EXTREME_FORCES));
-        // Those that the caller gave are copied; those of one contact are made apart.
-        check_room("edges", 2 * forces, size_of::<ContactForce>())?;
+        let mut extreme_forces = room("edges", forces)?;
         let mut grasp = Self {
             contacts: room("positions", count)?,
             frames: room("positions", count)?,
             given_normals: GivenNormals(room("positions", count)?),
             maps: room("positions", count)?,
             edges: room("positions", count)?,
-            extreme_forces: Arc::new(room("edges", forces)?),
+            extreme_forces: Arc::default(),
             primitive_wrenches: room("edges", forces)?,
             options,
             force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
         };
         for (index, contact) in contacts.iter().enumerate() {
-            grasp.push(index, contact, planar)?;
+            grasp.push(index, contact, planar, &mut extreme_forces)?;
         }
+        *Arc::make_mut(&mut grasp.extreme_forces) = extreme_forces;
         Ok(grasp)
     }
 
-    fn push(&mut self, index: usize, contact: &Contact, planar: bool) -> Result<()> {
+    fn push(
+        &mut self,
+        index: usize,
+        contact: &Contact,
+        planar: bool,
+        extreme_forces: &mut Vec<ContactForce>,
+    ) -> Result<()> {
         if planar && has_torsion(contact) {
             return Err(Error::contact("torsion", index, "a planar contact exerts no torsion"));
         }
@@ -152,15 +156,10 @@ impl<const D: usize> Grasp<D> {
         contact.normal = frame.column(0).into();
         contact.friction /= self.options.friction_margin;
         contact.torsion /= self.options.friction_margin;
-        let start = self.extreme_forces.len();
-        if let Some(forces) = contact.extreme_forces(index, planar)? {
-            check_count(self.extreme_forces.len() + forces.len(), index)?;
-            self.primitive_wrenches.extend(forces.iter().map(|force| map * force));
-            Arc::make_mut(&mut self.extreme_forces).extend(forces);
-            self.edges.push(Some(start..self.extreme_forces.len()));
-        } else {
-            self.edges.push(None);
-        }
+        let start = extreme_forces.len();
+        let finite = contact.list_extreme_forces(index, planar, extreme_forces)?;
+        self.primitive_wrenches.extend(extreme_forces[start..].iter().map(|force| map * force));
+        self.edges.push(finite.then_some(start..extreme_forces.len()));
         // Squares of wrenches must be representable, or no norm of them is: also of a unit normal force.
         let arm = map.amax();
         for (argument, coefficient) in [("friction", contact.friction), ("torsion", contact.torsion)] {

@@ -13,6 +13,10 @@
 //! load leaves `epsilon` as it is) is put aside, and taken up again should another winner leave it a chance. Where
 //! every bracket converges, the winner is therefore the one that measuring all candidates would give, whatever the
 //! number of threads; only the counters depend on their timing.
+//!
+//! **Up to 1% of a tie.** A bracket narrower than [`NARROW`] times the tie tolerance counts as one number. Candidates
+//! whose qualities differ by the tie tolerance, give or take 1% of it, may therefore be told apart otherwise than by
+//! measuring all of them.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -220,7 +224,7 @@ impl<const D: usize> CandidateSearch<D> {
         } else {
             board.counts.polytopes += 1;
             let examination = query.examine(f64::NEG_INFINITY, &mut self.workspaces[0]);
-            board.record(center_index, query, &examination)
+            board.record(center_index, &examination)
         };
         if self.prune {
             let look = |index| first_look(index, &queries[index], &board.pool);
@@ -277,16 +281,15 @@ impl<const D: usize> Board<D> {
             + ROUNDED_BOUND * query.scale
     }
 
-    fn record(&mut self, index: usize, query: &QualityQuery<'_, D>, examination: &Examination<D>) -> f64 {
-        match examination {
+    fn record(&mut self, index: usize, examination: &Examination<D>) -> f64 {
+        match *examination {
             Examination::Below { upper, direction } => {
-                self.pool.push(Critical { z: *direction, merit: 1.0 });
-                *upper
+                self.pool.push(Critical { z: direction, merit: 1.0 });
+                upper
             }
-            Examination::Answer(quality) => {
-                self.counts.converged += usize::from(quality.converged);
-                let z = query.metric.to_euclidean(&quality.direction);
-                self.note(index, -quality.rho, -quality.lower, Some(z))
+            Examination::Answer { lower, upper, direction, converged } => {
+                self.counts.converged += usize::from(converged);
+                self.note(index, lower, upper, Some(direction))
             }
         }
     }
@@ -388,7 +391,7 @@ fn work<const D: usize>(
         lock().counts.polytopes += 1;
         let examination = query.examine(enough, workspace);
         let mut shared = lock();
-        let reached = shared.record(next.index, query, &examination);
+        let reached = shared.record(next.index, &examination);
         if matches!(examination, Examination::Below { .. }) && reached >= threshold {
             shared.aside.push(Waiting { bound: reached, ..next });
         }

@@ -122,7 +122,7 @@ impl<'a, const D: usize> Faces<'a, D> {
             let along_normal = grasp.contacts()[i].max_normal_force * grasp.maps()[i].column(0).dot(z);
             let active = reach >= least;
             let whole = active && reach - along_normal <= tolerance;
-            let points = if active { vec![(cone.wrench(z, 0), cone.force(z, 0))] } else { Vec::new() };
+            let points = if active { vec![(cone.wrench(z, 0), cone.force(z, 0, &[]))] } else { Vec::new() };
             Face { points, whole, optional }
         };
         let contacts = reaches.into_iter().enumerate().map(face).collect();
@@ -186,7 +186,7 @@ impl<'a, const D: usize> Faces<'a, D> {
     ) -> Option<(f64, Wrench<D>, ContactForce)> {
         let best = match &self.cones[i] {
             Some(cone) if face.whole => {
-                Some((cone.value(functional), cone.wrench(functional, 0), cone.force(functional, 0)))
+                Some((cone.value(functional), cone.wrench(functional, 0), cone.force(functional, 0, &[])))
             }
             _ => {
                 let points =

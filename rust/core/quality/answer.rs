@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 
 use crate::convex::expanding_polytope::{Expansion, Limits, Progress, Radius, Thinnest};
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
-use crate::convex::rounding::Rounding;
+use crate::convex::rounding::{Rounding, along};
 use crate::grasp::Wrench;
 use crate::interrupt;
 use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
@@ -36,12 +36,16 @@ pub(crate) const FACETS_BEFORE_SYMMETRY: usize = 10_000;
 /// Calls of the oracle that are no reason not to begin again.
 const CALLS_WORTH_REPEATING: usize = 1000;
 
+/// What part of a bracket's width is not worth a closer look.
+const UNSEEN: f64 = 1e-3;
+
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
     /// `epsilon <= upper`, too little; along the unit `direction` (in Euclidean coordinates).
     Below { upper: f64, direction: Wrench<D> },
-    /// The quality, as if there were no incumbent.
-    Answer(Box<Quality<D>>),
+    /// The quality, as if there were no incumbent: `lower <= epsilon <= upper`, with the unit direction (in Euclidean
+    /// coordinates) along which the set is thinnest.
+    Answer { lower: f64, upper: f64, direction: Wrench<D>, converged: bool },
 }
 
 impl<const D: usize> QualityQuery<'_, D> {
@@ -68,7 +72,9 @@ impl<const D: usize> QualityQuery<'_, D> {
         if upper < stop_below {
             return Examination::Below { upper, direction };
         }
-        Examination::Answer(Box::new(self.conclude(first, workspace)))
+        let Quality { rho, lower, converged, direction, .. } = self.conclude(first, workspace);
+        let direction = self.metric.to_euclidean(&direction);
+        Examination::Answer { lower: -rho, upper: -lower, direction, converged }
     }
 
     /// The expanding polytope, helped by the symmetries of the set where it does not end early.
@@ -215,7 +221,7 @@ impl<const D: usize> QualityQuery<'_, D> {
     /// `least` is a lower bound of the radius that is known besides.
     fn inside(&self, radius: &Radius<D>, least: f64, closure: Closure) -> Quality<D> {
         let direction = self.metric.to_physical(&radius.direction);
-        let lost = self.lost_along(&radius.direction);
+        let lost = self.lost_along(&radius.direction, radius.upper);
         let upper = radius.upper + lost + ROUNDED_QUOTIENT * radius.upper;
         let lower = radius.lower.max(least.min(upper));
         Quality {
@@ -232,9 +238,15 @@ impl<const D: usize> QualityQuery<'_, D> {
         }
     }
 
-    /// What is uncertain of `p(z)`.
-    fn lost_along(&self, z: &Wrench<D>) -> f64 {
-        SetRounding { query: self, criterion: self.set.criterion() }.of_support(z).0
+    /// A bound on what is uncertain of `p(z)`, about which so much is known.
+    fn lost_along(&self, z: &Wrench<D>, value: f64) -> f64 {
+        let rounding = SetRounding { query: self, criterion: self.set.criterion() };
+        let of_any_point = along(z, &rounding.of_any_point());
+        // A smaller bound would not be seen in the bracket.
+        if of_any_point <= UNSEEN * self.rtol() * value {
+            return of_any_point;
+        }
+        rounding.of_support(z).0
     }
 
     /// Without a center, where the origin is not inside.
@@ -279,7 +291,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         closure: Closure,
     ) -> Quality<D> {
         let direction = self.metric.to_physical(z);
-        let left = reach.max(0.0) + self.lost_along(z);
+        let left = reach.max(0.0) + self.lost_along(z, reach);
         Quality {
             rho: 0.0,
             lower: -left,

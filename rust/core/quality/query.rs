@@ -1,5 +1,7 @@
 //! A question about the quality of one grasp: its wrench set in the coordinates where the metric is Euclidean.
 
+use std::sync::OnceLock;
+
 use crate::convex::expanding_polytope::{DEFAULT_MAX_FACETS, Limits, POLISH};
 use crate::convex::rounding::of_contacts;
 use crate::error::{Error, Result};
@@ -23,8 +25,8 @@ pub(crate) struct QualityQuery<'a, const D: usize> {
     pub(crate) limits: Limits,
     /// No wrench is longer: what counts as large.
     pub(crate) scale: f64,
-    /// What rounding may have done to each component of a contact's wrenches, and of the center.
-    pub(crate) rounding: (Vec<Wrench<D>>, Wrench<D>),
+    /// [`Self::rounding`], once it is asked for: most candidates of a search are rejected before.
+    pub(crate) rounding: OnceLock<(Vec<Wrench<D>>, Wrench<D>)>,
 }
 
 impl<'a, const D: usize> QualityQuery<'a, D> {
@@ -58,10 +60,17 @@ impl<'a, const D: usize> QualityQuery<'a, D> {
             let reason = format!("{:?} is longer than 1e140; check the units", given.as_slice());
             return Err(Error::input("external_wrench", reason));
         }
-        let lost = center
-            .map_or_else(Wrench::zeros, |(center, _)| metric.magnitude(&center.abs()) * ROUNDED_QUOTIENT);
-        let rounding = (of_contacts(grasp, |sizes| metric.magnitude(sizes)), lost);
-        Ok(Self { grasp, set, metric, center, limits, scale: longest + weight, rounding })
+        let scale = longest + weight;
+        Ok(Self { grasp, set, metric, center, limits, scale, rounding: OnceLock::new() })
+    }
+
+    /// What rounding may have done to each component of a contact's wrenches, and of the center.
+    pub(crate) fn rounding(&self) -> &(Vec<Wrench<D>>, Wrench<D>) {
+        let magnitude = |sizes: &Wrench<D>| self.metric.magnitude(sizes);
+        let of_center = |(center, _): (Wrench<D>, _)| magnitude(&center.abs()) * ROUNDED_QUOTIENT;
+        self.rounding.get_or_init(|| {
+            (of_contacts(self.grasp, magnitude), self.center.map_or_else(Wrench::zeros, of_center))
+        })
     }
 
     pub(crate) fn support(&self, z: &Wrench<D>) -> Support<D> {

@@ -13,7 +13,7 @@ pub(crate) struct SetRounding<'a, const D: usize> {
 
 impl<const D: usize> Rounding<D> for SetRounding<'_, D> {
     fn of_any_point(&self) -> Wrench<D> {
-        let (contacts, center) = &self.query.rounding;
+        let (contacts, center) = self.query.rounding();
         let all = match self.criterion {
             Criterion::Max => contacts.iter().sum(),
             Criterion::Sum => contacts.iter().fold(Wrench::zeros(), |all: Wrench<D>, lost| all.sup(lost)),
@@ -22,7 +22,7 @@ impl<const D: usize> Rounding<D> for SetRounding<'_, D> {
     }
 
     fn of_support(&self, z: &Wrench<D>) -> (f64, Wrench<D>) {
-        let (contacts, center) = &self.query.rounding;
+        let (contacts, center) = self.query.rounding();
         // The best contact, and the sum of those that push: as computed, and with what rounding may have taken.
         let (mut best, mut sum) =
             ((f64::NEG_INFINITY, f64::NEG_INFINITY, center), (0.0, 0.0, Wrench::zeros()));

@@ -5,6 +5,8 @@
 //! origin is inside. Outside, they are turned so that one axis points to the origin: along it all wrenches are
 //! short.
 
+use std::sync::OnceLock;
+
 use nalgebra::SMatrix;
 
 use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
@@ -55,7 +57,7 @@ impl<const D: usize> QualityQuery<'_, D> {
             center,
             limits: self.limits,
             scale,
-            rounding: (rounding, lost),
+            rounding: OnceLock::from((rounding, lost)),
         }
     }
 

@@ -7,7 +7,7 @@
 //! - the finite contact reaches `h_i = max_h w_ih . z`;
 //! - the true cone reaches `h_i = f^U (h_n + sqrt(mu^2 (h_o^2 + h_t^2) + gamma^2 h_torsion^2))`.
 
-use std::sync::Arc;
+use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
@@ -15,7 +15,8 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
 use crate::wrench_set::edge_blocks::{
-    EdgeBlock, collect_edge_blocks, edge, edges_reaching, furthest_edge, furthest_value, longest_edge,
+    EdgeBlock, EdgeBlocks, collect_edge_blocks, edge, edges_reaching, furthest_edge, furthest_value,
+    longest_edge,
 };
 use crate::wrench_set::soft_lattice::SoftLattice;
 
@@ -24,26 +25,16 @@ use crate::wrench_set::soft_lattice::SoftLattice;
 pub(crate) enum ContactSupport<const R: usize> {
     /// The wrenches of extreme forces in blocks; these forces are `count` of those of the grasp, from `first` on. Where
     /// they lie on a lattice, few of them need a look.
-    Finite {
-        blocks: Vec<EdgeBlock<R>>,
-        lattice: Option<Box<SoftLattice<R>>>,
-        forces: Arc<Vec<ContactForce>>,
-        first: usize,
-        count: usize,
-    },
+    Finite { blocks: EdgeBlocks<R>, lattice: Option<Box<SoftLattice<R>>>, first: usize, count: usize },
     /// `A G_i f^U` with the limit `f^U` and the friction coefficients `mu` and `gamma`.
     Cone { map: SMatrix<f64, R, 4>, limit: f64, mu: f64, gamma: f64 },
 }
 
 impl<const R: usize> ContactSupport<R> {
     /// A contact that exerts these wrenches by extreme forces of a grasp, from number `first` on.
-    pub(crate) fn finite<const D: usize>(
-        wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
-        grasp: &Grasp<D>,
-        first: usize,
-    ) -> Self {
-        let (forces, count) = (Arc::clone(grasp.shared_forces()), wrenches.len());
-        Self::Finite { blocks: collect_edge_blocks(wrenches), lattice: None, forces, first, count }
+    pub(crate) fn finite(wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>, first: usize) -> Self {
+        let count = wrenches.len();
+        Self::Finite { blocks: collect_edge_blocks(wrenches), lattice: None, first, count }
     }
 
     /// A true cone under the map `A G_i`, with normal forces up to `limit`.
@@ -59,7 +50,7 @@ impl<const R: usize> ContactSupport<R> {
     ) -> Self {
         if let Some(range) = grasp.edges(i) {
             let first = range.start;
-            let mut contact = Self::finite(grasp.finite_wrenches()[range].iter().map(&map), grasp, first);
+            let mut contact = Self::finite(grasp.finite_wrenches()[range].iter().map(&map), first);
             if let Self::Finite { blocks, lattice, .. } = &mut contact {
                 *lattice = SoftLattice::of_contact(grasp, i, map, blocks).map(Box::new);
             }
@@ -108,21 +99,22 @@ impl<const R: usize> ContactSupport<R> {
         matches!(self, Self::Finite { .. })
     }
 
-    /// The extreme forces with their wrenches; none of a true cone.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = (SVector<f64, R>, ContactForce)> {
-        let blocks = match self {
-            Self::Finite { blocks, .. } => blocks.as_slice(),
-            Self::Cone { .. } => &[],
-        };
-        self.forces().iter().enumerate().map(|(number, force)| (edge(blocks, number), *force))
+    /// The wrenches of the extreme forces; none of a true cone.
+    pub(crate) fn wrenches(&self) -> impl Iterator<Item = SVector<f64, R>> {
+        let (blocks, count) = self.listed();
+        (0..count).map(move |number| edge(blocks, number))
+    }
+
+    fn listed(&self) -> (&[EdgeBlock<R>], usize) {
+        match self {
+            Self::Finite { blocks, count, .. } => (blocks, *count),
+            Self::Cone { .. } => (&[], 0),
+        }
     }
 
     /// The numbers of the extreme forces that reach at least `least` along `z`; none of a true cone.
     pub(crate) fn edges_reaching(&self, z: &SVector<f64, R>, least: f64) -> impl Iterator<Item = usize> {
-        let (blocks, count) = match self {
-            Self::Finite { blocks, count, .. } => (blocks.as_slice(), *count),
-            Self::Cone { .. } => (&[][..], 0),
-        };
+        let (blocks, count) = self.listed();
         edges_reaching(blocks, count, z, least)
     }
 
@@ -144,18 +136,18 @@ impl<const R: usize> ContactSupport<R> {
         }
     }
 
-    /// The extreme forces, in the contact frame; none of a true cone.
-    pub(crate) fn forces(&self) -> &[ContactForce] {
+    /// Which extreme forces of the grasp are the contact's; none of a true cone.
+    pub(crate) fn range(&self) -> Range<usize> {
         match self {
-            Self::Finite { forces, first, count, .. } => &forces[*first..first + count],
-            Self::Cone { .. } => &[],
+            Self::Finite { first, count, .. } => *first..first + count,
+            Self::Cone { .. } => 0..0,
         }
     }
 
-    /// The force, in the contact frame, that exerts [`Self::wrench`].
-    pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize) -> ContactForce {
+    /// The force, in the contact frame, that exerts [`Self::wrench`], where `all` are the extreme forces of the grasp.
+    pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize, all: &[ContactForce]) -> ContactForce {
         match self {
-            Self::Finite { forces, first, .. } => forces[first + at],
+            Self::Finite { first, .. } => all[first + at],
             Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
         }
     }

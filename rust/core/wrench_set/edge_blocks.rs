@@ -2,6 +2,8 @@
 //!
 //! Wrenches stand in blocks, component by component, so that a block fills vector registers.
 
+use std::ops::Deref;
+
 use nalgebra::SVector;
 
 /// How many wrenches are measured at a time.
@@ -9,6 +11,25 @@ const LANES: usize = 4;
 
 /// Some wrenches of one contact, component by component.
 pub(crate) type EdgeBlock<const R: usize> = [[f64; LANES]; R];
+
+/// All wrenches of one contact. A single block, as that of every planar contact, needs no memory of its own.
+#[derive(Debug, Clone)]
+pub(crate) enum EdgeBlocks<const R: usize> {
+    One(EdgeBlock<R>),
+    Many(Vec<EdgeBlock<R>>),
+}
+
+impl<const R: usize> Deref for EdgeBlocks<R> {
+    type Target = [EdgeBlock<R>];
+
+    #[inline]
+    fn deref(&self) -> &[EdgeBlock<R>] {
+        match self {
+            Self::One(block) => std::slice::from_ref(block),
+            Self::Many(blocks) => blocks,
+        }
+    }
+}
 
 /// The wrenches of one contact in blocks. The last repeats its first wrench, which never beats its own lower index.
 pub(crate) fn edge_blocks<const R: usize>(
@@ -21,20 +42,30 @@ pub(crate) fn edge_blocks<const R: usize>(
 
 /// [`edge_blocks`] of wrenches that come one by one.
 pub(crate) fn collect_edge_blocks<const R: usize>(
-    wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
-) -> Vec<EdgeBlock<R>> {
-    let mut blocks: Vec<EdgeBlock<R>> = Vec::with_capacity(wrenches.len().div_ceil(LANES));
-    for (number, wrench) in wrenches.enumerate() {
-        let lane = number % LANES;
-        if lane == 0 {
-            blocks.push(std::array::from_fn(|row| [wrench[row]; LANES]));
-        } else if let Some(block) = blocks.last_mut() {
-            for (row, component) in block.iter_mut().zip(wrench.iter()) {
-                row[lane] = *component;
-            }
+    mut wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
+) -> EdgeBlocks<R> {
+    let count = wrenches.len().div_ceil(LANES);
+    let mut blocks = std::iter::from_fn(|| next_block(&mut wrenches));
+    if count == 1
+        && let Some(block) = blocks.next()
+    {
+        return EdgeBlocks::One(block);
+    }
+    let mut many = Vec::with_capacity(count);
+    many.extend(blocks);
+    EdgeBlocks::Many(many)
+}
+
+fn next_block<const R: usize>(wrenches: &mut impl Iterator<Item = SVector<f64, R>>) -> Option<EdgeBlock<R>> {
+    let first = wrenches.next()?;
+    let mut block: EdgeBlock<R> = std::array::from_fn(|row| [first[row]; LANES]);
+    for lane in 1..LANES {
+        let Some(wrench) = wrenches.next() else { break };
+        for (row, component) in block.iter_mut().zip(wrench.iter()) {
+            row[lane] = *component;
         }
     }
-    blocks
+    Some(block)
 }
 
 /// How far each wrench of a block reaches along `z`.

@@ -23,6 +23,8 @@ pub(crate) mod edge_blocks;
 pub(crate) mod minkowski_sum;
 pub(crate) mod soft_lattice;
 
+use std::sync::Arc;
+
 pub use criterion::Criterion;
 
 use crate::grasp::contact::ContactForce;
@@ -82,6 +84,8 @@ impl<const D: usize> Support<D> {
 pub struct WrenchSet<const D: usize> {
     criterion: Criterion,
     contacts: Vec<ContactSupport<D>>,
+    /// The extreme forces of the grasp.
+    forces: Arc<Vec<ContactForce>>,
 }
 
 /// The best of one contact: how far it reaches along the direction, and by which force.
@@ -108,7 +112,7 @@ impl<const D: usize> WrenchSet<D> {
 
     fn in_map(grasp: &Grasp<D>, criterion: Criterion, map: impl Fn(&Wrench<D>) -> Wrench<D>) -> Self {
         let contacts = (0..grasp.num_contacts()).map(|i| ContactSupport::of_contact(grasp, i, &map));
-        Self { criterion, contacts: contacts.collect() }
+        Self { criterion, contacts: contacts.collect(), forces: Arc::clone(grasp.shared_forces()) }
     }
 
     /// The set that other maps `G_i` would give.
@@ -117,12 +121,13 @@ impl<const D: usize> WrenchSet<D> {
             if let Some(range) = grasp.edges(i) {
                 let first = range.start;
                 let wrenches = grasp.finite_forces()[range].iter().map(|force| map * force);
-                return ContactSupport::finite(wrenches, grasp, first);
+                return ContactSupport::finite(wrenches, first);
             }
             let contact = &grasp.contacts()[i];
             ContactSupport::cone(map, contact.friction, contact.torsion, contact.max_normal_force)
         };
-        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
+        let contacts = maps.iter().enumerate().map(contact).collect();
+        Self { criterion, contacts, forces: Arc::clone(grasp.shared_forces()) }
     }
 
     /// The set that other maps `G_i` would give, every wrench (of a true cone: the longest of its axes) of unit
@@ -142,7 +147,7 @@ impl<const D: usize> WrenchSet<D> {
                     let wrench = map * force;
                     through(&if wrench.amax() > 0.0 { unit(&wrench) } else { wrench })
                 };
-                return ContactSupport::finite(forces.iter().map(unit), grasp, first);
+                return ContactSupport::finite(forces.iter().map(unit), first);
             }
             let contact = &grasp.contacts()[i];
             let axes = [1.0, contact.friction, contact.friction, contact.torsion];
@@ -154,7 +159,8 @@ impl<const D: usize> WrenchSet<D> {
             }
             ContactSupport::cone(&mapped, contact.friction, contact.torsion, limit)
         };
-        Self { criterion, contacts: maps.iter().enumerate().map(contact).collect() }
+        let contacts = maps.iter().enumerate().map(contact).collect();
+        Self { criterion, contacts, forces: Arc::clone(grasp.shared_forces()) }
     }
 
     /// Which set this is.
@@ -230,6 +236,6 @@ impl<const D: usize> WrenchSet<D> {
     pub fn contact_support(&self, i: usize, z: &Wrench<D>) -> ContactReach<D> {
         let contact = &self.contacts[i];
         let (value, edge) = contact.furthest(z);
-        ContactReach { value, wrench: contact.wrench(z, edge), force: contact.force(z, edge) }
+        ContactReach { value, wrench: contact.wrench(z, edge), force: contact.force(z, edge, &self.forces) }
     }
 }

@@ -119,10 +119,15 @@ impl<const D: usize> Boundary<D> {
         self.points.len() >= MAX_POINTS
     }
 
-    /// What of [`Self::noise`] concerns products with `z`: of points that differ by orders of magnitude among their
-    /// components, a small part. Not a bound, but what more work would not improve.
-    pub(crate) fn noise_along(&self, z: &Wrench<D>) -> f64 {
-        noise_along(z, &self.uncertain, self.noise)
+    /// Whether `value` exceeds `bound` by no more than what of [`Self::noise`] concerns products with `z`: of points that
+    /// differ by orders of magnitude among their components, a small part. More work would not improve it.
+    #[inline]
+    pub(crate) fn is_within_noise(&self, value: f64, bound: f64, z: &Wrench<D>) -> bool {
+        // No norm exceeds the sum of the components: mostly that decides, without a square root.
+        let sum: f64 = z.iter().map(|x| x.abs()).sum();
+        value <= bound
+            || (value <= bound + self.noise * sum
+                && value <= bound + noise_along(z, &self.uncertain, self.noise))
     }
 
     /// `|z| . e`: a bound on what is uncertain in products of points with `z`.
@@ -140,9 +145,10 @@ impl<const D: usize> Boundary<D> {
         self.facets[facet as usize].plane
     }
 
-    /// The direction of the norm 1 that is normal to a plane.
-    pub(crate) fn normal(&self, plane: &Wrench<D>) -> Wrench<D> {
-        plane / self.norm.of(plane, plane.norm())
+    /// The direction of the norm 1 that is normal to a facet.
+    pub(crate) fn normal(&self, facet: u32) -> Wrench<D> {
+        let Facet { plane, norm, .. } = &self.facets[facet as usize];
+        plane / *norm
     }
 
     /// The norm of planes, which are measured as directions.
@@ -300,7 +306,7 @@ impl<const D: usize> Boundary<D> {
         let plane = outside.plane + (inside.plane - outside.plane) * t;
         // Where large planes (of the tiny first simplex) nearly cancel, their digits are gone: start afresh.
         let length = plane.norm();
-        if length < CANCELLED_PLANE * outside.length.max(t * inside.length) {
+        if length < CANCELLED_PLANE * larger(outside.length, t * inside.length) {
             let vertices = vertices.map(|v| self.points[v as usize]);
             if let Some(plane) = plane_through(&vertices) {
                 let length = plane.norm();
@@ -309,7 +315,7 @@ impl<const D: usize> Boundary<D> {
         }
         // Of the ridge the larger of both errors, of the apex what the clamp leaves, and the rounding of these lines.
         let rounded = 2.0 * self.noise * (outside.length + inside.length);
-        (plane, length, inside.error.max(outside.error).max(outside.reach - 1.0) + rounded)
+        (plane, length, larger(larger(inside.error, outside.error), outside.reach - 1.0) + rounded)
     }
 
     /// Whether it is certain that the facets surround the origin. Rounding may have removed the piece that holds the origin
@@ -358,6 +364,12 @@ impl<const D: usize> Boundary<D> {
         };
         self.facets.iter().filter(|facet| facet.round != 0).map(certified).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// The larger of two numbers in one instruction, of which [`f64::max`] takes several.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// What of `noise` concerns products with `z`, where points are `uncertain` by so much.

@@ -199,7 +199,7 @@ impl<const D: usize> Polytope<D> {
                 return Progress::Done(lower);
             }
             let plane = self.boundary.plane(nearest.facet);
-            let z = self.boundary.normal(&plane);
+            let z = self.boundary.normal(nearest.facet);
             let support = self.ask(&z, oracle);
             if interrupt::stopped() || self.settled(lower, rtol, limits) {
                 self.boundary.put_back(nearest);
@@ -300,7 +300,8 @@ impl<const D: usize> Polytope<D> {
 
     /// Whether the bracket is as narrow as asked for, or as rounding allows.
     fn closed(&self, lower: f64, rtol: f64) -> bool {
-        self.thinnest.upper <= lower * (1.0 + rtol) + self.boundary.noise_along(&self.thinnest.direction)
+        let Thinnest { upper, direction, .. } = &self.thinnest;
+        self.boundary.is_within_noise(*upper, lower * (1.0 + rtol), direction)
     }
 
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.

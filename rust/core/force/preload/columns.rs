@@ -7,6 +7,8 @@
 //! bounds. The furthest vertex is again a support query: `sum_i max(c_i h_i, c_max h_i)`. For the sum, a vertex has
 //! exactly the share `c_i` at each contact, and a ray has one contact.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
@@ -28,6 +30,8 @@ const VERTEX: u32 = 0;
 pub(crate) struct PreloadColumns<const D: usize> {
     pub(crate) objective: Objective,
     pub(crate) contacts: Vec<ContactSupport<D>>,
+    /// The extreme forces of the grasp.
+    pub(crate) extreme_forces: Arc<Vec<ContactForce>>,
     /// `c_i / c_max`.
     pub(crate) least: Vec<f64>,
     /// The number of each contact's first extreme force, counted over all contacts.
@@ -91,7 +95,7 @@ impl<const D: usize> PreloadColumns<D> {
 
     /// The force of a contact at its limit, in a column that was priced at `z`.
     pub(crate) fn force(&self, share: &Share, z: &SVector<f64, D>) -> ContactForce {
-        self.contacts[share.contact].force(z, share.edge)
+        self.contacts[share.contact].force(z, share.edge, &self.extreme_forces)
     }
 
     /// `h_i(z)` and the edge that attains it; zero for a true cone.

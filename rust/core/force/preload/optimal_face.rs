@@ -73,7 +73,7 @@ impl<const D: usize> PreloadColumns<D> {
     fn column(&self, contact: usize, edge: u32) -> (SVector<f64, D>, ContactForce) {
         let (support, own) = (&self.contacts[contact], edge as usize - self.starts[contact]);
         let z = SVector::zeros();
-        (support.wrench(&z, own), support.force(&z, own))
+        (support.wrench(&z, own), support.force(&z, own, &self.extreme_forces))
     }
 
     /// How hard the contacts press, and the edges they may use. `basic` is the basic solution.

@@ -4,6 +4,8 @@
 //! over the columns of [`PreloadColumns`], from the last basis where that is a few pivots away. It takes true
 //! cones as well as listed extreme forces.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::error::{Error, Result, digits};
@@ -12,7 +14,7 @@ use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, held_force};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::optimal_face::OptimalFace;
-use crate::force::preload::columns::{PreloadColumns, ROWS};
+use crate::force::preload::columns::{PreloadColumns, ROWS, Share};
 use crate::force::preload::optimal_face::{Bounds, UsedEdge};
 use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::Objective;
@@ -115,6 +117,7 @@ impl<const D: usize> PreloadProgram<D> {
         let columns = PreloadColumns {
             objective,
             contacts: equilibrated_contacts(grasp, &equilibration),
+            extreme_forces: Arc::clone(grasp.shared_forces()),
             least: bounds.iter().map(|bound| bound / largest).collect(),
             starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
             interiors: Interior::of_contacts(grasp),
@@ -286,7 +289,8 @@ impl<const D: usize> PreloadProgram<D> {
         forces.clear();
         if self.columns.is_finite() {
             for u in used {
-                let force = self.columns.contacts[u.contact].force(&SVector::zeros(), u.edge);
+                let share = Share { contact: u.contact, edge: u.edge, normal: 1.0 };
+                let force = self.columns.force(&share, &SVector::zeros());
                 forces.forces[u.contact] += force * (u.level * scale);
                 forces.shares[u.contact] += u.level * scale;
             }

@@ -1,6 +1,8 @@
 //! Columns over true friction cones: the support query has a closed form, so columns are generated as they are
 //! needed and none is ever listed.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::force::equilibration::Equilibration;
@@ -17,6 +19,8 @@ const USED: u32 = 0;
 pub(crate) struct ConeColumns<const D: usize> {
     pub(crate) objective: Objective,
     pub(crate) contacts: Vec<ContactSupport<D>>,
+    /// The extreme forces of the grasp.
+    pub(crate) extreme_forces: Arc<Vec<ContactForce>>,
     threshold: f64,
 }
 
@@ -29,7 +33,8 @@ impl<const D: usize> ConeColumns<D> {
         tolerance: f64,
     ) -> Self {
         let contacts = equilibrated_contacts(grasp, equilibration);
-        Self { objective, contacts, threshold: 0.5 * tolerance * objective.unit() }
+        let extreme_forces = Arc::clone(grasp.shared_forces());
+        Self { objective, contacts, extreme_forces, threshold: 0.5 * tolerance * objective.unit() }
     }
 
     /// The same columns with another relative gap.
@@ -50,7 +55,7 @@ impl<const D: usize> ConeColumns<D> {
     pub(crate) fn force(&self, contact: usize, z: &SVector<f64, D>) -> ContactForce {
         let contact = &self.contacts[contact];
         let edge = if contact.is_finite() { contact.furthest(z).1 } else { 0 };
-        contact.force(z, edge)
+        contact.force(z, edge, &self.extreme_forces)
     }
 }
 

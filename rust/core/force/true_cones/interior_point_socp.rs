@@ -25,8 +25,10 @@ pub(crate) struct LeastForces<const D: usize> {
 /// The second-order cone program of force distribution in the first `rank` rows of `target`:
 /// `min s + weight sum_i n_i`, or `min sum_i n_i`, subject to balance, `n_i <= s` and the friction cones, with
 /// forces `f^U [n, mu y_1, mu y_2, gamma y_3]`, `|y| <= n`. Whatever it ends with is the caller's to certify.
+/// The extreme forces of `all` contacts stand in the order of the grasp.
 pub(crate) fn least_forces<const D: usize>(
     contacts: &[ContactSupport<D>],
+    all: &[ContactForce],
     objective: Objective,
     rank: usize,
     target: &SVector<f64, D>,
@@ -94,7 +96,7 @@ pub(crate) fn least_forces<const D: usize>(
     };
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
         let mut y = x[start..start + block.len()].to_vec();
-        let force = within(contact, &mut y);
+        let force = within(contact, all, &mut y);
         least.wrench += block.iter().zip(&y).map(|(column, y)| column * *y).sum::<SVector<f64, D>>();
         let finite = contact.is_finite();
         least.shares.push(if finite { y.iter().sum() } else { y[0] });
@@ -129,7 +131,7 @@ impl Triplets {
 /// The wrench of each variable of a contact: coefficients of extreme forces, or `n` and `y` of a cone.
 fn variables<const D: usize>(contact: &ContactSupport<D>) -> Vec<SVector<f64, D>> {
     match contact {
-        ContactSupport::Finite { .. } => contact.edges().map(|(wrench, _)| wrench).collect(),
+        ContactSupport::Finite { .. } => contact.wrenches().collect(),
         ContactSupport::Cone { map, mu, gamma, .. } => {
             let shares = [1.0, *mu, *mu, *gamma];
             let count = if *gamma > 0.0 { 4 } else { 3 };
@@ -139,13 +141,13 @@ fn variables<const D: usize>(contact: &ContactSupport<D>) -> Vec<SVector<f64, D>
 }
 
 /// Moves a contact's variables into its cone and returns the force.
-fn within<const D: usize>(contact: &ContactSupport<D>, y: &mut [f64]) -> ContactForce {
+fn within<const D: usize>(contact: &ContactSupport<D>, all: &[ContactForce], y: &mut [f64]) -> ContactForce {
     match contact {
         ContactSupport::Finite { .. } => {
             for level in y.iter_mut() {
                 *level = level.max(0.0);
             }
-            contact.forces().iter().zip(y).map(|(force, level)| force * *level).sum()
+            all[contact.range()].iter().zip(y).map(|(force, level)| force * *level).sum()
         }
         ContactSupport::Cone { limit, mu, gamma, .. } => {
             y[0] = y[0].max(0.0);

@@ -233,8 +233,8 @@ impl<const D: usize> ConeProgram<D> {
         scale: f64,
         forces: &mut ContactForces,
     ) -> Option<SVector<f64, D>> {
-        let ConeColumns { objective, contacts, .. } = &self.columns;
-        let least = least_forces(contacts, *objective, target.rank, &target.wrench)?;
+        let ConeColumns { objective, contacts, extreme_forces, .. } = &self.columns;
+        let least = least_forces(contacts, extreme_forces, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
         let rest = target.wrench - least.wrench;
         let size = rest.amax();
