@@ -42,7 +42,7 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
-from .gradients import GradientBatch
+from .gradients import BundleBatch, GradientBatch
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -59,6 +59,7 @@ from .planning import (
 from .status import Status
 
 __all__ = [
+    "BundleBatch",
     "BusyError",
     "ForceBatch",
     "ForceDistributor",

@@ -186,6 +186,7 @@ def batch_dict(batch: QualityBatch) -> dict[str, Any]:
         "status": batch.status.tolist(),
         "errors": dict(batch.errors),
         "gradient": _plain(batch.gradient),
+        "bundle": _plain(batch.bundle),
     }
 
 
