@@ -1,8 +1,8 @@
 """Contact planning: pattern search, multistart, gradient refinement, branch and bound, placement noise."""
 
 from .branch_and_bound import plan_global
+from .bundle_ascent import Refinement, refine
 from .global_optimum import GlobalOptimum
-from .gradient_sampling import Refinement, refine
 from .multistart import PlanSet, plan_multistart
 from .pattern_search import plan
 from .placement_noise import PlacementNoise, PlacementQuality
