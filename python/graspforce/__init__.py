@@ -11,7 +11,7 @@ Importing the package needs NumPy alone. Files, figures, viewers and simulators 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -43,6 +43,7 @@ from .errors import (
     TooLargeError,
 )
 from .gradients import BundleBatch, GradientBatch
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -63,6 +64,7 @@ __all__ = [
     "BusyError",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "GlobalOptimum",
@@ -70,6 +72,7 @@ __all__ = [
     "GradientBatch",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -91,6 +94,7 @@ __all__ = [
     "Status",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
@@ -101,6 +105,7 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 

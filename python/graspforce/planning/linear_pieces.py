@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Flags = NDArray[np.bool_]
 
-__all__ = ["LinearPieces"]
-
 _LIFT, _HEAVY = 30.0, 1e4
 
 

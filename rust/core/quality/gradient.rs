@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
 use crate::grasp::contact::{ContactForce, ForceModel};
+use crate::grasp::derivative::ForceDerivative;
 use crate::grasp::wrench::split;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
@@ -118,16 +119,14 @@ impl Gradient {
             unique,
         };
         for ((contact, frame), force) in grasp.contacts().iter().zip(grasp.frames()).zip(forces) {
-            let n = contact.normal;
-            let world = frame * force.fixed_rows::<3>(0);
+            let change = ForceDerivative::of(grasp, gradient.spins.len(), force, functional);
+            gradient.positions.push(change.position);
+            gradient.normals.push(change.normal);
+            gradient.spins.push(change.spin);
             let v = a + b.cross(&(contact.position - grasp.options().origin));
-            let torsion = force[3] * (b - n * n.dot(&b));
-            gradient.positions.push(in_space::<D>(world.cross(&b)));
-            gradient.normals.push(in_space::<D>(world.cross(&v).cross(&n) + torsion));
-            gradient.spins.push(if D == 3 { 0.0 } else { n.dot(&world.cross(&v)) });
             let along = frame.tr_mul(&v);
             let tangential = force[1] * along[1] + force[2] * along[2];
-            let torsional = force[3] * n.dot(&b);
+            let torsional = force[3] * contact.normal.dot(&b);
             let by_friction = match contact.forces {
                 ForceModel::Extreme(_) => 0.0,
                 _ if contact.friction > 0.0 => tangential / contact.friction,
@@ -153,12 +152,4 @@ impl Gradient {
         }
         Err(Error::grasp("positions", "the gradient of epsilon lies beyond float64; check the units"))
     }
-}
-
-/// A planar contact neither leaves its plane nor turns out of it.
-fn in_space<const D: usize>(mut gradient: Vector3<f64>) -> Vector3<f64> {
-    if D == 3 {
-        gradient.z = 0.0;
-    }
-    gradient
 }
