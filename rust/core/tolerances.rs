@@ -174,18 +174,6 @@ pub(crate) const MINIMISER_RTOL_OF_CONES: f64 = 1e-10;
 /// on, in turn, until the active ones exert the nearest boundary wrench.
 pub(crate) const ACTIVE_FACES: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
 
-/// The support beyond a facet of a bundle, relative to its distance: the default tolerance.
-pub(crate) const BEYOND_FACET: f64 = 1e-9;
-
-/// The same where contacts have true cones: no facet is one of a smooth set.
-pub(crate) const BEYOND_FACET_OF_CONES: f64 = 1e-2;
-
-/// Directions of a bundle that are nearer to each other are normals of one facet, rounded.
-pub(crate) const APART_IN_BUNDLE: f64 = 1e-6;
-
-/// The same where contacts have true cones: supports of a smooth set hardly differ over so small an angle.
-pub(crate) const APART_IN_BUNDLE_OF_CONES: f64 = 0.1;
-
 /// A combination of active wrenches this near to the boundary wrench, relative to the longest, meets it.
 pub(crate) const ROUNDED_RESIDUAL: f64 = 1e-14;
 

@@ -51,7 +51,7 @@ _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured
 _FAILURES = 6  # iterations in a row without an increase that end an ascent
 _HOPS, _HOPPED = 3, (0.01, 0.3)  # further ascents, from the best of random grasps this far away
 _JUMP = 1e-2  # no derivative: a normal or a frame that turns so far (in rad) between two close points
-_WORTHWHILE = 1e-7  # relative increase below which a step does not count
+_WORTHWHILE = 1e-6  # relative increase below which a step does not count
 _SPARE_PIECES = 4  # critical directions beyond the number of parameters
 
 
@@ -251,7 +251,7 @@ class _Ascent:
                     best = better if quality.epsilon > best[1].epsilon else best
                     continue
                 failures += 1
-                if failures < _FAILURES:
+                if failures < (_FAILURES // 2 if flat else _FAILURES):
                     radius = _RADII[(failures - 1) % len(_RADII)]
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
                     pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))

@@ -20,10 +20,16 @@ use crate::quality::gradient::Gradient;
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
 use crate::quality::symmetry::Symmetries;
-use crate::tolerances::{
-    ACTIVE_FACES, APART_IN_BUNDLE, APART_IN_BUNDLE_OF_CONES, BEYOND_FACET, BEYOND_FACET_OF_CONES,
-    NEAR_SYMMETRY, RIVAL_RADIUS,
-};
+use crate::tolerances::{ACTIVE_FACES, NEAR_SYMMETRY, QUALITY_RTOL, RIVAL_RADIUS};
+
+/// The support beyond a facet, relative to its distance, where contacts have true cones: no facet is one of a smooth set.
+const BEYOND_FACET_OF_CONES: f64 = 1e-2;
+
+/// Directions that are nearer to each other are normals of one facet, rounded.
+const APART: f64 = 1e-6;
+
+/// The same where contacts have true cones: supports of a smooth set hardly differ over so small an angle.
+const APART_OF_CONES: f64 = 0.1;
 
 /// Facets that the polytope makes for a bundle at most, beside those of the answer: some milliseconds.
 const MORE_FACETS: usize = 20_000;
@@ -93,9 +99,9 @@ impl<const D: usize> QualityQuery<'_, D> {
         workspace: &mut QualityWorkspace<D>,
     ) -> Vec<(f64, Wrench<D>)> {
         let (rtol, apart, more_facets) = if self.grasp.is_finite() {
-            (BEYOND_FACET, APART_IN_BUNDLE, MORE_FACETS)
+            (QUALITY_RTOL, APART, MORE_FACETS)
         } else {
-            (BEYOND_FACET_OF_CONES, APART_IN_BUNDLE_OF_CONES, MORE_FACETS_OF_CONES)
+            (BEYOND_FACET_OF_CONES, APART_OF_CONES, MORE_FACETS_OF_CONES)
         };
         let mut found = vec![worst];
         if workspace.symmetric {
