@@ -109,7 +109,7 @@ fn open_and_closed() {
                 (sum.0, sum.1) = (sum.0 + time, sum.1 + 1);
             }
             let start = Instant::now();
-            let answers = quality_batch(0..contacts.len(), grasp, &options, false);
+            let answers = quality_batch(0..contacts.len(), grasp, &options, false, 0);
             let rate = answers.len() as f64 / start.elapsed().as_secs_f64();
             let [open, closed] = sums.map(|(time, number)| time / f64::from(number));
             println!("| {count} | {criterion:?} | {} | {closed:.1} | {open:.1} | {rate:.0} |", sums[1].1);
@@ -137,7 +137,7 @@ fn gradients() {
             for _ in 0..if edges == 0 { 1 } else { 15 } {
                 for (gradient, best) in [false, true].into_iter().zip(&mut best) {
                     let start = Instant::now();
-                    let answers = quality_batch(0..contacts.len(), grasp, &options, gradient);
+                    let answers = quality_batch(0..contacts.len(), grasp, &options, gradient, 0);
                     *best = best.min(start.elapsed().as_secs_f64() * 1e3);
                     assert!(answers.iter().all(|answer| answer.gradient.is_some() == gradient));
                 }

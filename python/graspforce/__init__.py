@@ -42,7 +42,7 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
-from .gradients import GradientBatch
+from .gradients import BundleBatch, GradientBatch
 from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
@@ -60,6 +60,7 @@ from .planning import (
 from .status import Status
 
 __all__ = [
+    "BundleBatch",
     "BusyError",
     "ForceBatch",
     "ForceDistributor",

@@ -4,7 +4,7 @@ from typing import Any, Literal, TypedDict, final, type_check_only
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from .gradients import GradientBatch
+from .gradients import BundleBatch, GradientBatch
 from .measures import Measures
 
 _Floats = NDArray[np.float64]
@@ -200,6 +200,8 @@ class QualityBatch:
     def errors(self) -> dict[int, str]: ...
     @property
     def gradient(self) -> GradientBatch | None: ...
+    @property
+    def bundle(self) -> BundleBatch | None: ...
     def to_dict(self) -> dict[str, Any]: ...
     def _repr_html_(self) -> str: ...
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]: ...
@@ -225,6 +227,7 @@ def quality_many(
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
     gradient: bool = False,
+    bundle: int | None = None,
     offsets: ArrayLike | None = None,
 ) -> QualityBatch: ...
 def forces_many_arrays(

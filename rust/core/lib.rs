@@ -79,6 +79,7 @@ pub use planning::box_bound::{BoxBound, Stencil};
 pub use planning::candidate_search::{CandidateSearch, SearchCounts, Winner};
 pub use planning::triangle_tree::{ClosestPoint, TriangleTree};
 pub use quality::batch::{BatchItem, quality_batch};
+pub use quality::bundle::CriticalDirection;
 pub use quality::closure::Closure;
 pub use quality::gradient::Gradient;
 pub use quality::{Quality, QualityOptions, QualityWorkspace};

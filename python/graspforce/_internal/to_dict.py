@@ -148,6 +148,7 @@ def batch_dict(batch: QualityBatch) -> dict[str, Any]:
         **{name: _known(getattr(batch, name)) for name in _BRACKET},
         **_listed(batch, "closure", "status", "errors"),
         "gradient": _plain(batch.gradient),
+        "bundle": _plain(batch.bundle),
     }
 
 

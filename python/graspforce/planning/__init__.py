@@ -8,8 +8,8 @@
 """
 
 from .branch_and_bound import plan_global
+from .bundle_ascent import Refinement, refine
 from .global_optimum import GlobalOptimum
-from .gradient_sampling import Refinement, refine
 from .multistart import PlanSet, plan_multistart
 from .pattern_search import plan
 from .placement_noise import PlacementNoise, PlacementQuality

@@ -56,6 +56,15 @@ class CandidateSource:
             raise InvalidInputError(f"surface: returned {layout} for a row, but {self._layout} before")
         return contacts
 
+    def settled(self, params: Array, lower: Array, upper: Array) -> Array:
+        """Return the surface's own parameters of the contacts at (p,) parameters, if those are feasible."""
+        settle = getattr(self._surface, "settled", None)
+        if settle is None:
+            return params
+        found: Array = settle(params[None].copy())[0]
+        inside = bool(((found >= lower) & (found <= upper)).all())
+        return found if inside and self.feasible(self.contacts(found[None]))[0] else params
+
     def answered(self, params: Array) -> tuple[Contacts, dict[int, GraspForceError]]:
         """Contacts of the rows of (B, p) parameters that have any, in order, and why others have none."""
         try:

@@ -60,8 +60,9 @@ class Arrangement:
         function: Callable[[Array], tuple[Array, ...]],
         num_params: int,
         grasp_options: Mapping[str, Any],
+        settled: Callable[[Array], Array] | None = None,
     ) -> None:
-        self._function = function
+        self._function, self._settled = function, settled
         self.num_params = num_params
         self.grasp_options = dict(grasp_options)
 
@@ -74,6 +75,10 @@ class Arrangement:
         if given.ndim != 2 or given.shape[1] != self.num_params:
             raise InvalidInputError(f"params: shape {given.shape}, expected (B, {self.num_params})")
         return self._function(given)
+
+    def settled(self, params: Array) -> Array:
+        """Return parameters (B, num_params) of the same contacts, from which these move most smoothly."""
+        return params if self._settled is None else self._settled(params)
 
 
 def contacts_on(*places: Place) -> Arrangement:
@@ -118,7 +123,8 @@ def contacts_on(*places: Place) -> Arrangement:
             raise InvalidInputError(f"{name}: contact {known.index(False)} has none, but others do")
         if all(known):
             options[name] = finite_vector(name, values)
-    return Arrangement(partial(_one_on_each, places), num_params, options)
+    function, settled = partial(_one_on_each, places), partial(_settled_on_each, places)
+    return Arrangement(function, num_params, options, settled)
 
 
 def tied(
@@ -210,9 +216,20 @@ def mirrored(
 
 
 # Functions of the module, not of a call, so that arrangements can be copied and pickled.
-def _one_on_each(places: Sequence[Place], params: Array) -> tuple[Array, ...]:
+def _columns(places: Sequence[Place], params: Array) -> list[tuple[Place, Array]]:
     columns = np.split(params, np.cumsum([place.num_params for place in places])[:-1], axis=1)
-    found = [place.contacts(column) for place, column in zip(places, columns, strict=True)]
+    return list(zip(places, columns, strict=True))
+
+
+def _settled_on_each(places: Sequence[Place], params: Array) -> Array:
+    settled = [
+        getattr(place, "settled", lambda own: own)(column) for place, column in _columns(places, params)
+    ]
+    return np.concatenate(settled, axis=1)
+
+
+def _one_on_each(places: Sequence[Place], params: Array) -> tuple[Array, ...]:
+    found = [place.contacts(column) for place, column in _columns(places, params)]
     for contact, (points, normals) in enumerate(found):
         shapes = np.shape(points), np.shape(normals)
         if shapes != (np.shape(found[0][0]),) * 2:

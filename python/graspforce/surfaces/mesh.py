@@ -209,6 +209,13 @@ class MeshSurface:
         points, rows, _ = self._tree.closest(params)
         return points, self._inward(self._owner[rows], points)
 
+    def settled(self, params: Array) -> Array:
+        """Points (B, 3) of the contacts of `params` (B, 3), in m: parameters of the same contacts.
+
+        From inside the object the nearest point jumps from face to face; from the surface it hardly does.
+        """
+        return self._tree.closest(params)[0]
+
     def nearest(self, positions: Array) -> tuple[Array, Array]:
         """Return what `contacts` does, for positions (m, 3) in m that must be near the object.
 

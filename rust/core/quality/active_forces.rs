@@ -53,6 +53,11 @@ struct Face<const D: usize> {
 impl<const D: usize> ActiveForces<D> {
     /// Those at the worst direction of an answer.
     pub(crate) fn at(query: &QualityQuery<'_, D>, quality: &Quality<D>) -> Self {
+        Self::within(query, quality, &ACTIVE_FACES)
+    }
+
+    /// The same from faces of these widths: those whose wrench is nearest to the boundary wrench.
+    pub(crate) fn within(query: &QualityQuery<'_, D>, quality: &Quality<D>, widths: &[f64]) -> Self {
         let functional = query.metric.functional(&query.metric.to_euclidean(&quality.direction));
         // Outside, the union decides for both criteria.
         let outside = quality.rho >= 0.0 && query.center.is_none();
@@ -66,7 +71,7 @@ impl<const D: usize> ActiveForces<D> {
         let exerted = if cones { EXERTED_WRENCH_BY_CONES } else { EXERTED_WRENCH } * query.scale;
         let (mut best, mut unique): (Option<(f64, Vec<ContactForce>)>, Option<bool>) = (None, None);
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
-        for tolerance in ACTIVE_FACES {
+        for &tolerance in widths {
             let faces = Faces::on(query, &supports, &functional, tolerance, union);
             let (residual, forces) = faces.combine(&target);
             if best.as_ref().is_none_or(|(least, _)| residual < *least) {

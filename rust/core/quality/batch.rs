@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::Grasp;
 use crate::interrupt;
+use crate::quality::bundle::CriticalDirection;
 use crate::quality::closure::Closure;
 use crate::quality::gradient::Gradient;
 use crate::quality::result::{QualityOptions, QualityWorkspace};
@@ -14,7 +15,7 @@ use crate::status::Status;
 
 /// What a batch reports of one grasp.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BatchItem {
+pub struct BatchItem<const D: usize> {
     /// `-epsilon`; NaN where there is no grasp.
     pub rho: f64,
     /// `lower <= rho`.
@@ -27,11 +28,13 @@ pub struct BatchItem {
     pub closure: Option<Closure>,
     /// How `epsilon` changes with the contacts, where that was asked for and there is a grasp.
     pub gradient: Option<Gradient>,
+    /// The most critical directions, least support first; none where they were not asked for or there is no grasp.
+    pub bundle: Vec<CriticalDirection<D>>,
     /// Why there is no grasp, or no gradient of `float64`.
     pub error: Option<Error>,
 }
 
-impl BatchItem {
+impl<const D: usize> BatchItem<D> {
     /// How the row ended.
     pub fn status(&self) -> Status {
         match self.error {
@@ -42,7 +45,8 @@ impl BatchItem {
     }
 }
 
-/// The qualities of `grasp(row)` for all rows, in order, in parallel; with their gradients where `gradient` is true.
+/// The qualities of `grasp(row)` for all rows, in order, in parallel; with their gradients where `gradient` is true, and
+/// with up to `bundle` critical directions each.
 ///
 /// A row that fails reports its error and does not stop the others.
 pub fn quality_batch<const D: usize>(
@@ -50,26 +54,33 @@ pub fn quality_batch<const D: usize>(
     grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
     options: &QualityOptions<D>,
     gradient: bool,
-) -> Vec<BatchItem> {
+    bundle: usize,
+) -> Vec<BatchItem<D>> {
     let interrupt = interrupt::current();
     let measured = |workspace: &mut _, row| {
         interrupt::check()?;
         let grasp = grasp(row)?;
-        if gradient {
-            return grasp.quality_and_gradient(options, workspace).map(|(quality, by)| (quality, Some(by)));
+        if bundle > 0 {
+            let (quality, by, bundle) = grasp.quality_and_bundle(options, bundle, workspace)?;
+            return Ok((quality, gradient.then_some(by), bundle));
         }
-        grasp.quality_with(options, workspace).map(|quality| (quality, None))
+        if gradient {
+            let (quality, by) = grasp.quality_and_gradient(options, workspace)?;
+            return Ok((quality, Some(by), Vec::new()));
+        }
+        grasp.quality_with(options, workspace).map(|quality| (quality, None, Vec::new()))
     };
     rows.into_par_iter()
         .map_init(QualityWorkspace::default, |workspace, row| {
             match interrupt::inherit(interrupt.as_ref(), || measured(workspace, row)) {
-                Ok((quality, gradient)) => BatchItem {
+                Ok((quality, gradient, bundle)) => BatchItem {
                     rho: quality.rho,
                     lower: quality.lower,
                     upper: quality.upper,
                     converged: quality.converged,
                     closure: Some(quality.closure),
                     gradient,
+                    bundle,
                     error: None,
                 },
                 Err(error) => BatchItem {
@@ -79,6 +90,7 @@ pub fn quality_batch<const D: usize>(
                     converged: false,
                     closure: None,
                     gradient: None,
+                    bundle: Vec::new(),
                     error: Some(error),
                 },
             }

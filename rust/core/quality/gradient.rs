@@ -79,14 +79,24 @@ impl<const D: usize> Grasp<D> {
         options: &QualityOptions<D>,
         workspace: &mut QualityWorkspace<D>,
     ) -> Result<(Quality<D>, Gradient)> {
-        let query = QualityQuery::new(self, options)?;
-        let quality = query.answer(workspace);
-        let (sharp, rival) = query.sharpened(&quality, workspace);
-        let active = ActiveForces::at(&query, &sharp);
+        let (quality, _, gradient) = QualityQuery::new(self, options)?.differentiated(workspace)?;
+        Ok((quality, gradient))
+    }
+}
+
+impl<const D: usize> QualityQuery<'_, D> {
+    /// The answer, the same with a sharper worst direction, and the gradient there.
+    pub(crate) fn differentiated(
+        &self,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> Result<(Quality<D>, Quality<D>, Gradient)> {
+        let quality = self.answer(workspace);
+        let (sharp, rival) = self.sharpened(&quality, workspace);
+        let active = ActiveForces::at(self, &sharp);
         let unique = sharp.rho != 0.0 && !rival && active.unique;
-        let gradient = Gradient::of_forces(self, &active.functional, &active.forces, unique);
+        let gradient = Gradient::of_forces(self.grasp, &active.functional, &active.forces, unique);
         interrupt::check()?;
-        gradient.check().map(|()| (quality, gradient))
+        gradient.check().map(|()| (quality, sharp, gradient))
     }
 }
 
@@ -134,7 +144,7 @@ impl Gradient {
         gradient
     }
 
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let vectors = self.positions.iter().chain(&self.normals).flatten();
         let numbers = self.spins.iter().chain(&self.friction).chain(&self.max_normal_force);
         if vectors.chain(numbers).all(|x| x.is_finite()) {

@@ -11,6 +11,7 @@
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
 //! | [`gradient`] | derivatives of epsilon by positions, normals, friction and limits |
 //! | [`worst_direction`] | the worst direction as exact as rounding allows, and whether it is the only one |
+//! | [`bundle`] | the most critical directions, each with its gradient |
 //! | [`active_forces`] | the forces that exert the nearest boundary wrench |
 //! | [`thin_sets`] | brackets of sets that are many orders longer than thick, in coordinates where they are round |
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
@@ -23,6 +24,7 @@
 pub(crate) mod active_forces;
 pub(crate) mod answer;
 pub(crate) mod batch;
+pub(crate) mod bundle;
 pub(crate) mod closure;
 pub(crate) mod gradient;
 pub(crate) mod inscribed_cones;

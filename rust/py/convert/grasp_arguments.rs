@@ -135,6 +135,11 @@ impl<'a> Arguments<'a> {
         self.offsets.as_ref().map_or(self.contacts, |offsets| offsets[grasp + 1] - offsets[grasp])
     }
 
+    /// Number of contacts of all grasps of the batch together.
+    pub fn contacts_in_all(&self) -> usize {
+        if self.is_ragged() { self.contacts } else { self.batch.saturating_mul(self.contacts) }
+    }
+
     /// Whether each grasp of the batch has its own number of contacts.
     pub fn is_ragged(&self) -> bool {
         self.offsets.is_some()

@@ -1,7 +1,7 @@
 //! `graspforce.quality_many`: a batch of grasps on all cores.
 
 use std::num::NonZero;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
@@ -16,9 +16,10 @@ use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::restored::{self, Checked, expect, within};
-use crate::convert::scalars::{Given, flag, shown};
+use crate::convert::scalars::{Given, flag, shown, whole};
 use crate::convert::views::{Layout, Views};
-use crate::quality::gradient_batch::{Derivatives, gradient_batch_class};
+use crate::quality::bundle_batch::Bundles;
+use crate::quality::gradient_batch::{Gradients, batch_class};
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::memory::{Work, check_rows};
 
@@ -28,6 +29,9 @@ const CHUNK_TIME: Range<Duration> = Duration::from_millis(250)..Duration::from_s
 
 /// Rows of the first chunk for each core, before any time is known.
 const FIRST_ROWS: usize = 32;
+
+/// Critical directions of a grasp that can be asked for.
+const BUNDLE: RangeInclusive<usize> = 1..=1000;
 
 /// What a row of a chunk may take in small pieces while it is measured, with the reason why it is no grasp.
 const ROW_BYTES: usize = 1024;
@@ -52,12 +56,17 @@ const PYTHON_ROW_BYTES: usize = 384;
 ///     What is wrong with the rows of status 2.
 /// gradient : GradientBatch or None
 ///     How epsilon changes with the contacts, where it was asked for.
+/// bundle : BundleBatch or None
+///     The most critical directions with their gradients, where they were asked for.
 #[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
 pub struct PyQualityBatch {
     items: Vec<Row>,
     /// A `GradientBatch`, or None where no gradients were asked for.
     #[pyo3(get)]
     gradient: Option<Py<PyAny>>,
+    /// A `BundleBatch`, or None where no critical directions were asked for.
+    #[pyo3(get)]
+    bundle: Option<Py<PyAny>>,
 }
 
 /// One row as Python sees it; the reason of status 2 is text by then.
@@ -86,8 +95,8 @@ impl Row {
     }
 }
 
-impl From<BatchItem> for Row {
-    fn from(item: BatchItem) -> Self {
+impl<const D: usize> From<BatchItem<D>> for Row {
+    fn from(item: BatchItem<D>) -> Self {
         let closure = match item.closure {
             Some(Closure::Force) => 1,
             Some(Closure::Partial) => 0,
@@ -183,10 +192,11 @@ impl PyQualityBatch {
     }
 
     #[staticmethod]
-    #[pyo3(signature = (rows, gradient=None))]
+    #[pyo3(signature = (rows, gradient=None, bundle=None))]
     fn _restore(
         rows: &Bound<'_, PyList>,
         gradient: Option<Bound<'_, PyAny>>,
+        bundle: Option<Bound<'_, PyAny>>,
         py: Python<'_>,
     ) -> PyResult<Self> {
         check_room("rows", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
@@ -196,11 +206,13 @@ impl PyQualityBatch {
             items.push(Row { rho, lower, upper, closure, status, error });
         }
         items.iter().try_for_each(Row::check).map_err(|message| invalid_input(py, message))?;
-        if let Some(gradient) = &gradient {
-            let known: Vec<bool> = items.iter().map(|row| row.error.is_none()).collect();
-            gradient_batch_class(py)?.call_method1("_check_rows", (gradient, known))?;
+        let known: Vec<bool> = items.iter().map(|row| row.error.is_none()).collect();
+        for (name, record) in [("GradientBatch", &gradient), ("BundleBatch", &bundle)] {
+            if let Some(record) = record {
+                batch_class(py, name)?.call_method1("_check_rows", (record, &known))?;
+            }
         }
-        Ok(Self { items, gradient: gradient.map(Bound::unbind) })
+        Ok(Self { items, gradient: gradient.map(Bound::unbind), bundle: bundle.map(Bound::unbind) })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -211,9 +223,12 @@ impl PyQualityBatch {
             .iter()
             .map(|row| (row.rho, row.lower, row.upper, row.closure, row.status, row.error.as_deref()));
         let rows = PyList::new(slf.py(), rows.collect::<Vec<_>>())?.into_any();
-        let gradient = slf.get().gradient.as_ref().map(|gradient| gradient.bind(slf.py()).clone());
-        let state: Vec<_> = std::iter::once(rows).chain(gradient).collect();
-        let state = PyTuple::new(slf.py(), state)?;
+        let record = |record: &Option<Py<PyAny>>| {
+            record.as_ref().map_or_else(|| slf.py().None(), |record| record.clone_ref(slf.py()))
+        };
+        let records = [&slf.get().gradient, &slf.get().bundle].map(record);
+        let state = std::iter::once(rows.unbind()).chain(records);
+        let state = PyTuple::new(slf.py(), state.collect::<Vec<_>>())?;
         Ok((slf.py().get_type::<Self>().getattr("_restore")?, state))
     }
 
@@ -249,10 +264,11 @@ impl PyQualityBatch {
 #[pyfunction]
 #[pyo3(
     signature = (*arguments, criterion=Given::default(), rtol=None, external_wrench=None, metric=None, max_facets=None,
-        progress=None, gradient=None, offsets=None, **options),
+        progress=None, gradient=None, bundle=None, offsets=None, **options),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
-        criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None, gradient=False, offsets=None)"
+        criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None, gradient=False, \
+        bundle=None, offsets=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "the arguments of a query are the contract")]
 pub fn quality_many<'py>(
@@ -265,6 +281,7 @@ pub fn quality_many<'py>(
     max_facets: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
     gradient: Option<&Bound<'py, PyAny>>,
+    bundle: Option<&Bound<'py, PyAny>>,
     offsets: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<PyQualityBatch> {
@@ -279,17 +296,18 @@ pub fn quality_many<'py>(
         return Err(wrong(format!("progress: {} is not callable", shown(progress))));
     }
     let gradient = gradient.map_or(Ok(false), |asked| flag("gradient", asked)).map_err(wrong)?;
+    let bundle = bundle.map_or(Ok(0), |size| whole("bundle", size, BUNDLE)).map_err(wrong)?;
     macro_rules! run {
         ($d:literal) => {{
             let options = quality_options::<$d>(&criterion, given).map_err(wrong)?;
-            run(py, &arguments, &options, gradient, progress)
+            run(py, &arguments, &options, (gradient, bundle), progress)
         }};
     }
     if arguments.dim == 2 { run!(3) } else { run!(6) }
 }
 
 /// That a row was not measured because memory is short.
-fn out_of_memory(item: &BatchItem) -> Option<&Error> {
+fn out_of_memory<const D: usize>(item: &BatchItem<D>) -> Option<&Error> {
     item.error.as_ref().filter(|error| matches!(error, Error::OutOfMemory { .. }))
 }
 
@@ -297,28 +315,33 @@ fn run<const D: usize>(
     py: Python<'_>,
     arguments: &Arguments<'_>,
     options: &QualityOptions<D>,
-    gradient: bool,
+    (gradient, bundle): (bool, usize),
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyQualityBatch> {
     options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
     let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
     let cores = available_parallelism().map_or(1, NonZero::get);
-    let work = if gradient { Work::Gradient } else { Work::Quality };
+    let work = if gradient || bundle > 0 { Work::Gradient } else { Work::Quality };
     check_rows(py, arguments, cores, work)?;
-    let mut derivatives = if gradient { Some(Derivatives::of(py, arguments)?) } else { None };
+    let mut gradients = gradient.then(|| Gradients::of(py, arguments)).transpose()?;
+    let mut bundles = (bundle > 0).then(|| Bundles::of(py, arguments, bundle)).transpose()?;
     let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + chunk);
         let start = Instant::now();
         let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
         check_room("positions", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
-        let measured = on_all_cores(py, || quality_batch(rows, grasp, options, gradient))?;
+        let measured = on_all_cores(py, || quality_batch(rows, grasp, options, gradient, bundle))?;
         if let Some(short) = measured.iter().find_map(out_of_memory) {
             return Err(to_python(py, short));
         }
         for item in measured {
-            if let Some(derivatives) = &mut derivatives {
-                derivatives.push(item.gradient.as_ref(), arguments.contacts_in(items.len()));
+            let contacts = arguments.contacts_in(items.len());
+            if let Some(gradients) = &mut gradients {
+                gradients.push(item.gradient.as_ref(), contacts);
+            }
+            if let Some(bundles) = &mut bundles {
+                bundles.push(&item.bundle, contacts);
             }
             items.push(Row::from(item));
         }
@@ -332,6 +355,7 @@ fn run<const D: usize>(
             progress.call1((items.len(), arguments.batch))?;
         }
     }
-    let gradient = derivatives.map(|derivatives| derivatives.into_python(py, arguments)).transpose()?;
-    Ok(PyQualityBatch { items, gradient })
+    let gradient = gradients.map(|gradients| gradients.into_python(py, arguments)).transpose()?;
+    let bundle = bundles.map(|bundles| bundles.into_python(py, arguments)).transpose()?;
+    Ok(PyQualityBatch { items, gradient, bundle })
 }

@@ -1,6 +1,7 @@
 //! `graspforce.Quality`.
 
 pub(crate) mod batch;
+pub(crate) mod bundle_batch;
 pub(crate) mod gradient;
 pub(crate) mod gradient_batch;
 

@@ -9,7 +9,7 @@ from scipy import optimize
 
 import graspforce as gf
 from graspforce.paper import RACKET, tile_side
-from graspforce.planning.gradient_sampling import _Ascent
+from graspforce.planning.bundle_ascent import _Ascent
 from graspforce.planning.problem import SearchProblem
 from graspforce.surfaces import MeshSurface, contacts_on, ellipse
 
@@ -31,7 +31,8 @@ def test_slopes_by_the_chain_rule_are_those_of_differences(criterion, edges):
     params = np.array([-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07])
     quality = climb._quality(params)
     assert quality.gradient.unique
-    slopes = climb._gradient(params)
+    pieces = climb._pieces(params[None], params, quality.epsilon)
+    slopes = pieces.slopes[pieces.gaps.argmin()]
     source, step = climb._source, 1e-6
     for axis in range(8):
         move = step * np.eye(8)[axis]
@@ -120,7 +121,7 @@ def test_an_error_on_the_way_keeps_the_best_so_far():
 
     def failing(params):
         calls[0] += 1
-        if calls[0] == 60:
+        if calls[0] == 8:
             raise gf.InvalidInputError("the surface ends here")
         return disc(params)
 
@@ -187,7 +188,7 @@ def test_least_squares_that_do_not_end_keep_the_best_so_far(monkeypatch):
 
     def giving_up(matrix, right):
         calls.append(right)
-        if len(calls) > 2:
+        if len(calls) > 20:
             raise RuntimeError("Maximum number of iterations reached.")
         return solve(matrix, right)
 

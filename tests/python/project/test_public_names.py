@@ -125,6 +125,9 @@ MADE = {
     "graspforce.GradientBatch": lambda _: (
         gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))], gradient=True).gradient
     ),
+    "graspforce.BundleBatch": lambda _: (
+        gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))], bundle=3).bundle
+    ),
     "graspforce.MinkowskiSum": lambda _: grasp(edges=3).minkowski_sum(),
     "graspforce.ForceDistributor": lambda _: gf.ForceDistributor(
         grasp(), "sum", weight=0.0, min_normal=0.01, rtol=1e-8

@@ -228,7 +228,7 @@ def test_a_batch_keeps_its_gradients_in_pickles_and_dictionaries():
     listed = batch.to_dict()["gradient"]
     assert listed["positions"][1][0] == [None] * 3
     assert listed["positions"][0] == batch.gradient.positions[0].tolist()
-    make, (rows, _) = batch.__reduce__()
+    make, (rows, *_) = batch.__reduce__()
     other = gf.quality_many(positions, positions, gradient=True).gradient
     for wrong in [other, rows, gf.quality_many(positions[:2], normals[:2], gradient=True).gradient]:
         with pytest.raises(gf.InvalidInputError):

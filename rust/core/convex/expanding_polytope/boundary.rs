@@ -191,6 +191,17 @@ impl<const D: usize> Boundary<D> {
         None
     }
 
+    /// Ranks all live facets, also those that were too far out when they were made.
+    pub(crate) fn rank_all(&mut self) {
+        self.heap.clear();
+        let live = self.facets.iter().zip(0..).filter(|(facet, _)| facet.round != 0);
+        self.heap.extend(live.map(|(facet, index)| Candidate {
+            distance: facet.norm.recip(),
+            facet: index,
+            serial: facet.serial,
+        }));
+    }
+
     /// Ranks a facet again that [`Self::pop_nearest`] gave.
     pub(crate) fn put_back(&mut self, candidate: Candidate) {
         self.heap.push(candidate);

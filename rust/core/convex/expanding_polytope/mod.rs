@@ -14,6 +14,7 @@
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
+pub(crate) mod nearest_facets;
 pub(crate) mod plane_norm;
 pub(crate) mod ridge_table;
 

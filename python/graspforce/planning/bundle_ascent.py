@@ -1,0 +1,394 @@
+"""Gradient refinement: improve a grasp by gradients, or show that it is stationary.
+
+At a good grasp several directions are equally bad, and epsilon has no gradient. `graspforce.quality_many`
+gives the gradients along the most critical directions, with the supports there. Each step is the best one
+for the linear pieces that they are (see `linear_pieces`).
+
+A step that fails shows that a piece is missing, as beyond an edge of a mesh: the bundle there joins that of
+the grasp. Where no step succeeds, random grasps nearby are tried. A few further ascents start from random
+grasps around the best one.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
+
+import numpy as np
+
+from graspforce._core import quality_many, unwarned_grasp
+from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.restored import expect_instance, expect_number, expect_search_result, expect_whole
+from graspforce._internal.to_dict import Record
+from graspforce._internal.vectors import unit
+from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+
+from .linear_pieces import LinearPieces
+from .problem import SearchProblem, deadline_after, read_only_copy
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce._core import Grasp, Quality
+    from graspforce.gradients import BundleBatch
+    from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
+
+    from .scoring import Contacts
+
+    Array = NDArray[np.float64]
+
+RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
+
+_DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
+_TIMES = (0.2, 0.02, 1e-3)  # of the range, over the longest slope: times of steps that are tried
+_LENGTHS = (0.2, 0.07, 0.02, 5e-3, 1e-3)  # of the range: lengths of further ones
+_NEAR = 1e-4  # of the range: the slope is that of the pieces that so short a step meets
+_SHORT = (3e-4, 1e-4, 3e-5, 1e-5, 1e-6)  # the same after a failure, as close to an edge of a mesh
+_SAMPLED = 3  # random places whose bundles join that of the grasp after a failure
+_RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
+_EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
+_FAILURES = 6  # iterations in a row without an increase that end an ascent
+_HOPS, _HOPPED = 3, (0.01, 0.3)  # further ascents, from the best of random grasps this far away
+_JUMP = 1e-2  # no derivative: a normal or a frame that turns so far (in rad) between two close points
+_WORTHWHILE = 1e-6  # relative increase below which a step does not count
+_SPARE_PIECES = 4  # critical directions beyond the number of parameters
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refinement(Record):
+    """The result of a refinement.
+
+    Threads may share it; it can be copied and pickled.
+
+    Attributes
+    ----------
+    params : numpy.ndarray
+        (p,) parameters of the grasp; those of the start if nothing better was found.
+    quality, grasp : Quality, Grasp
+        Its quality and the grasp itself. Epsilon is never below that of the start.
+    gain : float
+        Increase of epsilon in N.
+    stationary : bool
+        True if no direction within the bounds increases the supports along all critical directions, to the
+        tolerance.
+    slope : float
+        Length of the shortest vector in the hull of the last gradients of critical directions: change of
+        epsilon per full range of the parameters.
+    iterations, evaluations : int
+        Number of grasps that were to be improved by gradients, and of all grasps measured.
+    unique : bool
+        True if epsilon has a gradient at the end.
+    stopped : {"tolerance", "iterations", "target", "time", "interrupted", "error"}
+        Why the refinement ended. "tolerance": the grasp is stationary, or neither a step nor a random point
+        nearby increases epsilon. "iterations": `max_iterations` was reached. "error": an error ended
+        the refinement and carries this result as its ``partial``.
+    """
+
+    params: NDArray[np.float64]
+    quality: Quality
+    grasp: Grasp
+    gain: float
+    stationary: bool
+    slope: float
+    iterations: int
+    evaluations: int
+    unique: bool
+    stopped: RefinementStopped
+
+    def _check(self) -> None:
+        expect_search_result(self)
+        expect_number("gain", self.gain, least=0)
+        expect_number("slope", self.slope, least=0)
+        for name in ("stationary", "unique"):
+            expect_instance(name, getattr(self, name), bool)
+        for name in ("iterations", "evaluations"):
+            expect_whole(name, getattr(self, name))
+
+
+def refine(
+    surface: Surface,
+    params: ArrayLike,
+    bounds: ArrayLike,
+    criterion: Criterion = "max",
+    *,
+    rtol: float | None = None,
+    external_wrench: ArrayLike | None = None,
+    metric: ArrayLike | None = None,
+    feasible: Feasible | None = None,
+    min_distance: float = 0.0,
+    target: float | None = None,
+    time_limit: float | None = None,
+    max_iterations: int = 100,
+    tolerance: float = 1e-3,
+    seed: int = 0,
+    **grasp_options: Unpack[GraspOptions],
+) -> Refinement:
+    """Improve a grasp by gradients of epsilon, within the bounds.
+
+    Safe to call from several threads if `surface` and `feasible` are.
+
+    Parameters
+    ----------
+    surface, bounds, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
+        As for `graspforce.plan`.
+    params : array_like
+        (p,) parameters of the start, such as `Plan.params`.
+    target, time_limit : float, optional
+        Stop as soon as epsilon in N reaches the target, or after this many seconds. The time is checked
+        before each bundle of gradients and each set of candidates.
+    max_iterations : int
+        Largest number of grasps whose gradients are computed in order to improve them.
+    tolerance : float
+        A slope counts as zero if it changes epsilon by less than this share over the full range of the
+        parameters.
+    seed : int
+        Seed of the points that are tried where gradients lead no further.
+
+    Returns
+    -------
+    Refinement
+        The improved grasp; never worse than the start. Ctrl-C ends the refinement and returns the best so
+        far.
+
+    Raises
+    ------
+    InvalidInputError
+        As for `graspforce.plan`, with a `Refinement` as ``partial``. Also if the start is infeasible.
+    NotConvergedError
+        SciPy did not solve a least-squares problem. The error carries the `Refinement` so far as ``partial``.
+    MissingExtraError
+        SciPy is not installed.
+
+    Examples
+    --------
+    Two fingers on a disc are nearly opposite; gradients make them exactly opposite.
+
+    >>> import numpy as np
+    >>> import graspforce as gf
+    >>> def disc(angles):
+    ...     outward = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    ...     return 0.1 * outward, -outward
+    >>> better = gf.refine(disc, [0.0, 3.0], [(0, 1), (1, 4)], friction=0.6)
+    >>> bool(abs(better.params[1] - better.params[0] - np.pi) < 1e-3), better.gain > 0
+    (True, True)
+    """
+    deadline = deadline_after(time_limit)
+    goal = np.inf if target is None else real_number("target", target, finite=False)
+    start = finite_vector("params", params)
+    lower, upper = search_bounds(bounds, start, "params")
+    tolerance = real_number("tolerance", tolerance, positive=True)
+    max_iterations = whole_number("max_iterations", max_iterations, least=0)
+    seed = whole_number("seed", seed, least=0)
+    problem = SearchProblem.of(
+        refine, surface, grasp_options, feasible, min_distance,
+        criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
+    )  # fmt: skip
+    if not problem.source.feasible(problem.source.contacts(start[None]))[0]:
+        raise InvalidInputError(
+            f"params: {start.tolist()} refused by {problem.source.conditions}; start from a feasible grasp"
+        )
+    return _Ascent(problem, start, lower, upper, tolerance, seed).run(max_iterations, goal, deadline)
+
+
+class _TimeOverError(Exception):
+    """The deadline has passed."""
+
+
+class _Ascent:
+    """Refinement in unit parameters: each runs from 0 to 1 over its bounds."""
+
+    def __init__(
+        self, problem: SearchProblem, start: Array, lower: Array, upper: Array, tolerance: float, seed: int
+    ) -> None:
+        self._source, self._score, self._tolerance = problem.source, problem.score, tolerance
+        self._quality_options = problem.quality_options
+        self._lower, self._upper, self._range = lower, upper, upper - lower
+        self._random = np.random.default_rng(seed)
+        # A parameter whose bounds are so close that rounding swallows the difference has nowhere to go.
+        rounding = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
+        self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
+        self._start = start
+        self._deadline = np.inf
+        self.evaluations = 0
+
+    def run(self, max_iterations: int, goal: float = np.inf, deadline: float = np.inf) -> Refinement:
+        params = self._start
+        quality = first = self._quality(params)
+        best, slope, stationary, iterations = (params, quality), 0.0, not len(self._free), 0
+        pieces, failures, hops = None, 0, 0
+        # The quality of the start, above, is computed in any case.
+        self._deadline = deadline
+
+        def result(stopped: RefinementStopped) -> Refinement:
+            end, reached = best
+            return Refinement(
+                read_only_copy(end), reached, reached.grasp, reached.epsilon - first.epsilon, stationary,
+                slope, iterations, self.evaluations, reached.gradient.unique, stopped,
+            )  # fmt: skip
+
+        try:
+            while len(self._free):
+                if quality.epsilon >= goal:
+                    return result("target")
+                if pieces is None:
+                    if iterations >= max_iterations:
+                        return result("iterations")
+                    iterations += 1
+                    pieces = self._pieces(params[None], params, quality.epsilon)
+                uphill = float(np.linalg.norm(pieces.near(_NEAR).direction(1.0, *self._bounds_met(params))))
+                flat = uphill <= self._tolerance * max(abs(quality.epsilon), 1e-12)
+                if quality is best[1]:
+                    slope, stationary = uphill, flat
+                lengths = (*_LENGTHS, *_SHORT) if failures else _LENGTHS
+                places = self._steps(pieces, params, lengths) if uphill > 0 else params[None]
+                if failures:
+                    explored = self._nearby(params, 2 * (len(self._free) + 2), _EXPLORED)
+                    places = np.concatenate([places, explored])
+                better = self._better(places, params, quality)
+                if better is not None:
+                    (params, quality), pieces, failures = better, None, 0
+                    best = better if quality.epsilon > best[1].epsilon else best
+                    continue
+                failures += 1
+                if failures < (_FAILURES // 2 if flat else _FAILURES):
+                    radius = _RADII[(failures - 1) % len(_RADII)]
+                    sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
+                    pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))
+                    continue
+                if stationary or hops == _HOPS:
+                    break
+                hops += 1
+                params, quality = hopped = self._hopped(best[0])
+                pieces, failures = None, 0
+                best = hopped if quality.epsilon > best[1].epsilon else best
+        except _TimeOverError:
+            return result("time")
+        except KeyboardInterrupt:
+            return result("interrupted")
+        except GraspForceError as error:
+            error.partial = result("error")
+            raise
+        return result("tolerance")
+
+    def _count(self, grasps: int = 1) -> None:
+        if time.monotonic() >= self._deadline:
+            raise _TimeOverError
+        self.evaluations += grasps
+
+    def _quality(self, params: Array) -> Quality:
+        self._count()
+        return self._source.grasp(params).quality(**self._quality_options)
+
+    def _better(self, places: Array, params: Array, quality: Quality) -> tuple[Array, Quality] | None:
+        """Return the best of the places and its quality, if it is better than that at the parameters."""
+        self._count(len(places))
+        choice = self._source.best(np.vstack([params, places]), 0, quality.rho, self._score)
+        if choice is None or choice.index == 0:
+            return None
+        place = places[choice.index - 1]
+        enough = quality.epsilon + _WORTHWHILE * abs(quality.epsilon)
+        for end in (self._source.settled(place, self._lower, self._upper), place):
+            found = self._quality(end)
+            if found.epsilon > enough:
+                return end, found
+        return None
+
+    def _hopped(self, params: Array) -> tuple[Array, Quality]:
+        """Return the best of random places around the parameters, and its quality."""
+        places = self._nearby(params, 4 * (len(self._free) + 2), _HOPPED)
+        self._count(len(places))
+        choice = self._source.best(places, 0, None, self._score)
+        place = params if choice is None else places[choice.index]
+        return place, self._quality(place)
+
+    def _steps(self, pieces: LinearPieces, params: Array, further: tuple[float, ...]) -> Array:
+        """Places (n, p) that the pieces promise to be better."""
+        bounds = self._bounds_met(params)
+        directions = [pieces.direction(time / pieces.steepest, *bounds) for time in (*_TIMES, *further)]
+        lengths = [time / pieces.steepest for time in _TIMES]
+        for direction, length in zip(directions[len(_TIMES) :], further, strict=True):
+            lengths.append(length / max(float(np.linalg.norm(direction)), 1e-300))
+        moves = np.array(lengths)[:, None] * directions
+        return np.clip(params + moves * self._range, self._lower, self._upper)
+
+    def _bounds_met(self, params: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        edge = 1e-12 * self._range
+        return params <= self._lower + edge, params >= self._upper - edge
+
+    def _nearby(self, params: Array, count: int, distances: tuple[float, float]) -> Array:
+        """Random places (n, p), of the range of distances; every other one moves a few parameters only."""
+        free = len(self._free)
+        moves = self._random.normal(size=(count, free))
+        moves[::2] *= self._random.random((len(moves[::2]), free)) < max(0.25, 1 / free)
+        nearest, furthest = np.log(distances)
+        lengths = np.exp(self._random.uniform(nearest, furthest, size=(count, 1)))
+        moves *= lengths / np.maximum(np.linalg.norm(moves, axis=1, keepdims=True), 1e-300)
+        places = np.repeat(params[None], count, axis=0)
+        places[:, self._free] += moves * self._range[self._free]
+        return np.clip(places, self._lower, self._upper)
+
+    def _pieces(self, places: Array, params: Array, epsilon: float) -> LinearPieces:
+        """Pieces of epsilon along the critical directions at places (n, p), continued to the parameters."""
+        self._count(len(places))
+        step = _DIFFERENCE * self._range[self._free]
+        moves = np.zeros((len(step), len(params)))
+        moves[np.arange(len(step)), self._free] = step
+        ends = [np.clip(places[:, None] + sign * moves, self._lower, self._upper) for sign in (1, -1)]
+        spans = (ends[0] - ends[1]).sum(axis=2) / self._range[self._free]
+        rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
+        contacts = self._source.contacts(np.vstack(rows))
+        cuts = np.cumsum([len(part) for part in rows])
+        bundle = self._bundle({name: array[: cuts[0]] for name, array in contacts.items()}, places)
+        after, before = (
+            {name: array[cuts[end] : cuts[end + 1]] for name, array in contacts.items()} for end in (0, 1)
+        )
+        shape = (len(places), len(step), *after["positions"].shape[1:])
+        positions = (after["positions"] - before["positions"]).reshape(shape)
+        normals = (unit(after["normals"]) - unit(before["normals"])).reshape(shape)
+        normals[np.linalg.norm(normals, axis=-1) > _JUMP] = 0.0
+        rise = np.einsum("npmi,nkmi->nkp", positions, bundle.positions)
+        rise += np.einsum("npmi,nkmi->nkp", normals, bundle.normals)
+        if np.any(bundle.spins):
+            spins = self._spins(after, before).reshape(shape[:3])
+            spins[np.abs(spins) > _JUMP] = 0.0
+            rise += np.einsum("npm,nkm->nkp", spins, bundle.spins)
+        rise /= spans[:, None]
+        back = (params - places)[:, self._free] / self._range[self._free]
+        known = np.isfinite(bundle.values)
+        slopes = np.zeros((int(known.sum()), len(params)))
+        slopes[:, self._free] = rise[known]
+        gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
+        return LinearPieces(np.maximum(gaps[known], 0.0), slopes)
+
+    def _bundle(self, contacts: Contacts, places: Array) -> BundleBatch:
+        """Return the most critical directions of the grasps at places."""
+        options: dict[str, Any] = {**self._source.options, **contacts, **self._quality_options}
+        batch = quality_many(**options, bundle=len(self._free) + _SPARE_PIECES)
+        for row, reason in batch.errors.items():
+            raise InvalidGraspError(f"parameters {places[row].tolist()}: {reason}")
+        if batch.bundle is None:
+            raise InvalidGraspError("no critical directions")
+        return batch.bundle
+
+    def _spins(self, after: Contacts, before: Contacts) -> Array:
+        """Angles (B, m) by which contact frames spin about their normals beyond the smallest rotation."""
+        new, old = self._frames(after), self._frames(before)
+        n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
+        # The smallest rotation from n_old to n_new, applied to o_old.
+        axis = np.cross(n_old, n_new)
+        cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
+        along = (axis * o_old).sum(axis=-1, keepdims=True)
+        carried = o_old * cosine + np.cross(axis, o_old) + axis * along / (1 + cosine)
+        sine = (np.cross(carried, new[:, :, 1]) * n_new).sum(axis=-1)
+        angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=-1))
+        return angles
+
+    def _frames(self, contacts: Contacts) -> Array:
+        """Contact frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least."""
+        shape = contacts["positions"].shape
+        tangents = contacts.get("tangents", self._source.options.get("tangents"))
+        if tangents is not None:
+            tangents = np.broadcast_to(np.asarray(tangents, dtype=np.float64), shape).reshape(-1, 3)
+        places, normals = (contacts[name].reshape(-1, 3) for name in ("positions", "normals"))
+        return unwarned_grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
