@@ -16,6 +16,7 @@ from benches.trust import (
     nearly_degenerate,
     origin_contacts,
     smooth,
+    support_regions,
     symmetric_cones,
     tumbles,
 )
@@ -36,6 +37,7 @@ FAMILIES = (
     symmetric_cones,
     global_bounds,
     mesh_unions,
+    support_regions,
 )
 
 

@@ -56,6 +56,7 @@ from .planning import (
     refine,
 )
 from .status import Status
+from .support import SupportRegion, patch, support_region
 
 __all__ = [
     "BusyError",
@@ -86,17 +87,20 @@ __all__ = [
     "Refinement",
     "ResumeError",
     "Status",
+    "SupportRegion",
     "TooLargeError",
     "__version__",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
     "grade",
+    "patch",
     "plan",
     "plan_global",
     "plan_multistart",
     "quality_many",
     "refine",
+    "support_region",
     "surfaces",
     "torque_limited_forces",
 ]

@@ -245,6 +245,26 @@ def quality_many(
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
+def support_region(
+    grasp: Grasp,
+    weight: float,
+    criterion: _Criterion,
+    acceleration: ArrayLike,
+    height: float,
+    external_wrench: ArrayLike,
+    gap: float,
+    gravity: float,
+    max_directions: int,
+) -> tuple[
+    Literal["polygon", "segment", "point", "empty"],
+    _Floats,
+    _Floats,
+    tuple[float, float, float],
+    float,
+    tuple[bool, int],
+    _Floats | None,
+]: ...
+def polygon_margins(vertices: _Floats, points: _Floats) -> _Floats: ...
 def unwarned_grasp(*arguments: Any, **options: Any) -> Grasp: ...
 def unwarned_grasp_of(arguments: dict[str, Any]) -> Grasp: ...
 def torque_limited_forces(

@@ -27,6 +27,7 @@
 //! | Section 3.2, Eqs. 16 to 19, Propositions 1 and 2 | quality, closure, gradients | `quality/` |
 //! | Section 3.4 | candidates and boxes of contact planning | `planning/` |
 //! | Section 4, Eqs. 20 to 31, Appendix B | least contact forces | `force/` |
+//! | | places of the centre of mass at which contacts hold a body | `support_region/` |
 //! | | small matrices, 32 digits | `linalg/` |
 //! | | every tolerance, with its meaning and origin | `tolerances.rs` |
 //!
@@ -47,6 +48,7 @@ mod memory;
 mod planning;
 mod quality;
 mod status;
+mod support_region;
 #[cfg(test)]
 mod test_numbers;
 mod tolerances;
@@ -75,6 +77,9 @@ pub use quality::closure::Closure;
 pub use quality::gradient::Gradient;
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use status::Status;
+pub use support_region::{
+    HorizontalPoint, RegionShape, STANDARD_GRAVITY, SupportOptions, SupportRegion, polygon_margin,
+};
 pub use tolerances::{FEASIBILITY_TOLERANCE, TIE};
 pub use wrench_set::minkowski_sum::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use wrench_set::{ContactReach, Criterion, Support, WrenchSet};
