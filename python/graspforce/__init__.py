@@ -57,13 +57,16 @@ from .planning import (
 )
 from .status import Status
 from .support import SupportRegion, patch, support_region
+from .uncertainty import ClosureProbability, FrictionBracket, least_friction, probability_of_closure
 
 __all__ = [
     "BusyError",
+    "ClosureProbability",
     "ForceBatch",
     "ForceDistributor",
     "ForceSolution",
     "ForceSteps",
+    "FrictionBracket",
     "GlobalOptimum",
     "Gradient",
     "Grasp",
@@ -94,10 +97,12 @@ __all__ = [
     "from_mujoco",
     "from_pinocchio",
     "grade",
+    "least_friction",
     "patch",
     "plan",
     "plan_global",
     "plan_multistart",
+    "probability_of_closure",
     "quality_many",
     "refine",
     "support_region",

@@ -245,6 +245,14 @@ def quality_many(
     max_facets: int | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> QualityBatch: ...
+def least_friction(
+    grasp: Grasp,
+    external_wrench: ArrayLike | None,
+    criterion: _Criterion,
+    rtol: float,
+    max_friction: float,
+) -> tuple[float, float]: ...
+def least_friction_many(*arguments: Any, **options: Any) -> tuple[_Floats, _Floats, dict[int, str]]: ...
 def support_region(
     grasp: Grasp,
     weight: float,

@@ -75,6 +75,7 @@ pub use planning::triangle_tree::{ClosestPoint, TriangleTree};
 pub use quality::batch::{BatchItem, quality_batch};
 pub use quality::closure::Closure;
 pub use quality::gradient::Gradient;
+pub use quality::least_friction::{FrictionOptions, LeastFriction, least_friction_batch};
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use status::Status;
 pub use support_region::{
