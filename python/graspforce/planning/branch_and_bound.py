@@ -21,9 +21,11 @@ from graspforce._internal.checks import finite_array, finite_vector, real_number
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
+from .contact_groups import contact_groups
 from .global_optimum import GlobalOptimum
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
+from .separable_bounds import SeparableBounds
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -160,7 +162,11 @@ def plan_global(
             raise InvalidInputError(
                 f"curvature: shape {bends.shape}, expected {expected} of nonnegative numbers"
             )
-    tree = _Tree(problem, first, bends, safety, _rates(source, lower, upper))
+    rates = _rates(source, lower, upper)
+    tree = _Tree(problem, first, bends, safety, rates)
+    groups = contact_groups(surface, first.num_contacts, len(box))
+    if len(groups) > 1:
+        tree.separable = SeparableBounds(problem, groups, start, lower, upper, bends, safety, rates)
 
     def result(stopped: Ended) -> GlobalOptimum | None:
         if tree.best is None:
@@ -204,7 +210,8 @@ class _Tree:
         self._heap: list[tuple[float, int, Array, Array]] = []
         self._serial = itertools.count()
         self._discarded = -np.inf
-        self.boxes = 0
+        self._own_boxes = 0
+        self.separable: SeparableBounds | None = None
 
     @property
     def epsilon(self) -> float:
@@ -214,7 +221,38 @@ class _Tree:
     @property
     def top(self) -> float:
         """No parameters exceed it."""
-        return max(-self._heap[0][0] if self._heap else -np.inf, self._discarded)
+        own = max(-self._heap[0][0] if self._heap else -np.inf, self._discarded)
+        return own if self.separable is None else max(own, self.separable.top)
+
+    @property
+    def boxes(self) -> int:
+        """How many boxes were bounded."""
+        return self._own_boxes + (0 if self.separable is None else self.separable.boxes)
+
+    def _separate(self, gap: float, max_boxes: int, deadline: float, report: Report | None) -> None:
+        """Discard what separate bounds of the contact groups can; the rest becomes boxes of the heap."""
+        separable = self.separable
+        if separable is None:
+            return
+
+        def stop(top: float, boxes: int) -> bool:
+            if report is not None:
+                report(boxes, max_boxes, top)
+            return top <= self._open or boxes >= max_boxes or time.monotonic() >= deadline
+
+        try:
+            separable.run(self._try, lambda: self.best, lambda: self._enough(gap), stop)
+        except BaseException:
+            # Whatever the step left undone, this held before it.
+            self._discarded = max(self._discarded, separable.proven)
+            separable.clear()
+            raise
+        for entry in zip(*separable.boxes_left(), strict=True):
+            bound, low, high = entry
+            self._heap.append((-float(bound), next(self._serial), low, high))
+        heapq.heapify(self._heap)
+        self._discarded = max(self._discarded, separable.discarded)
+        separable.clear()
 
     def run(
         self,
@@ -230,8 +268,10 @@ class _Tree:
         popped = [(-np.inf, next(self._serial), lower, upper)]
         try:
             self._try(start[None])
-            self._offer(lower[None], upper[None], gap)
+            if self.separable is None:
+                self._offer(lower[None], upper[None], gap)
             popped = []
+            self._separate(gap, max_boxes, deadline, report)
             while self._heap and -self._heap[0][0] > max(self._enough(gap), self._discarded):
                 if self.top <= self._open:
                     return "open"
@@ -290,7 +330,7 @@ class _Tree:
 
     def _offer(self, low: Array, high: Array, gap: float) -> None:
         """Bound boxes and keep those that may hold something better."""
-        self.boxes += len(low)
+        self._own_boxes += len(low)
         axes = low.shape[1]
         rows = np.array(list(itertools.product((-1.0, 1.0), repeat=axes)))
         options: dict[str, Any] = {"enough": self._enough(gap)}
