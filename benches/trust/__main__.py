@@ -15,6 +15,7 @@ from benches.trust import (
     nearest,
     nearly_degenerate,
     origin_contacts,
+    priced,
     smooth,
     support_regions,
     symmetric_cones,
@@ -23,6 +24,7 @@ from benches.trust import (
 
 FAMILIES = (
     control,
+    priced,
     nearest,
     nearly_degenerate,
     feet_and_pinches,

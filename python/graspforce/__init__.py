@@ -11,7 +11,7 @@ Importing the package needs NumPy alone. Files, figures, viewers and simulators 
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -42,6 +42,8 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .gradients import GradientBatch
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -64,13 +66,16 @@ __all__ = [
     "ClosureProbability",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "FrictionBracket",
     "GlobalOptimum",
     "Gradient",
+    "GradientBatch",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -93,6 +98,7 @@ __all__ = [
     "SupportRegion",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
@@ -107,6 +113,7 @@ __all__ = [
     "refine",
     "support_region",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 

@@ -28,8 +28,11 @@
 //! | Section 3.4 | candidates and boxes of contact planning | `planning/` |
 //! | Section 4, Eqs. 20 to 31, Appendix B | least contact forces | `force/` |
 //! | | places of the centre of mass at which contacts hold a body | `support_region/` |
+//! | | numbers that the field optimises in place of the quality | `surrogates/` |
 //! | | small matrices, 32 digits | `linalg/` |
 //! | | every tolerance, with its meaning and origin | `tolerances.rs` |
+//! | | errors, and the status of a row of a batch | `error.rs`, `status.rs` |
+//! | | Ctrl-C, and large allocations that are tried | `interrupt.rs`, `memory.rs` |
 //!
 //! The data's way: [`Contact`]s make a [`Grasp`]; its [`WrenchSet`] answers how far it reaches along a direction; quality
 //! and force distribution ask nothing else.
@@ -49,6 +52,7 @@ mod planning;
 mod quality;
 mod status;
 mod support_region;
+mod surrogates;
 #[cfg(test)]
 mod test_numbers;
 mod tolerances;
@@ -58,11 +62,15 @@ pub use convex::expanding_polytope::DEFAULT_MAX_FACETS;
 pub use error::{Error, Result, Unmet};
 pub use force::batch::DistributionBatch;
 pub use force::distributor::ForceDistributor;
+pub use force::gradient::ForceGradient;
+pub use force::grasp_batch::{GraspForceGradients, GraspForces, GraspForcesOptions, forces_batch};
 pub use force::nearest::options::NearestOptions;
 pub use force::solution::{Distribution, DistributionOptions, Method};
 pub use force::squares::options::SquaresOptions;
 pub use force::workspace::ForceWorkspace;
-pub use grasp::contact::{Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES};
+pub use grasp::contact::{
+    Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES, contact_force, write_components,
+};
 pub use grasp::plausibility::implausibility;
 pub use grasp::torque_limits::torque_limited_forces;
 pub use grasp::wrench_norm::Metric;
@@ -81,6 +89,8 @@ pub use status::Status;
 pub use support_region::{
     HorizontalPoint, RegionShape, STANDARD_GRAVITY, SupportOptions, SupportRegion, polygon_margin,
 };
+pub use surrogates::batch::surrogate_batch;
+pub use surrogates::{Surrogate, SurrogateValue};
 pub use tolerances::{FEASIBILITY_TOLERANCE, TIE};
 pub use wrench_set::minkowski_sum::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use wrench_set::{ContactReach, Criterion, Support, WrenchSet};

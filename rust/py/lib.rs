@@ -18,6 +18,7 @@ mod planning;
 mod quality;
 mod runtime;
 mod support_region;
+mod surrogates;
 
 use pyo3::prelude::*;
 
@@ -48,6 +49,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     )?;
     module.setattr("support_region", wrap_pyfunction!(support_region::support_region, module)?)?;
     module.setattr("polygon_margins", wrap_pyfunction!(support_region::polygon_margins, module)?)?;
+    module.setattr("forces_many_arrays", wrap_pyfunction!(force::many::forces_many, module)?)?;
+    module.setattr("surrogate_arrays", wrap_pyfunction!(surrogates::surrogate_arrays, module)?)?;
     module.add_function(wrap_pyfunction!(grasp::torque_limits::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality::batch::quality_many, module)?)
 }

@@ -82,7 +82,7 @@ pub fn least_friction_many<'py>(
 
 fn brackets<const D: usize>(
     py: Python<'_>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
 ) -> PyResult<Vec<graspforce::Result<LeastFriction>>> {
     let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
     on_all_cores(py, || least_friction_batch(0..arguments.batch, grasp, &FrictionOptions::default()))

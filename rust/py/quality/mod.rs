@@ -2,6 +2,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod gradient;
+pub(crate) mod gradient_batch;
 pub(crate) mod least_friction;
 
 use graspforce::Closure;
