@@ -16,6 +16,7 @@ from benches.trust import (
     nearly_degenerate,
     origin_contacts,
     priced,
+    separable_bounds,
     smooth,
     support_regions,
     symmetric_cones,
@@ -38,6 +39,7 @@ FAMILIES = (
     smooth,
     symmetric_cones,
     global_bounds,
+    separable_bounds,
     mesh_unions,
     support_regions,
 )

@@ -181,13 +181,12 @@ class ContactWrenches:
         contacts = self._problem.source.contacts(params)
         options: dict[str, Any] = {**self._problem.quality_options, "rtol": _RTOL}
         found = []
-        inverse = np.linalg.inv(self._map).T
         for row in range(len(params)):
             try:
                 quality = self._problem.source.grasp_of(contacts, row).quality(**options)
             except GraspForceError:
                 continue
-            z = inverse @ quality.direction
+            z = self._map @ quality.direction
             if np.isfinite(z).all() and z.any():
                 found.append(z / np.linalg.norm(z))
         return np.array(found).reshape(-1, self.dim)

@@ -124,15 +124,16 @@ class SeparableBounds:
         """Cut and discard until nothing is left, `stop` says so, or memory would not hold more.
 
         `attempt` looks for a better grasp among parameters (B, p), `best` gives those of the best one, and
-        products whose bound is at most `enough()` are discarded. Without any feasible grasp nothing can be.
+        products whose bound is at most `enough()` are discarded. Nothing is done without a force closure: sums
+        of supports do not tell open grasps from each other.
         """
         self._late = lambda: stop(self.proven, self.boxes)
         random = np.random.default_rng(0)
         sample = self._sample(random, _SAMPLE)
         attempt(sample)
-        if best() is None:
-            return
         self._polish(random, attempt, best)
+        if best() is None or enough() <= 0:
+            return
         self._learn(sample[:_FIRST_DIRECTIONS])
         while len(self._products):
             self._discard(enough(), len(self._directions))
