@@ -38,7 +38,7 @@ def _tangent(heading: tuple[float, ...], s: np.ndarray) -> np.ndarray:
 
 
 def problem(seed: int) -> tuple[Any, np.ndarray, np.ndarray, float]:
-    """Return the surface, bounds of the second derivatives (m, m), centres and widths (m, 2), and friction."""
+    """Return the surface, bounds of second derivatives (m, m), centres and widths (m, 2), and friction."""
     random = np.random.default_rng([11, seed])
     count, friction = int(random.integers(2, 4)), float(random.uniform(0.2, 0.8))
     length = np.hypot(1, friction)

@@ -25,13 +25,13 @@ from graspforce._internal.checks import (
     search_bounds,
     whole_number,
 )
-from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
 from .contact_groups import contact_groups
 from .global_optimum import GlobalOptimum
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
+from .search_scales import longest_wrench, parameter_rates
 from .separable_bounds import SeparableBounds
 
 if TYPE_CHECKING:
@@ -40,12 +40,13 @@ if TYPE_CHECKING:
     from graspforce._core import Grasp
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .candidates import CandidateSource
     from .global_optimum import Ended
 
     Array = NDArray[np.float64]
 
 _MAX_PARAMS = 4
+# Boxes of all parameters, before contact groups are bounded apart: in the plane a box costs little.
+_PLAIN_BOXES = {2: 8192, 3: 0}
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
 
@@ -165,7 +166,7 @@ def plan_global(
             raise InvalidInputError(
                 f"curvature: shape {bends.shape}, expected {expected} of nonnegative numbers"
             )
-    rates = _rates(source, lower, upper)
+    rates = parameter_rates(source, lower, upper)
     tree = _Tree(problem, first, bends, safety, rates)
     groups = contact_groups(surface, first.num_contacts, len(box))
     if len(groups) > 1:
@@ -206,14 +207,16 @@ class _Tree:
         self._sum = problem.quality_options["criterion"] == "sum"
         options = {name: value for name, value in problem.quality_options.items() if name != "rtol"}
         self._bound = BoxBound(first.positions.shape[1], **options)
-        self._open = _OPEN * _scale(first, problem.quality_options["metric"])
+        self._open = _OPEN * longest_wrench(first, problem.quality_options["metric"])
         self.best: Array | None = None
         self._rho: float | None = None
         # Bounds are negated: heapq pops the least.
         self._heap: list[tuple[float, int, Array, Array]] = []
         self._serial = itertools.count()
         self._discarded = -np.inf
-        self._own_boxes = 0
+        self._plain_boxes = _PLAIN_BOXES[first.positions.shape[1]]
+        self._ceiling = np.inf
+        self.boxes = 0
         self.separable: SeparableBounds | None = None
 
     @property
@@ -224,38 +227,27 @@ class _Tree:
     @property
     def top(self) -> float:
         """No parameters exceed it."""
-        own = max(-self._heap[0][0] if self._heap else -np.inf, self._discarded)
-        return own if self.separable is None else max(own, self.separable.top)
-
-    @property
-    def boxes(self) -> int:
-        """How many boxes were bounded."""
-        return self._own_boxes + (0 if self.separable is None else self.separable.boxes)
+        return min(max(-self._heap[0][0] if self._heap else -np.inf, self._discarded), self._ceiling)
 
     def _separate(self, gap: float, max_boxes: int, deadline: float, report: Report | None) -> None:
-        """Discard what separate bounds of the contact groups can; the rest becomes boxes of the heap."""
-        separable = self.separable
+        """Bound the contact groups apart; what that leaves replaces the boxes if its bound is lower."""
+        separable, self.separable = self.separable, None
         if separable is None:
             return
+        before = self.boxes
 
-        def stop(top: float, boxes: int) -> bool:
+        def stop(top: float, cells: int) -> bool:
+            self.boxes, self._ceiling = before + cells, min(self._ceiling, top)
             if report is not None:
-                report(boxes, max_boxes, top)
-            return top <= self._open or boxes >= max_boxes or time.monotonic() >= deadline
+                report(self.boxes, max_boxes, self.top)
+            return top <= self._open or self.boxes >= max_boxes or time.monotonic() >= deadline
 
-        try:
-            separable.run(self._try, lambda: self.best, lambda: self._enough(gap), stop)
-        except BaseException:
-            # Whatever the step left undone, this held before it.
-            self._discarded = max(self._discarded, separable.proven)
-            separable.clear()
-            raise
-        for entry in zip(*separable.boxes_left(), strict=True):
-            bound, low, high = entry
-            self._heap.append((-float(bound), next(self._serial), low, high))
-        heapq.heapify(self._heap)
-        self._discarded = max(self._discarded, separable.discarded)
-        separable.clear()
+        separable.run(self._try, lambda: self.best, lambda: self._enough(gap), stop)
+        if separable.top < max(-self._heap[0][0], self._discarded):
+            boxes = zip(*separable.boxes_left(), strict=True)
+            heap = [(-float(bound), next(self._serial), low, high) for bound, low, high in boxes]
+            heapq.heapify(heap)
+            self._heap, self._discarded = heap, separable.discarded
 
     def run(
         self,
@@ -271,10 +263,8 @@ class _Tree:
         popped = [(-np.inf, next(self._serial), lower, upper)]
         try:
             self._try(start[None])
-            if self.separable is None:
-                self._offer(lower[None], upper[None], gap)
+            self._offer(lower[None], upper[None], gap)
             popped = []
-            self._separate(gap, max_boxes, deadline, report)
             while self._heap and -self._heap[0][0] > max(self._enough(gap), self._discarded):
                 if self.top <= self._open:
                     return "open"
@@ -282,6 +272,9 @@ class _Tree:
                     return "time"
                 if self.boxes >= max_boxes:
                     return "boxes"
+                if self.separable is not None and self.boxes >= self._plain_boxes:
+                    self._separate(gap, max_boxes, deadline, report)
+                    continue
                 # One by one into a list that is there already: an interrupt between two loses none.
                 for _ in range(min(_BATCH, len(self._heap))):
                     popped.append(self._heap[0])
@@ -333,7 +326,7 @@ class _Tree:
 
     def _offer(self, low: Array, high: Array, gap: float) -> None:
         """Bound boxes and keep those that may hold something better."""
-        self._own_boxes += len(low)
+        self.boxes += len(low)
         axes = low.shape[1]
         rows = np.array(list(itertools.product((-1.0, 1.0), repeat=axes)))
         options: dict[str, Any] = {"enough": self._enough(gap)}
@@ -369,34 +362,3 @@ def _relative(top: float, epsilon: float) -> float:
     if top == epsilon:
         return 0.0
     return (top - epsilon) / abs(epsilon) if epsilon else np.inf
-
-
-def _scale(grasp: Grasp, metric: ArrayLike | None) -> float:
-    """Norm of the longest wrench that a normal force at its limit exerts."""
-    wrenches = grasp.grasp_matrix[:, :: grasp.force_dim] * grasp.max_normal_force
-    if metric is None:
-        num_forces = grasp.positions.shape[1]
-        wrenches[num_forces:] /= grasp.length_scale
-        return float(np.linalg.norm(wrenches, axis=0).max())
-    return float(np.sqrt((wrenches * (np.asarray(metric, dtype=np.float64) @ wrenches)).sum(axis=0)).max())
-
-
-def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
-    """How much contacts move and turn by each parameter (p,): only the order of cuts depends on it."""
-    width = upper - lower
-    # Uneven, and along three lines: two places would be the same one of a periodic or an even parameter.
-    shares = (1 - np.cos(np.linspace(0, np.pi, 10))) / 2
-    rates = np.zeros(len(lower))
-    for axis in range(len(lower)):
-        lines = np.repeat(lower + np.outer([0.21, 0.5, 0.83], width), len(shares), axis=0)
-        lines[:, axis] = lower[axis] + np.tile(shares, 3) * width[axis]
-        # Rounding must not carry the last of them over the bounds, where the surface may end.
-        contacts = source.contacts(np.clip(lines, lower, upper))
-        positions = contacts["positions"]
-        size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
-        ends = np.concatenate([positions / size, unit(contacts["normals"])], axis=-1)
-        changes = np.diff(ends.reshape(3, len(shares), -1), axis=1)
-        way = float(np.linalg.norm(changes, axis=-1).sum())
-        rates[axis] = way / max(width[axis], np.finfo(float).tiny)
-    rates += 1e-3 * rates.max()
-    return rates

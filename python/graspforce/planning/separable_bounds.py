@@ -108,12 +108,6 @@ class SeparableBounds:
             high[:, cells.axes] = cells.high[self._products[:, group]]
         return self._bounds.astype(float), low, high
 
-    def clear(self) -> None:
-        """Forget the products: their boxes are kept elsewhere now."""
-        self._products, self._bounds = self._products[:0], self._bounds[:0]
-        for cells in self._cells:
-            cells.table = cells.table[:0]
-
     def run(
         self,
         attempt: Callable[[Array], None],
@@ -124,8 +118,8 @@ class SeparableBounds:
         """Cut and discard until nothing is left, `stop` says so, or memory would not hold more.
 
         `attempt` looks for a better grasp among parameters (B, p), `best` gives those of the best one, and
-        products whose bound is at most `enough()` are discarded. Nothing is done without a force closure: sums
-        of supports do not tell open grasps from each other.
+        products whose bound is at most `enough()` are discarded. Nothing is done without a force closure:
+        sums of supports do not tell open grasps from each other.
         """
         self._late = lambda: stop(self.proven, self.boxes)
         random = np.random.default_rng(0)
