@@ -78,7 +78,8 @@ def plan_global(
     ----------
     surface, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
-        axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
+        axes (normals with ``|n_x|`` about 0.7), give ``tangents``. Arrangements of `graspforce.surfaces` tell
+        which contacts have parameters of their own; those are bounded apart, which is faster.
     bounds : array_like
         (p, 2) finite lower and upper bounds, p at most 4.
     gap : float
