@@ -18,7 +18,7 @@ from graspforce.surfaces import PlanarCurve, contacts_on
 
 __all__ = ["judged", "problem", "rows"]
 
-CASES = 200
+CASES = 100
 _GAP = 0.02
 _STEEPEST = np.exp(-0.5)  # of exp(-x^2 / 2); its second derivative is at most 1
 
