@@ -16,7 +16,9 @@ from benches.trust import (
     nearly_degenerate,
     origin_contacts,
     priced,
+    separable_bounds,
     smooth,
+    support_regions,
     symmetric_cones,
     tumbles,
 )
@@ -37,7 +39,9 @@ FAMILIES = (
     smooth,
     symmetric_cones,
     global_bounds,
+    separable_bounds,
     mesh_unions,
+    support_regions,
 )
 
 

@@ -58,15 +58,19 @@ from .planning import (
     refine,
 )
 from .status import Status
+from .support import SupportRegion, patch, support_region
+from .uncertainty import ClosureProbability, FrictionBracket, least_friction, probability_of_closure
 
 __all__ = [
     "BundleBatch",
     "BusyError",
+    "ClosureProbability",
     "ForceBatch",
     "ForceDistributor",
     "ForceGradients",
     "ForceSolution",
     "ForceSteps",
+    "FrictionBracket",
     "GlobalOptimum",
     "Gradient",
     "GradientBatch",
@@ -92,6 +96,7 @@ __all__ = [
     "Refinement",
     "ResumeError",
     "Status",
+    "SupportRegion",
     "TooLargeError",
     "__version__",
     "forces_many",
@@ -99,11 +104,15 @@ __all__ = [
     "from_mujoco",
     "from_pinocchio",
     "grade",
+    "least_friction",
+    "patch",
     "plan",
     "plan_global",
     "plan_multistart",
+    "probability_of_closure",
     "quality_many",
     "refine",
+    "support_region",
     "surfaces",
     "surrogates",
     "torque_limited_forces",

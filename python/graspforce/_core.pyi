@@ -230,6 +230,34 @@ def quality_many(
     bundle: int | None = None,
     offsets: ArrayLike | None = None,
 ) -> QualityBatch: ...
+def least_friction(
+    grasp: Grasp,
+    external_wrench: ArrayLike | None,
+    criterion: _Criterion,
+    rtol: float,
+    max_friction: float,
+) -> tuple[float, float]: ...
+def least_friction_many(*arguments: Any, **options: Any) -> tuple[_Floats, _Floats, dict[int, str]]: ...
+def support_region(
+    grasp: Grasp,
+    weight: float,
+    criterion: _Criterion,
+    acceleration: ArrayLike,
+    height: float,
+    external_wrench: ArrayLike,
+    gap: float,
+    gravity: float,
+    max_directions: int,
+) -> tuple[
+    Literal["polygon", "segment", "point", "empty"],
+    _Floats,
+    _Floats,
+    tuple[float, float, float],
+    float,
+    tuple[bool, int],
+    _Floats | None,
+]: ...
+def polygon_margins(vertices: _Floats, points: _Floats) -> _Floats: ...
 def forces_many_arrays(
     positions: ArrayLike,
     normals: ArrayLike,

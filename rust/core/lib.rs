@@ -27,6 +27,7 @@
 //! | Section 3.2, Eqs. 16 to 19, Propositions 1 and 2 | quality, closure, gradients | `quality/` |
 //! | Section 3.4 | candidates and boxes of contact planning | `planning/` |
 //! | Section 4, Eqs. 20 to 31, Appendix B | least contact forces | `force/` |
+//! | | places of the centre of mass at which contacts hold a body | `support_region/` |
 //! | | numbers that the field optimises in place of the quality | `surrogates/` |
 //! | | small matrices, 32 digits | `linalg/` |
 //! | | every tolerance, with its meaning and origin | `tolerances.rs` |
@@ -50,6 +51,7 @@ mod memory;
 mod planning;
 mod quality;
 mod status;
+mod support_region;
 mod surrogates;
 #[cfg(test)]
 mod test_numbers;
@@ -82,8 +84,12 @@ pub use quality::batch::{BatchItem, quality_batch};
 pub use quality::bundle::CriticalDirection;
 pub use quality::closure::Closure;
 pub use quality::gradient::Gradient;
+pub use quality::least_friction::{FrictionOptions, LeastFriction, least_friction_batch};
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use status::Status;
+pub use support_region::{
+    HorizontalPoint, RegionShape, STANDARD_GRAVITY, SupportOptions, SupportRegion, polygon_margin,
+};
 pub use surrogates::batch::surrogate_batch;
 pub use surrogates::{Surrogate, SurrogateValue};
 pub use tolerances::{FEASIBILITY_TOLERANCE, TIE};

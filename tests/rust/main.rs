@@ -5,4 +5,5 @@ mod grasp;
 mod planning;
 mod quality;
 mod robustness;
+mod support_region;
 mod wrench_set;

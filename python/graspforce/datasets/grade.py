@@ -11,6 +11,8 @@ from graspforce.errors import InvalidInputError, MissingExtraError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from graspforce.planning import PlacementNoise
+
     from .summary import GradeSummary
 
 _ROWS_PER_PART = 50_000
@@ -25,6 +27,10 @@ def grade(
     edges: int | None = ...,
     rtol: float | None = ...,
     length_scale: float | None = ...,
+    least_friction: bool = ...,
+    noise: PlacementNoise | None = ...,
+    friction_std: float = ...,
+    confidence: float = ...,
     rows_per_part: int = ...,
     overwrite: bool = ...,
     client: Any = ...,
@@ -39,6 +45,10 @@ def grade(
     edges: int | None = ...,
     rtol: float | None = ...,
     length_scale: float | None = ...,
+    least_friction: bool = ...,
+    noise: PlacementNoise | None = ...,
+    friction_std: float = ...,
+    confidence: float = ...,
     progress: Callable[[int, int], object] | None = ...,
 ) -> Any: ...
 def grade(
@@ -49,6 +59,10 @@ def grade(
     edges: int | None = 8,
     rtol: float | None = None,
     length_scale: float | None = None,
+    least_friction: bool = False,
+    noise: PlacementNoise | None = None,
+    friction_std: float = 0.0,
+    confidence: float = 0.95,
     rows_per_part: int = _ROWS_PER_PART,
     overwrite: bool = False,
     client: Any = None,
@@ -67,6 +81,10 @@ def grade(
     - ``closure``: ``force``, ``partial`` or ``none``.
     - ``rho_max``, ``rho_max_lower``, ``rho_max_upper``, and the same for ``rho_sum``: see
       `graspforce.Quality`. They are null in invalid rows only.
+    - with `least_friction`: ``least_friction``, a coefficient at which the grasp closes, and
+      ``least_friction_lower``, one at which it does not, as `graspforce.least_friction` brackets it.
+    - with `noise`: ``closure_probability`` and its interval ``closure_probability_lower``,
+      ``closure_probability_upper``, as for `graspforce.probability_of_closure`.
 
     Parameters
     ----------
@@ -83,6 +101,13 @@ def grade(
         Relative width of the bracket that counts as converged, as for `graspforce.Grasp.quality`.
     length_scale : float, optional
         In m, for datasets without this column; 1 by default.
+    least_friction : bool
+        True to add the least friction at which each grasp closes.
+    noise : PlacementNoise, optional
+        Noise of positions and normals, to add the probability of closure. It takes its number of samples as
+        many grasps for each row.
+    friction_std, confidence : float
+        With `noise`: standard deviation of friction coefficients, and confidence of the interval.
     rows_per_part : int
         Rows of one result file. They are lost if the run is interrupted, and memory must hold them.
     overwrite : bool
@@ -150,7 +175,10 @@ def grade(
         raise MissingExtraError("datasets", error) from error
 
     progress_function(progress)
-    asked = options.GradeOptions.of(criteria, edges=edges, rtol=rtol, length_scale=length_scale)
+    asked = options.GradeOptions.of(
+        criteria, edges=edges, rtol=rtol, length_scale=length_scale,
+        least_friction=least_friction, noise=noise, friction_std=friction_std, confidence=confidence,
+    )  # fmt: skip
     if isinstance(source, str | os.PathLike):
         if out is None:
             raise InvalidInputError("out: missing; the grades of files are written to a folder")

@@ -12,6 +12,7 @@ from graspforce.status import Status
 
 from .rows import Rows
 from .schema import result_fields
+from .uncertainty import add_uncertainty
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,6 +49,11 @@ def grade_batch(
         for criterion in options.criteria
         for name in (f"rho_{criterion}", f"rho_{criterion}_lower", f"rho_{criterion}_upper")
     }
+    uncertain: dict[str, NDArray[np.float64]] = {
+        field.name: np.full(count, np.nan)
+        for field in result_fields(options)
+        if field.name.startswith(("least_friction", "closure_probability"))
+    }
     done = len(messages)
     for group, contacts in rows.groups():
         arguments: dict[str, Any] = {**contacts, **options.arguments()}
@@ -69,6 +75,7 @@ def grade_batch(
             status[group] = np.maximum(status[group], _GRADES[found.status])
             if k == 0:
                 closure[group] = found.closure + 1
+        add_uncertainty(uncertain, group, arguments, found.status != Status.INVALID, options, messages)
         for row, wide in brackets.items():
             messages.setdefault(row, f"bracket wider than asked for: {', '.join(wide)}")
         done += len(group)
@@ -78,6 +85,7 @@ def grade_batch(
         "message": _texts(messages, count),
         "closure": _words(closure, CLOSURES, invalid),
         **{name: pa.array(values, mask=invalid) for name, values in rho.items()},
+        **{name: pa.array(values, mask=np.isnan(values)) for name, values in uncertain.items()},
     }
     return [columns[field.name] for field in result_fields(options)]
 

@@ -10,6 +10,7 @@ import numpy as np
 from graspforce._core import Grasp, quality_many
 from graspforce._internal.checks import chosen, instance, real_number, whole_number
 from graspforce.errors import InvalidGraspError, InvalidInputError
+from graspforce.planning.placement_noise import PlacementNoise
 from graspforce.typing import CRITERIA
 
 if TYPE_CHECKING:
@@ -32,12 +33,23 @@ class GradeOptions:
         Relative width of the bracket that counts as converged, as for `graspforce.Grasp.quality`.
     length_scale : float or None
         Length scale in m for datasets without a column of this name; None for 1 m.
+    least_friction : bool
+        True to add the least friction at which each grasp closes.
+    noise : PlacementNoise or None
+        Noise of positions and normals, to add the probability of closure; None to add none.
+    friction_std, confidence : float
+        Standard deviation of friction, and confidence of the interval, as for
+        `graspforce.probability_of_closure`.
     """
 
     criteria: tuple[Criterion, ...] = CRITERIA
     edges: int | None = 8
     rtol: float | None = None
     length_scale: float | None = None
+    least_friction: bool = False
+    noise: PlacementNoise | None = None
+    friction_std: float = 0.0
+    confidence: float = 0.95
 
     def __post_init__(self) -> None:
         """Check the options, by the core's checks, before any grasp is read."""
@@ -60,17 +72,31 @@ class GradeOptions:
         edges: int | None = 8,
         rtol: float | None = None,
         length_scale: float | None = None,
+        least_friction: bool = False,
+        noise: PlacementNoise | None = None,
+        friction_std: float = 0.0,
+        confidence: float = 0.95,
     ) -> GradeOptions:
         """Return options of one criterion or several, with numbers that JSON can hold."""
         instance("criteria", criteria, str, list, tuple)
         given = (criteria,) if isinstance(criteria, str) else tuple(criteria)
         for criterion in given:
             chosen("criteria", criterion, CRITERIA)
+        instance("least_friction", least_friction, bool)
+        if noise is not None:
+            instance("noise", noise, PlacementNoise)
+        level = real_number("confidence", confidence)
+        if not 0 < level < 1:
+            raise InvalidInputError(f"confidence: {level} must lie between 0 and 1")
         return cls(
             cast("tuple[Criterion, ...]", given),
             None if edges is None else whole_number("edges", edges, least=3),
             None if rtol is None else real_number("rtol", rtol),
             None if length_scale is None else real_number("length_scale", length_scale),
+            least_friction,
+            noise,
+            real_number("friction_std", friction_std, least=0),
+            level,
         )
 
     def arguments(self) -> dict[str, Any]:

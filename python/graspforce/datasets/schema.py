@@ -91,7 +91,10 @@ def result_fields(options: GradeOptions) -> list[pa.Field]:
     for criterion in options.criteria:
         rho = f"rho_{criterion}"
         fields += [pa.field(name, pa.float64()) for name in (rho, f"{rho}_lower", f"{rho}_upper")]
-    return fields
+    names = ["least_friction", "least_friction_lower"] if options.least_friction else []
+    if options.noise is not None:
+        names += ["closure_probability", "closure_probability_lower", "closure_probability_upper"]
+    return fields + [pa.field(name, pa.float64()) for name in names]
 
 
 def is_list(kind: pa.DataType) -> bool:

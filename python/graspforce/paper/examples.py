@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from graspforce.surfaces import ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
+from graspforce.surfaces import Arrangement, ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,9 +43,10 @@ class PlanningProblem:
     bounds: tuple[tuple[float, float], ...]
     published: Mapping[Literal["max", "sum"], PublishedPlan]
 
-    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    @property
+    def surface(self) -> Arrangement:
         """Parameters (B, m) to positions and normals (B, m, 2)."""
-        return contacts_on(*self.curves)(params)
+        return contacts_on(*self.curves)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +159,10 @@ class TileProblem:
     bounds: tuple[tuple[float, float], ...]
     published: Mapping[Literal["max", "sum"], PublishedPlan]
 
-    def surface(self, params: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    @property
+    def surface(self) -> Arrangement:
         """Parameters (B, 4) to positions and normals (B, 4, 3)."""
-        return _TILE_SURFACE(params)
+        return _TILE_SURFACE
 
 
 def tile_side(side: Literal["upper", "lower"]) -> ParametricSurface:

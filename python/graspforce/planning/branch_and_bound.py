@@ -25,12 +25,14 @@ from graspforce._internal.checks import (
     search_bounds,
     whole_number,
 )
-from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
+from .contact_groups import contact_groups
 from .global_optimum import GlobalOptimum
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
+from .search_scales import longest_wrench, parameter_rates
+from .separable_bounds import SeparableBounds
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -38,12 +40,13 @@ if TYPE_CHECKING:
     from graspforce._core import Grasp
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .candidates import CandidateSource
     from .global_optimum import Ended
 
     Array = NDArray[np.float64]
 
 _MAX_PARAMS = 4
+# Boxes of all parameters, before contact groups are bounded apart: in the plane a box costs little.
+_PLAIN_BOXES = {2: 8192, 3: 0}
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
 
@@ -75,7 +78,8 @@ def plan_global(
     ----------
     surface, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
-        axes (normals with ``|n_x|`` about 0.7), give ``tangents``.
+        axes (normals with ``|n_x|`` about 0.7), give ``tangents``. Arrangements of `graspforce.surfaces` tell
+        which contacts have parameters of their own; those are bounded apart, which is faster.
     bounds : array_like
         (p, 2) finite lower and upper bounds, p at most 4.
     gap : float
@@ -163,7 +167,11 @@ def plan_global(
             raise InvalidInputError(
                 f"curvature: shape {bends.shape}, expected {expected} of nonnegative numbers"
             )
-    tree = _Tree(problem, first, bends, safety, _rates(source, lower, upper))
+    rates = parameter_rates(source, lower, upper)
+    tree = _Tree(problem, first, bends, safety, rates)
+    groups = contact_groups(surface, first.num_contacts, len(box))
+    if len(groups) > 1:
+        tree.separable = SeparableBounds(problem, groups, start, lower, upper, bends, safety, rates)
 
     def result(stopped: Ended) -> GlobalOptimum | None:
         if tree.best is None:
@@ -200,14 +208,17 @@ class _Tree:
         self._sum = problem.quality_options["criterion"] == "sum"
         options = {name: value for name, value in problem.quality_options.items() if name != "rtol"}
         self._bound = BoxBound(first.positions.shape[1], **options)
-        self._open = _OPEN * _scale(first, problem.quality_options["metric"])
+        self._open = _OPEN * longest_wrench(first, problem.quality_options["metric"])
         self.best: Array | None = None
         self._rho: float | None = None
         # Bounds are negated: heapq pops the least.
         self._heap: list[tuple[float, int, Array, Array]] = []
         self._serial = itertools.count()
         self._discarded = -np.inf
+        self._plain_boxes = _PLAIN_BOXES[first.positions.shape[1]]
+        self._ceiling = np.inf
         self.boxes = 0
+        self.separable: SeparableBounds | None = None
 
     @property
     def epsilon(self) -> float:
@@ -217,7 +228,27 @@ class _Tree:
     @property
     def top(self) -> float:
         """No parameters exceed it."""
-        return max(-self._heap[0][0] if self._heap else -np.inf, self._discarded)
+        return min(max(-self._heap[0][0] if self._heap else -np.inf, self._discarded), self._ceiling)
+
+    def _separate(self, gap: float, max_boxes: int, deadline: float, report: Report | None) -> None:
+        """Bound the contact groups apart; what that leaves replaces the boxes if its bound is lower."""
+        separable, self.separable = self.separable, None
+        if separable is None:
+            return
+        before = self.boxes
+
+        def stop(top: float, cells: int) -> bool:
+            self.boxes, self._ceiling = before + cells, min(self._ceiling, top)
+            if report is not None:
+                report(self.boxes, max_boxes, self.top)
+            return top <= self._open or self.boxes >= max_boxes or time.monotonic() >= deadline
+
+        separable.run(self._try, lambda: self.best, lambda: self._enough(gap), stop)
+        if separable.top < max(-self._heap[0][0], self._discarded):
+            boxes = zip(*separable.boxes_left(), strict=True)
+            heap = [(-float(bound), next(self._serial), low, high) for bound, low, high in boxes]
+            heapq.heapify(heap)
+            self._heap, self._discarded = heap, separable.discarded
 
     def run(
         self,
@@ -242,6 +273,9 @@ class _Tree:
                     return "time"
                 if self.boxes >= max_boxes:
                     return "boxes"
+                if self.separable is not None and self.boxes >= self._plain_boxes:
+                    self._separate(gap, max_boxes, deadline, report)
+                    continue
                 # One by one into a list that is there already: an interrupt between two loses none.
                 for _ in range(min(_BATCH, len(self._heap))):
                     popped.append(self._heap[0])
@@ -329,34 +363,3 @@ def _relative(top: float, epsilon: float) -> float:
     if top == epsilon:
         return 0.0
     return (top - epsilon) / abs(epsilon) if epsilon else np.inf
-
-
-def _scale(grasp: Grasp, metric: ArrayLike | None) -> float:
-    """Norm of the longest wrench that a normal force at its limit exerts."""
-    wrenches = grasp.grasp_matrix[:, :: grasp.force_dim] * grasp.max_normal_force
-    if metric is None:
-        num_forces = grasp.positions.shape[1]
-        wrenches[num_forces:] /= grasp.length_scale
-        return float(np.linalg.norm(wrenches, axis=0).max())
-    return float(np.sqrt((wrenches * (np.asarray(metric, dtype=np.float64) @ wrenches)).sum(axis=0)).max())
-
-
-def _rates(source: CandidateSource, lower: Array, upper: Array) -> Array:
-    """How much contacts move and turn by each parameter (p,): only the order of cuts depends on it."""
-    width = upper - lower
-    # Uneven, and along three lines: two places would be the same one of a periodic or an even parameter.
-    shares = (1 - np.cos(np.linspace(0, np.pi, 10))) / 2
-    rates = np.zeros(len(lower))
-    for axis in range(len(lower)):
-        lines = np.repeat(lower + np.outer([0.21, 0.5, 0.83], width), len(shares), axis=0)
-        lines[:, axis] = lower[axis] + np.tile(shares, 3) * width[axis]
-        # Rounding must not carry the last of them over the bounds, where the surface may end.
-        contacts = source.contacts(np.clip(lines, lower, upper))
-        positions = contacts["positions"]
-        size = max(float(np.ptp(positions, axis=(0, 1)).max()), np.finfo(float).tiny)
-        ends = np.concatenate([positions / size, unit(contacts["normals"])], axis=-1)
-        changes = np.diff(ends.reshape(3, len(shares), -1), axis=1)
-        way = float(np.linalg.norm(changes, axis=-1).sum())
-        rates[axis] = way / max(width[axis], np.finfo(float).tiny)
-    rates += 1e-3 * rates.max()
-    return rates

@@ -53,6 +53,9 @@ class Arrangement:
     grasp_options : dict
         ``friction`` and ``max_normal_force`` (m,), if the places have them. `graspforce.plan` uses them
         unless its caller gives others.
+    depends : numpy.ndarray or None
+        (m, num_params) bool, True where a parameter moves a contact; None if that is not known.
+        `graspforce.plan_global` bounds contacts with parameters of their own apart.
     """
 
     def __init__(
@@ -61,10 +64,12 @@ class Arrangement:
         num_params: int,
         grasp_options: Mapping[str, Any],
         settled: Callable[[Array], Array] | None = None,
+        depends: NDArray[np.bool_] | None = None,
     ) -> None:
         self._function, self._settled = function, settled
         self.num_params = num_params
         self.grasp_options = dict(grasp_options)
+        self.depends = depends
 
     def __repr__(self) -> str:
         return f"Arrangement({self.num_params} parameters, {', '.join(self.grasp_options) or 'no options'})"
@@ -123,8 +128,10 @@ def contacts_on(*places: Place) -> Arrangement:
             raise InvalidInputError(f"{name}: contact {known.index(False)} has none, but others do")
         if all(known):
             options[name] = finite_vector(name, values)
+    own = np.repeat(np.arange(len(places)), [place.num_params for place in places])
+    depends = own == np.arange(len(places))[:, None]
     function, settled = partial(_one_on_each, places), partial(_settled_on_each, places)
-    return Arrangement(function, num_params, options, settled)
+    return Arrangement(function, num_params, options, settled, depends)
 
 
 def tied(
@@ -169,7 +176,10 @@ def tied(
         raise InvalidInputError(f"matrix: {len(ties)} rows for a surface of {wanted} parameters")
     constant = finite_vector("offset", offset, size=len(ties))
     function = partial(_with_ties, surface, ties, constant)
-    return Arrangement(function, ties.shape[1], getattr(surface, "grasp_options", {}))
+    depends = getattr(surface, "depends", None)
+    if depends is not None:
+        depends = depends @ (ties != 0)
+    return Arrangement(function, ties.shape[1], getattr(surface, "grasp_options", {}), depends=depends)
 
 
 def mirrored(
@@ -212,7 +222,11 @@ def mirrored(
     point = finite_vector("through", through, size=across.size)
     function = partial(_with_images, surface, across, point)
     options = getattr(surface, "grasp_options", {})
-    return Arrangement(function, num_params, {name: np.tile(value, 2) for name, value in options.items()})
+    depends = getattr(surface, "depends", None)
+    if depends is not None:
+        depends = np.vstack([depends, depends])
+    twice = {name: np.tile(value, 2) for name, value in options.items()}
+    return Arrangement(function, num_params, twice, depends=depends)
 
 
 # Functions of the module, not of a call, so that arrangements can be copied and pickled.

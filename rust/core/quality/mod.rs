@@ -17,6 +17,7 @@
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
 //! | [`shifted_sets`] | the same about the contacts' centre where that is not the torque origin |
 //! | [`inscribed_cones`] | the symmetries of true cones, for linearised ones of many edges |
+//! | [`least_friction`] | the least friction at which a grasp closes, or holds a wrench |
 //! | [`batch`] | many grasps on all cores |
 //! | [`singular_values`] | measures of the grasp matrix alone |
 //! | [`length_scale_hint`] | whether the length scale fits the contacts |
@@ -28,6 +29,7 @@ pub(crate) mod bundle;
 pub(crate) mod closure;
 pub(crate) mod gradient;
 pub(crate) mod inscribed_cones;
+pub(crate) mod least_friction;
 pub(crate) mod length_scale_hint;
 pub(crate) mod query;
 pub(crate) mod result;

@@ -4,6 +4,7 @@ pub(crate) mod batch;
 pub(crate) mod bundle_batch;
 pub(crate) mod gradient;
 pub(crate) mod gradient_batch;
+pub(crate) mod least_friction;
 
 use graspforce::Closure;
 use numpy::{PyArray1, PyArray2};

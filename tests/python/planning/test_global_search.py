@@ -106,7 +106,7 @@ def test_work_limits_end_with_the_gap_reached():
         ({"progress": "yes"}, "progress: 'yes'"),
         (
             {"feasible": lambda p, _: np.zeros(len(p), dtype=bool), "max_boxes": 50},
-            "feasible: refused all 63 grasps",
+            r"feasible: refused all \d+ grasps",
         ),
     ],
 )

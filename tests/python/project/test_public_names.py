@@ -148,6 +148,11 @@ MADE = {
     "graspforce.GlobalOptimum": lambda _: gf.plan_global(rim(), BOUNDS, gap=0.2),
     "graspforce.PlacementNoise": lambda _: gf.PlacementNoise(position_std=0.001),
     "graspforce.PlacementQuality": lambda _: gf.PlacementNoise(0.001).quality([POSITIONS], [NORMALS]),
+    "graspforce.FrictionBracket": lambda _: gf.least_friction(grasp()),
+    "graspforce.ClosureProbability": lambda _: gf.probability_of_closure(grasp(), gf.PlacementNoise(0.001)),
+    "graspforce.SupportRegion": lambda _: gf.support_region(
+        gf.Grasp(POSITIONS, [(0, 0, 1)] * 3, max_normal_force=9.0), 9.0
+    ),
     "graspforce.surfaces.PlanarCurve": lambda _: gf.surfaces.line((0, 0), (1, 0), object_side="left"),
     "graspforce.surfaces.ParametricSurface": lambda _: gf.surfaces.cylinder(0.1),
     "graspforce.surfaces.MeshSurface": lambda _: box(),

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 
 import graspforce as gf
-from graspforce._core import BoxBound, CandidateSearch, TriangleTree
+from graspforce._core import BoxBound, CandidateSearch, TriangleTree, least_friction_many
 
 CORNERS = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=float)
 DOWN = np.array([0.0, 0.1, -1.0, 0.0, 0.05, 0.0])
@@ -83,6 +83,13 @@ def main():
     CandidateSearch(3).best([CORNERS, 0.9 * CORNERS], [-CORNERS] * 2)
     BoxBound(3).over([0.1], [CORNERS, 0.9 * CORNERS], [-CORNERS] * 2)
     TriangleTree(CORNERS, [(0, 1, 2), (0, 2, 3)]).closest(CORNERS * 2)
+    region = gf.support_region(
+        gf.Grasp(**gf.patch(CORNERS[0], (0, 0, 1), 0.1, 0.1, max_normal_force=9.0)), 5.0
+    )
+    assert region.contains(region.inner.mean(axis=0))
+    gf.least_friction(hard, external_wrench=0.01 * DOWN)
+    gf.probability_of_closure(hard, gf.PlacementNoise(0.01, samples=8), friction_std=0.1)
+    least_friction_many([CORNERS] * 2, [-CORNERS, 0 * CORNERS])
     gf.torque_limited_forces([[0.1, 0], [0, 0.1], [0, 0]], [0.5, 0.5], edges=4)
 
 

@@ -1,0 +1,178 @@
+//! Which direction is asked for next: across the edge of the inner polygon with the largest area beyond it.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::furthest::{Furthest, Simplex};
+use super::polygon::{area, clip, hull, turn};
+use super::{HorizontalPoint as Point, RESOLUTION, RegionShape};
+use crate::error::Result;
+
+/// Areas below this, in units of the region's squared extent, are rounding.
+const ROUNDED_AREA: f64 = 1e-14;
+
+/// Corners that reach less far beyond their edge, in units of the region's extent, are rounding.
+const ROUNDED_GAIN: f64 = 1e-11;
+
+/// Points nearer than this, in units of the region's extent, are one vertex.
+const SAME_VERTEX: f64 = 1e-12;
+
+/// Both polygons in the coordinates of the load.
+pub(super) struct Grown {
+    pub shape: RegionShape,
+    pub inner: Vec<Point>,
+    pub outer: Vec<Point>,
+    pub gap: f64,
+    pub converged: bool,
+    pub directions: usize,
+}
+
+/// What is not known yet: the triangle between two neighbouring places and the corner of their bounds.
+struct Open {
+    places: [Point; 2],
+    directions: [Point; 2],
+    corner: Point,
+    area: f64,
+}
+
+impl Open {
+    fn new(places: [Point; 2], directions: [Point; 2], corner: Point) -> Self {
+        let area = 0.5 * turn(&places[0], &corner, &places[1]).abs();
+        Self { places, directions, corner, area }
+    }
+
+    /// How much further than the edge the corner reaches along a direction.
+    fn gain(&self, direction: &Point) -> f64 {
+        self.places.iter().map(|place| direction.dot(&(self.corner - place))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Outward across the edge; between both directions where the edge has none.
+    fn across(&self, size: f64) -> Option<Point> {
+        let edge = self.places[1] - self.places[0];
+        let outward = if edge.norm() > SAME_VERTEX * size {
+            Point::new(edge.y, -edge.x)
+        } else {
+            self.directions[0] + self.directions[1]
+        };
+        outward.try_normalize(0.0)
+    }
+
+    /// Where the line towards a place leaves `direction . x <= bound`.
+    fn cut(&self, end: usize, direction: &Point, bound: f64) -> Point {
+        let (from, to) = (self.places[end], self.corner);
+        let (start, rise) = (direction.dot(&from), direction.dot(&(to - from)));
+        let share = if rise > 0.0 { ((bound - start) / rise).clamp(0.0, 1.0) } else { 1.0 };
+        from + (to - from) * share
+    }
+
+    fn split(&self, direction: &Point, found: &Furthest) -> [Self; 2] {
+        [0, 1].map(|end| {
+            let corner = self.cut(end, direction, found.bound);
+            let (mut places, mut directions) = (self.places, self.directions);
+            places[1 - end] = found.place;
+            directions[1 - end] = *direction;
+            Self::new(places, directions, corner)
+        })
+    }
+}
+
+/// By area: the heap gives the largest first.
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.area.total_cmp(&other.area)
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Open {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Open {}
+
+/// Grows both polygons until the area between them is at most the share `gap` of the outer one's.
+pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -> Result<Grown> {
+    let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
+    // What the bounds leave open along the boundary is a small part of the gap.
+    let enough = 1e-2 * gap;
+    let mut found = Vec::with_capacity(64);
+    for axis in axes {
+        found.push((axis, simplex.furthest(&axis, enough)?));
+    }
+    let [right, top, left, bottom] = [0, 1, 2, 3].map(|at: usize| found[at].1.bound);
+    let bounds = [(right, top), (-left, top), (-left, -bottom), (right, -bottom)];
+    let corners = bounds.map(|(x, y)| Point::new(x, y));
+    let size = (right + left).max(top + bottom);
+    let mut open: BinaryHeap<Open> = (0..4)
+        .map(|at| {
+            let next = (at + 1) % 4;
+            Open::new([found[at].1.place, found[next].1.place], [axes[at], axes[next]], corners[at])
+        })
+        .collect();
+    let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * simplex.rounding();
+    let mut inside = area(&hull(found.iter().map(|(_, one)| one.place).collect(), 0.0));
+    let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
+    let mut converged = true;
+    while let Some(triangle) = open.pop() {
+        if between <= (gap * (inside + between)).max(ROUNDED_AREA * size * size) {
+            break;
+        }
+        // Triangles that are too flat to be asked stay between the polygons.
+        let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
+            continue;
+        };
+        if found.len() >= max_directions {
+            converged = false;
+            break;
+        }
+        let next = simplex.furthest(&direction, enough)?;
+        inside += 0.5 * turn(&triangle.places[0], &next.place, &triangle.places[1]).abs();
+        found.push((direction, next));
+        let halves = triangle.split(&direction, &next);
+        between += halves[0].area + halves[1].area - triangle.area;
+        open.extend(halves);
+    }
+    let mut outer = corners.to_vec();
+    for (direction, one) in &found[4..] {
+        let kept = clip(&outer, direction, one.bound);
+        // Rounding may leave nothing of a region without an interior.
+        if !kept.is_empty() {
+            outer = kept;
+        }
+    }
+    let inner = hull(found.iter().map(|(_, one)| one.place).collect(), 0.1 * SAME_VERTEX * size);
+    Ok(described(inner, outer, found.len(), converged, size))
+}
+
+fn described(inner: Vec<Point>, outer: Vec<Point>, directions: usize, converged: bool, size: f64) -> Grown {
+    let (inside, outside) = (area(&inner), area(&outer));
+    let longest = outer.iter().flat_map(|a| outer.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
+    let shape = if longest <= RESOLUTION {
+        RegionShape::Point
+    } else if outside <= RESOLUTION * longest {
+        RegionShape::Segment
+    } else {
+        RegionShape::Polygon
+    };
+    let gap = if shape == RegionShape::Polygon { ((outside - inside) / outside).max(0.0) } else { 0.0 };
+    let outer = match shape {
+        RegionShape::Polygon => without_repetitions(outer, 0.1 * SAME_VERTEX * size),
+        _ => hull(outer, 0.1 * RESOLUTION),
+    };
+    Grown { shape, inner, outer, gap, converged, directions }
+}
+
+fn without_repetitions(mut vertices: Vec<Point>, nearest: f64) -> Vec<Point> {
+    vertices.dedup_by(|a, b| (*a - *b).norm() <= nearest);
+    if vertices.len() > 1 && (vertices[0] - vertices[vertices.len() - 1]).norm() <= nearest {
+        vertices.pop();
+    }
+    vertices
+}
