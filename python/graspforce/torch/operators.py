@@ -61,13 +61,14 @@ class _Operator:
         self.operator = torch.library.custom_op(name, self.compute, mutates_args=(), schema=schema)
         self.operator.register_fake(self.shapes)
         self.operator.register_autograd(self.backward, setup_context=self.keep)
-        self.operator.register_vmap(self.batch)
+        self.operator.register_vmap(lambda *given: self.batch(self.operator, *given))
         # Operators with registered autograd refuse torch.func.grad; functions do not.
         parts = {
             "forward": lambda *arguments: self.operator(*arguments),
             "setup_context": self.keep,
             "backward": self.backward,
-            "vmap": self.batch,
+            "jvp": self.refuse,
+            "vmap": lambda *given: self.batch(self.function.apply, *given),
         }
         parts = {part: staticmethod(function) for part, function in parts.items()}
         self.function = type(name.replace("::", "_"), (torch.autograd.Function,), parts)
@@ -140,9 +141,7 @@ class _Operator:
             if needed and name not in self.gradients:
                 raise InvalidInputError(f"{name}: no derivatives by it; detach() it")
         if any(by is not None for by in by_derivatives):
-            raise GraspForceError(
-                "graspforce.torch has no second derivatives: differentiate once, or detach the first derivative"
-            )
+            self.refuse()
         found: list[Any] = [None] * len(self.names)
         if by_value is None:
             return tuple(found)
@@ -157,8 +156,15 @@ class _Operator:
                 found[position] = product.sum(-3) if shared else product
         return tuple(found)
 
-    def batch(self, info: Any, in_dims: tuple[Any, ...], *arguments: Any) -> tuple[Any, Any]:
-        """One more leading dimension."""
+    def refuse(self, *_: Any) -> None:
+        """Say which derivatives there are."""
+        raise GraspForceError(
+            "graspforce.torch has first derivatives by backward alone, no second ones and no forward mode: "
+            "differentiate once, or detach the derivative"
+        )
+
+    def batch(self, call: Any, info: Any, in_dims: tuple[Any, ...], *arguments: Any) -> tuple[Any, Any]:
+        """Call with one more leading dimension."""
         size, moved = info.batch_size, []
         dims = dict(zip(self.names, in_dims, strict=True))
         positions = arguments[0]
@@ -181,7 +187,7 @@ class _Operator:
                 moved.append(argument.expand(size, *argument.shape))
             else:
                 moved.append(argument)
-        found = self.function.apply(*moved)
+        found = call(*moved)
         return found, (0,) * len(found)
 
 
