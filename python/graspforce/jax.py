@@ -246,6 +246,10 @@ def _differentiable(
     plain = {**{name: value for name, value in options.items() if name not in ROWS}, **shared}
     plain = {name: value for name, value in plain.items() if value is not None or name == "edges"}
 
+    # An empty batch finds mistakes in what all grasps share: JAX hides the types of errors in callbacks.
+    empty = {name: np.zeros((0, *row_shape(name, contacts, dim))) for name in rows}
+    compute([np.zeros((0, *array.shape[-2:])) for array in moved], {**constants, **empty}, plain)
+
     def on_host(*arrays: Any) -> tuple[Any, ...]:
         arrays = tuple(np.asarray(array).astype(np.float64) for array in arrays)
         by_row = dict(zip(rows, arrays[len(moved) :], strict=True))

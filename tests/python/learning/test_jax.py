@@ -184,6 +184,8 @@ def test_wrong_arguments_are_refused():
         gj.quality(jnp.zeros(3), jnp.zeros(3))
     with pytest.raises(TypeError, match="frictoin"):
         gj.quality(jnp.zeros((4, 3)), jnp.zeros((4, 3)), frictoin=1)
+    with pytest.raises(gf.InvalidInputError, match="criterion"):
+        jax.jit(lambda p: gj.quality(p, p, criterion="mean"))(jnp.zeros((4, 3)))
 
 
 def test_large_batches_under_jit_do_not_wait_for_themselves():
