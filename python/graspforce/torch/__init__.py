@@ -230,8 +230,8 @@ def residual(
 
 def _moved(*given: Any) -> tuple[list[Any], tuple[int, ...]]:
     """Tensors of one floating-point dtype and the same leading dimensions."""
-    names = ("positions", "normals", "external_wrenches")
-    for name, tensor in zip(names, given, strict=False):
+    names = ("positions", "normals", "external_wrenches")[: len(given)]
+    for name, tensor in zip(names, given, strict=True):
         if not isinstance(tensor, torch.Tensor) or not tensor.dtype.is_floating_point:
             kind = tensor.dtype if isinstance(tensor, torch.Tensor) else type(tensor).__name__
             raise InvalidInputError(f"{name}: {kind} where a floating-point torch.Tensor is needed")
