@@ -1,4 +1,4 @@
-"""Print how surrogates rank grasps and what they cost; with --write, also into docs/surrogates.md and its figure."""
+"""Print how surrogates rank grasps and what they cost; --write puts it into docs/surrogates.md."""
 
 from __future__ import annotations
 

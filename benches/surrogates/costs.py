@@ -71,8 +71,7 @@ def table(seed: int = 6) -> str:
         for grasps, edges in ((few, 8), (many, 4))
     ]
     lines = [
-        "| number with gradient | 4 contacts, 8 edges, batches of 1,000 (us a grasp) "
-        "| 12 contacts, 4 edges, batches of 32 (us a grasp) |",
+        "| us a grasp, with gradient | 1,000 of 4 contacts, 8 edges | 32 of 12 contacts, 4 edges |",
         "|---|---|---|",
     ]
     lines += [f"| {name} | {times[0][name]:.1f} | {times[1][name]:.1f} |" for name in times[0]]

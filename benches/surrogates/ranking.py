@@ -35,16 +35,16 @@ SURROGATES = {
 def random_grasps(rng: np.random.Generator, count: int, contacts: int) -> tuple[Array, Array]:
     """Return directions (B, m, 3) and semi-axes (B, 1, 3) of contacts on ellipsoids of 3 to 6 cm."""
     outward = rng.normal(size=(count, contacts, 3))
-    return outward / np.linalg.norm(outward, axis=-1, keepdims=True), rng.uniform(
-        0.03, 0.06, (count, 1, 3)
-    )
+    return outward / np.linalg.norm(outward, axis=-1, keepdims=True), rng.uniform(0.03, 0.06, (count, 1, 3))
 
 
 def planned(outward: Array, axes: Array, criterion: str, steps: int = 40) -> Array:
     """Return directions after steps along the gradient of epsilon; each grasp keeps its best."""
     best, kept = np.full(len(outward), -np.inf), outward
     for step in range(steps):
-        quality = gf.quality_many(outward * axes, -outward / axes, criterion=criterion, gradient=True, **OPTIONS)
+        quality = gf.quality_many(
+            outward * axes, -outward / axes, criterion=criterion, gradient=True, **OPTIONS
+        )
         better = quality.epsilon > best
         best, kept = np.where(better, quality.epsilon, best), np.where(better[:, None, None], outward, kept)
         gradient = quality.gradient
@@ -94,7 +94,7 @@ def correlations(values: dict[str, Array], name: str, chosen: NDArray[np.bool_])
 def table(found: dict[str, dict[str, Array]]) -> str:
     """Return the table of rank correlations."""
     lines = [
-        "| grasps | surrogate | epsilon (max): Spearman | epsilon (sum): Spearman | share that is exactly 0 |",
+        "| grasps | surrogate | epsilon (max): Spearman | epsilon (sum): Spearman | exactly 0 |",
         "|---|---|---|---|---|",
     ]
     for kind, values in found.items():
@@ -117,7 +117,15 @@ def draw(found: dict[str, dict[str, Array]], path: Path) -> None:
         for ax, name in zip(row, SURROGATES, strict=True):
             for kind, colour in (("random", "#1f5fa8"), ("planned", "#c8742c")):
                 values = found[kind]
-                ax.plot(values[name], values[f"epsilon ({criterion})"], ".", color=colour, ms=2, alpha=0.5, label=kind)
+                ax.plot(
+                    values[name],
+                    values[f"epsilon ({criterion})"],
+                    ".",
+                    color=colour,
+                    ms=2,
+                    alpha=0.5,
+                    label=kind,
+                )
             ax.grid(color="#e6e6e6", lw=0.6)
             ax.spines[["top", "right"]].set_visible(False)
         row[0].set_ylabel(f"epsilon by the {criterion} (N)")

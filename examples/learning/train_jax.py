@@ -1,11 +1,12 @@
-"""Train a network in JAX that places four contacts on an ellipsoid of given axes. The loss is minus the quality.
+"""Train a network in JAX that places four contacts on an ellipsoid. The loss is minus the quality.
 
-Prints the quality beside that of a search for each of five ellipsoids that the network has not seen, and draws the curve
-of the training. Usage: python train_jax.py [--steps 300] [--plot training.png]
+Prints the quality for each of five ellipsoids that the network has not seen, beside that of a search. Draws
+the curve of the training. Usage: python train_jax.py [--steps 300] [--plot training.png]
 """
 
 import argparse
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,14 @@ BATCH = 64
 RATE = 3e-3
 
 
-def new_network(key: jax.Array, sizes: tuple[int, ...] = (3, 64, 64, 12)) -> list[tuple[jax.Array, jax.Array]]:
+def new_network(
+    key: jax.Array, sizes: tuple[int, ...] = (3, 64, 64, 12)
+) -> list[tuple[jax.Array, jax.Array]]:
     """Return random layers."""
     keys = jax.random.split(key, 2 * len(sizes))
     return [
         (jax.random.normal(keys[2 * i], (n, m)) / jnp.sqrt(n), 0.5 * jax.random.normal(keys[2 * i + 1], (m,)))
-        for i, (n, m) in enumerate(zip(sizes, sizes[1:], strict=False))
+        for i, (n, m) in enumerate(pairwise(sizes))
     ]
 
 

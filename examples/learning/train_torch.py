@@ -1,9 +1,10 @@
-"""Train the network of train_jax.py in PyTorch: four contacts on an ellipsoid, with minus the quality as the loss.
+"""Train the network of train_jax.py in PyTorch: four contacts on an ellipsoid; the loss is minus the quality.
 
 Usage: python train_torch.py [--steps 300]
 """
 
 import argparse
+from itertools import pairwise
 
 import torch
 
@@ -26,7 +27,7 @@ def train(steps: int, seed: int = 0) -> tuple[torch.nn.Module, list[float]]:
     """Return the network and the mean quality at each step."""
     torch.manual_seed(seed)
     sizes = (3, 64, 64, 12)
-    layers = [torch.nn.Linear(n, m) for n, m in zip(sizes, sizes[1:], strict=False)]
+    layers = [torch.nn.Linear(n, m) for n, m in pairwise(sizes)]
     network = torch.nn.Sequential(layers[0], torch.nn.Tanh(), layers[1], torch.nn.Tanh(), layers[2])
     for layer in layers:
         torch.nn.init.normal_(layer.weight, std=layer.in_features**-0.5)

@@ -1,14 +1,14 @@
 """Quality, least forces and residuals as differentiable functions of JAX arrays.
 
-Needs the extra ``jax``. Values come from `graspforce.quality_many` and `graspforce.forces_many`, exact and in float64, and
-have the dtype of the positions, with and without ``jax_enable_x64``. ``jit``, ``grad``, ``vmap``, ``jvp`` and ``linearize``
-work. There are no second derivatives: asking for them is an error.
+Needs the extra ``jax``. Values come from `graspforce.quality_many` and `graspforce.forces_many`, exact and
+in float64. They have the dtype of the positions, with and without ``jax_enable_x64``. ``jit``, ``grad``,
+``vmap``, ``jvp`` and ``linearize`` work. There are no second derivatives: asking for them is an error.
 
-All functions take any leading dimensions, also none. The computation is a callback on the CPU, on all its cores: arrays of
-another device are copied there, and results are copied back.
+All functions take any leading dimensions, also none. The computation is a callback on the CPU, on all its
+cores: arrays of another device are copied there, and results are copied back.
 
-An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. ``status`` of the
-functions above says why.
+An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. The
+``status`` that the functions above return says why.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def quality(
     Raises
     ------
     InvalidGraspError, InvalidInputError
-        A shape or type is wrong, an argument that all grasps share, or a derivative is asked for that does not
-        exist.
+        A shape or type is wrong, an argument that all grasps share, or a derivative is asked for that does
+        not exist.
 
     Examples
     --------
@@ -93,7 +93,8 @@ def quality(
     }
 
     def compute(moved: list[Any], rows: dict[str, Any], plain: dict[str, Any]) -> Differentiated:
-        return differentiable.quality(*moved, rows, plain)
+        positions, normals = moved
+        return differentiable.quality(positions, normals, rows, plain)
 
     return _differentiable(compute, QUALITY_GRADIENTS, [positions, normals], shared, options)
 
@@ -177,8 +178,8 @@ def residual(
 ) -> Any:
     """Return how far forces within their limits stay from balancing each external wrench.
 
-    It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions, normals
-    and wrenches.
+    It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions,
+    normals and wrenches.
 
     Parameters
     ----------
@@ -222,7 +223,8 @@ def residual(
 
 def _forces(moved: list[Any], shared: dict[str, Any], options: dict[str, Any], *, nearest: bool) -> Any:
     def compute(moved: list[Any], rows: dict[str, Any], plain: dict[str, Any]) -> Differentiated:
-        return differentiable.forces(*moved, rows, plain, nearest=nearest)
+        positions, normals, wrenches = moved
+        return differentiable.forces(positions, normals, wrenches, rows, plain, nearest=nearest)
 
     return _differentiable(compute, FORCE_GRADIENTS, moved, shared, options)
 
@@ -261,7 +263,11 @@ def _differentiable(
     shapes = [jax.ShapeDtypeStruct(values, dtype), jax.ShapeDtypeStruct(values, np.bool_)]
     for name in gradients:
         if name in names:
-            trailing = {"positions": (contacts, dim), "normals": (contacts, dim), "external_wrenches": wrenches[1:]}
+            trailing = {
+                "positions": (contacts, dim),
+                "normals": (contacts, dim),
+                "external_wrenches": wrenches[1:],
+            }
             shapes.append(jax.ShapeDtypeStruct((*values, *trailing.get(name, (contacts,))), dtype))
 
     @jax.custom_jvp  # type: ignore[untyped-decorator]
@@ -270,7 +276,9 @@ def _differentiable(
 
     @differentiated.defjvp  # type: ignore[untyped-decorator]
     def refused(_primals: Any, _tangents: Any) -> Any:
-        raise GraspForceError("graspforce.jax has no second derivatives: use jax.lax.stop_gradient on the first one")
+        raise GraspForceError(
+            "graspforce.jax has no second derivatives: use jax.lax.stop_gradient on the first one"
+        )
 
     @jax.custom_jvp  # type: ignore[untyped-decorator]
     def value(*arguments: Any) -> Any:
@@ -325,7 +333,7 @@ def _rows(
 
 
 def _constant(name: str, array: Any) -> Any:
-    """An array that must not be differentiated by."""
+    """Return an array that must not be differentiated by."""
 
     @jax.custom_jvp  # type: ignore[untyped-decorator]
     def constant(value: Any) -> Any:

@@ -1,13 +1,13 @@
 """Values of many grasps with their derivatives by arrays of any leading dimensions: what torch and JAX call.
 
-A call without an answer does not stop the others: its value is `unsolved`, and its derivatives are zero. Derivatives by
-normals are those by the vectors as given, of any length, with the turn of the default contact frames.
+A row without an answer does not stop the others: its value is `unsolved`, and its derivatives are zero.
+Derivatives by normals are those by the vectors as given, of any length, with the turn of the contact frames.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -53,13 +53,13 @@ def quality(
 ) -> Differentiated:
     """Compute epsilon (...,) of positions (..., m, dim), with derivatives by `QUALITY_GRADIENTS`."""
     leading = positions.shape[:-2]
-    options, unsolved = _without_fill(options)
-    flat, per_row = _flattened(positions, normals, rows, leading)
-    batch = quality_many(*flat, **per_row, **options, gradient=True)
+    kept, unsolved = _without_fill(options)
+    positions, normals, per_row = _flattened(positions, normals, rows, leading)
+    batch = quality_many(positions, normals, **per_row, **kept, gradient=True)
     gradient = batch.gradient
     assert gradient is not None  # noqa: S101 - it was asked for
     solved = np.asarray(batch.status) != 2
-    by_normals = _by_given_normals(gradient.normals, gradient.spins, flat[1], per_row.get("tangents"))
+    by_normals = _by_given_normals(gradient.normals, gradient.spins, normals, per_row.get("tangents"))
     derivatives = (gradient.positions, by_normals, gradient.friction, gradient.max_normal_force)
     return Differentiated(
         np.where(solved, batch.epsilon, unsolved).reshape(leading),
@@ -79,11 +79,11 @@ def forces(
 ) -> Differentiated:
     """Compute least objectives or, if nearest, residuals (..., K), with derivatives by `FORCE_GRADIENTS`."""
     leading = positions.shape[:-2]
-    options, unsolved = _without_fill(options)
-    flat, per_row = _flattened(positions, normals, rows, leading)
-    wrenches = external_wrenches.reshape(len(flat[0]), *external_wrenches.shape[-2:])
-    infeasible = "nearest" if nearest else "status"
-    found = forces_many(*flat, wrenches, **per_row, **options, infeasible=infeasible, gradient=True)
+    kept, unsolved = _without_fill(options)
+    positions, normals, per_row = _flattened(positions, normals, rows, leading)
+    wrenches = external_wrenches.reshape(len(positions), *external_wrenches.shape[-2:])
+    answer: Literal["nearest", "status"] = "nearest" if nearest else "status"
+    found = forces_many(positions, normals, wrenches, **per_row, **kept, infeasible=answer, gradient=True)
     gradient = found.distance_gradient if nearest else found.gradient
     assert gradient is not None  # noqa: S101 - it was asked for
     solved = np.asarray(found.status) == 0
@@ -92,8 +92,8 @@ def forces(
     by_normals = _by_given_normals(
         gradient.normals,
         gradient.spins,
-        flat[1][:, None],
-        None if tangents is None else np.broadcast_to(tangents, flat[1].shape)[:, None],
+        normals[:, None],
+        None if tangents is None else np.broadcast_to(tangents, normals.shape)[:, None],
     )
     derivatives = (gradient.positions, by_normals, gradient.external_wrench)
     return Differentiated(
@@ -110,27 +110,24 @@ def _without_fill(options: Mapping[str, Any]) -> tuple[dict[str, Any], float]:
 
 def _flattened(
     positions: Array, normals: Array, rows: Mapping[str, Array], leading: tuple[int, ...]
-) -> tuple[list[Array], dict[str, Array]]:
+) -> tuple[Array, Array, dict[str, Any]]:
     """Join the leading dimensions; an option without them belongs to all grasps."""
     count = int(np.prod(leading))
     contacts, dim = positions.shape[-2:]
-    flat = [
-        np.ascontiguousarray(array, dtype=np.float64).reshape(count, contacts, dim)
-        for array in (positions, normals)
-    ]
     per_row = {}
     for name, array in rows.items():
         shape = row_shape(name, contacts, dim)
         full = array.ndim == len(leading) + len(shape)
         per_row[name] = array.reshape(count, *shape) if full else array
-    return flat, per_row
+    shape = (count, contacts, dim)
+    return positions.reshape(shape), normals.reshape(shape), per_row
 
 
 def _by_given_normals(by_turn: Array, spins: Array, normals: Array, tangents: Array | None) -> Array:
-    """Derivatives by normals of any length, in frames that turn as those of `Grasp` do.
+    """Return derivatives by normals of any length, in frames that turn as those of `Grasp` do.
 
-    `by_turn` holds for frames that turn by the smallest rotation. A frame made from the axis a by projection, with
-    o = p / |p| and p = a - (a . n) n, also spins: by -(a . n) (t . dn) / |p| rad.
+    `by_turn` holds for frames that turn by the smallest rotation. A frame made from the axis a by projection,
+    with o = p / |p| and p = a - (a . n) n, also spins: by -(a . n) (t . dn) / |p| rad.
     """
     with np.errstate(all="ignore"):  # rows that are no grasps
         size = np.abs(normals).max(-1, keepdims=True, initial=0.0)
@@ -147,7 +144,8 @@ def _by_given_normals(by_turn: Array, spins: Array, normals: Array, tangents: Ar
             # t / |p| = n x p / |p|^2
             across = np.cross(unit, projected) / (projected * projected).sum(-1, keepdims=True)
             by_turn = by_turn - spins[..., None] * along * across
-        return by_turn / length / size
+        by_normals: Array = by_turn / length / size
+    return by_normals
 
 
 def _known(derivative: Array, solved: NDArray[np.bool_]) -> Array:

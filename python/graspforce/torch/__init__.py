@@ -1,14 +1,14 @@
 """Quality, least forces and residuals as differentiable functions of PyTorch tensors.
 
-Needs the extra ``torch``. Values come from `graspforce.quality_many` and `graspforce.forces_many`, exact and in float64,
-and have the dtype of the positions. ``backward``, ``torch.func.grad``, ``torch.vmap`` and ``torch.compile`` work. There
-are no second derivatives: asking for them is an error.
+Needs the extra ``torch``. Values come from `graspforce.quality_many` and `graspforce.forces_many`, exact and
+in float64. They have the dtype of the positions. ``backward``, ``torch.func.grad``, ``torch.vmap`` and
+``torch.compile`` work. There are no second derivatives: asking for them is an error.
 
-All functions take any leading dimensions, also none. The computation is on the CPU, on all its cores: tensors of another
-device are copied there, and results are copied back. Each call then waits for the device.
+All functions take any leading dimensions, also none. The computation is on the CPU, on all its cores:
+tensors of another device are copied there, and results are copied back. Each call then waits for the device.
 
-An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. ``status`` of the
-functions above says why.
+An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. The
+``status`` that the functions above return says why.
 """
 
 from __future__ import annotations
@@ -173,8 +173,8 @@ def residual(
 ) -> Any:
     """Return how far forces within their limits stay from balancing each external wrench.
 
-    It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions, normals
-    and wrenches.
+    It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions,
+    normals and wrenches.
 
     Parameters
     ----------
@@ -236,7 +236,9 @@ def _moved(*given: Any) -> tuple[list[Any], tuple[int, ...]]:
             kind = tensor.dtype if isinstance(tensor, torch.Tensor) else type(tensor).__name__
             raise InvalidInputError(f"{name}: {kind} where a floating-point torch.Tensor is needed")
         if tensor.dim() < 2:
-            raise InvalidInputError(f"{name}: shape {tuple(tensor.shape)} where at least two dimensions are needed")
+            raise InvalidInputError(
+                f"{name}: shape {tuple(tensor.shape)} where at least two dimensions are needed"
+            )
     dtype = given[0].dtype
     for tensor in given[1:]:
         dtype = torch.promote_types(dtype, tensor.dtype)
@@ -266,7 +268,7 @@ def _constant(value: Any) -> Any:
 
 
 def _grasp(options: dict[str, Any], unsolved: float) -> tuple[Any, ...]:
-    """What all grasps have in common."""
+    """Return what all grasps have in common."""
     known = {*ROWS, "edges", "friction_margin", "extreme_forces"}
     for name in options:
         if name not in known:

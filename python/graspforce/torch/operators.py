@@ -1,7 +1,7 @@
 """The PyTorch operators ``graspforce::quality`` and ``graspforce::forces``.
 
-Each computes values with their derivatives at once. Backward multiplies by the derivatives, forward computes them. All
-tensors named in `ROWS` have the leading dimensions of the positions, or belong to all grasps.
+Each computes values with their derivatives at once; backward multiplies by them. Tensors named in `ROWS` have
+the leading dimensions of the positions, or belong to all grasps.
 """
 
 from __future__ import annotations
@@ -24,16 +24,21 @@ torch = optional("torch", "torch")
 
 __all__ = ["forces_operator", "quality_operator"]
 
-_ROWS = "Tensor friction, Tensor max_normal_force, Tensor? torsion, Tensor? tangents, Tensor? origin, Tensor? length_scale"
-_GRASP = "Tensor? extreme_forces, int[] forces_of_contacts, int[] edges, float friction_margin, float unsolved"
+_ROWS = (
+    "Tensor friction, Tensor max_normal_force, Tensor? torsion, Tensor? tangents, Tensor? origin, "
+    "Tensor? length_scale"
+)
+_GRASP = (
+    "Tensor? extreme_forces, int[] forces_of_contacts, int[] edges, float friction_margin, float unsolved"
+)
 _QUALITY = (
     f"(Tensor positions, Tensor normals, {_ROWS}, Tensor? external_wrench, Tensor? metric, {_GRASP}, "
     "str criterion, float? rtol, int? max_facets) -> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)"
 )
 _FORCES = (
-    f"(Tensor positions, Tensor normals, Tensor external_wrenches, {_ROWS}, Tensor? min_normal, Tensor? reference, "
-    f"Tensor? weights, Tensor? slack, Tensor? metric, {_GRASP}, str objective, float weight, float rtol, bool limits, "
-    "bool nearest) -> (Tensor, Tensor, Tensor, Tensor, Tensor)"
+    f"(Tensor positions, Tensor normals, Tensor external_wrenches, {_ROWS}, Tensor? min_normal, "
+    f"Tensor? reference, Tensor? weights, Tensor? slack, Tensor? metric, {_GRASP}, str objective, "
+    "float weight, float rtol, bool limits, bool nearest) -> (Tensor, Tensor, Tensor, Tensor, Tensor)"
 )
 
 
@@ -43,7 +48,7 @@ def _names(schema: str) -> list[str]:
 
 
 def _array(tensor: Any) -> NDArray[np.float64]:
-    """A tensor of any type and device; float64 only once on the CPU, which some devices have not."""
+    """Return a tensor as float64, cast on the CPU: some devices have no float64."""
     array: NDArray[np.float64] = tensor.detach().cpu().to(torch.float64).numpy()
     return array
 
@@ -63,15 +68,15 @@ class _Operator:
         self.operator.register_autograd(self.backward, setup_context=self.keep)
         self.operator.register_vmap(lambda *given: self.batch(self.operator, *given))
         # Operators with registered autograd refuse torch.func.grad; functions do not.
-        parts = {
-            "forward": lambda *arguments: self.operator(*arguments),
+        parts: dict[str, Any] = {
+            "forward": self.compute_below,
             "setup_context": self.keep,
             "backward": self.backward,
             "jvp": self.refuse,
             "vmap": lambda *given: self.batch(self.function.apply, *given),
         }
         parts = {part: staticmethod(function) for part, function in parts.items()}
-        self.function = type(name.replace("::", "_"), (torch.autograd.Function,), parts)
+        self.function: Any = type(name.replace("::", "_"), (torch.autograd.Function,), parts)
 
     def __call__(self, *arguments: Any) -> Any:
         """Return the values alone."""
@@ -101,12 +106,18 @@ class _Operator:
             ),
         )
 
-    def values(
-        self, moved: list[Any], rows: dict[str, Any], options: dict[str, Any]
-    ) -> Differentiated:
-        if "criterion" in options:
-            return differentiable.quality(*moved, rows, options)
-        return differentiable.forces(*moved, rows, options, nearest=options.pop("nearest"))
+    def values(self, moved: list[Any], rows: dict[str, Any], options: dict[str, Any]) -> Differentiated:
+        """Compute with arrays of NumPy."""
+        if self.gradients is QUALITY_GRADIENTS:
+            positions, normals = moved
+            return differentiable.quality(positions, normals, rows, options)
+        positions, normals, wrenches = moved
+        nearest = options.pop("nearest")
+        return differentiable.forces(positions, normals, wrenches, rows, options, nearest=nearest)
+
+    def compute_below(self, *arguments: Any) -> Any:
+        """Call the operator without its autograd."""
+        return self.operator(*arguments)
 
     def shapes(self, *arguments: Any) -> tuple[Any, ...]:
         """Empty tensors like those that `compute` returns."""
@@ -129,7 +140,7 @@ class _Operator:
             ),
         )
 
-    def keep(self, ctx: Any, inputs: tuple[Any, ...], output: tuple[Any, ...]) -> None:
+    def keep(self, ctx: Any, inputs: tuple[Any, ...], output: tuple[Any, ...]) -> None:  # noqa: ARG002 - torch names them
         """Keep the derivatives."""
         ctx.set_materialize_grads(False)
         ctx.save_for_backward(*output[1:])

@@ -1,4 +1,4 @@
-"""`graspforce.jax`: derivatives, transformations, types and shapes on the real package, with and without x64."""
+"""`graspforce.jax`: derivatives, transformations, types and shapes, with and without x64."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ jnp = jax.numpy
 check_grads = pytest.importorskip("jax.test_util").check_grads
 
 FUNCTIONS = {
-    "sum": lambda p, n, w: gj.quality(p, n, criterion="sum", friction=0.8),
-    "max": lambda p, n, w: gj.quality(p, n, friction=0.8, rtol=1e-12),
+    "sum": lambda p, n, _w: gj.quality(p, n, criterion="sum", friction=0.8),
+    "max": lambda p, n, _w: gj.quality(p, n, friction=0.8, rtol=1e-12),
     "least force": lambda p, n, w: gj.least_force(p, n, w, unsolved=0.0, friction=0.8),
     "least squares": lambda p, n, w: gj.least_force(
         p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None
@@ -117,13 +117,19 @@ def test_any_leading_dimensions(leading):
 @pytest.mark.usefixtures("double")
 def test_options_of_each_grasp_and_of_all():
     positions, normals, _ = case()
-    options = {"origin": np.full((3, 3), 0.1), "length_scale": [1.0, 2.0, 0.5], "torsion": [0.1, 0.2, 0.1, 0.1]}
+    options = {
+        "origin": np.full((3, 3), 0.1),
+        "length_scale": [1.0, 2.0, 0.5],
+        "torsion": [0.1, 0.2, 0.1, 0.1],
+    }
     edges = [4, 5, 6, 7]
     expected = gf.quality_many(np.asarray(positions), np.asarray(normals), edges=edges, **options).epsilon
     arrays = {name: jnp.asarray(value) for name, value in options.items()}
     for given in (options, arrays):
         np.testing.assert_array_equal(gj.quality(positions, normals, edges=edges, **given), expected)
-    mapped = jax.vmap(lambda p, n, o, s: gj.quality(p, n, origin=o, length_scale=s, torsion=options["torsion"], edges=edges))
+    mapped = jax.vmap(
+        lambda p, n, o, s: gj.quality(p, n, origin=o, length_scale=s, torsion=options["torsion"], edges=edges)
+    )
     found = mapped(positions, normals, arrays["origin"], arrays["length_scale"])
     np.testing.assert_array_equal(found, expected)
 
@@ -162,7 +168,11 @@ def test_second_derivatives_are_refused():
     def value(p):
         return gj.quality(p, normals).sum()
 
-    for second in (jax.hessian(value), jax.jit(jax.hessian(value)), jax.grad(lambda p: jax.grad(value)(p).sum())):
+    for second in (
+        jax.hessian(value),
+        jax.jit(jax.hessian(value)),
+        jax.grad(lambda p: jax.grad(value)(p).sum()),
+    ):
         with pytest.raises(gf.GraspForceError, match="second"):
             second(positions)
     mixed = jax.grad(lambda scale: jax.grad(lambda p: scale * value(p))(positions).sum())(1.0)

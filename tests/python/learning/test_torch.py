@@ -13,8 +13,8 @@ gt = pytest.importorskip("graspforce.torch")
 pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit:FutureWarning")
 
 FUNCTIONS = {
-    "sum": lambda p, n, w: gt.quality(p, n, criterion="sum", friction=0.8),
-    "max": lambda p, n, w: gt.quality(p, n, friction=0.8, rtol=1e-12),
+    "sum": lambda p, n, _w: gt.quality(p, n, criterion="sum", friction=0.8),
+    "max": lambda p, n, _w: gt.quality(p, n, friction=0.8, rtol=1e-12),
     "least force": lambda p, n, w: gt.least_force(p, n, w, unsolved=0.0, friction=0.8),
     "least squares": lambda p, n, w: gt.least_force(
         p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None
@@ -90,9 +90,17 @@ def test_compiled_functions_agree_with_eager_ones(function):
     compiled = torch.compile(loss, fullgraph=True, backend="aot_eager")
     found = torch.autograd.grad(compiled(positions, normals, wrenches), positions)[0]
     torch.testing.assert_close(found, expected, rtol=0, atol=1e-12)
+
+
+@each_function
+def test_compiled_batches_agree_with_eager_ones(function):
+    positions, normals, wrenches = case()
+
+    def loss(p, n, w):
+        return function(torch.sin(p), n, w).sum()
+
     mapped = torch.compile(torch.vmap(lambda p, n: loss(p, n, wrenches)), fullgraph=True, backend="aot_eager")
-    with torch.no_grad():
-        torch.testing.assert_close(mapped(positions, normals).sum(), loss(positions, normals, wrenches))
+    torch.testing.assert_close(mapped(positions, normals).sum(), loss(positions, normals, wrenches))
 
 
 def test_operators_keep_the_rules_of_torch():
@@ -132,7 +140,11 @@ def test_any_leading_dimensions(leading):
 
 def test_options_of_each_grasp_and_of_all():
     positions, normals, _ = case()
-    options = {"origin": np.full((3, 3), 0.1), "length_scale": [1.0, 2.0, 0.5], "torsion": [0.1, 0.2, 0.1, 0.1]}
+    options = {
+        "origin": np.full((3, 3), 0.1),
+        "length_scale": [1.0, 2.0, 0.5],
+        "torsion": [0.1, 0.2, 0.1, 0.1],
+    }
     expected = gf.quality_many(positions.numpy(), normals.numpy(), edges=[4, 5, 6, 7], **options).epsilon
     tensors = {name: torch.tensor(value, dtype=torch.float64) for name, value in options.items()}
     for given in (options, tensors):
@@ -194,7 +206,11 @@ def test_derivatives_that_do_not_exist_are_refused_by_name():
 
 @pytest.mark.parametrize(
     ("positions", "message"),
-    [(np.zeros((4, 3)), "positions: ndarray"), (torch.zeros(4, 3, dtype=torch.int64), "torch.int64"), (torch.zeros(3), "two dim")],
+    [
+        (np.zeros((4, 3)), "positions: ndarray"),
+        (torch.zeros(4, 3, dtype=torch.int64), "torch.int64"),
+        (torch.zeros(3), "two dim"),
+    ],
 )
 def test_wrong_contacts_are_refused(positions, message):
     with pytest.raises(gf.InvalidInputError, match=message):
