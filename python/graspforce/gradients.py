@@ -22,8 +22,8 @@ __all__ = ["GradientBatch"]
 class GradientBatch(Record):
     """How epsilon changes with the contacts of many grasps: the gradients of `QualityBatch.gradient`.
 
-    Rows are those of the batch. A ragged batch has one axis (N,) over its contacts in place of (B, m). Rows with
-    the status 2 are NaN; all other rows are finite.
+    Rows are those of the batch. A ragged batch has one axis (N,) over its contacts in place of (B, m).
+    Rows with the status 2 are NaN; all other rows are finite.
 
     - A closed grasp (``epsilon > 0``) has the gradient at its worst direction.
     - An open grasp (``epsilon < 0``) has the gradient of minus the distance between the origin and the
@@ -48,8 +48,8 @@ class GradientBatch(Record):
     max_normal_force : numpy.ndarray
         (B, m) change of epsilon by N of each limit.
     unique : numpy.ndarray
-        (B,) bool: True where epsilon is differentiable, as `Gradient.unique`. Elsewhere the row is one element
-        of the subdifferential.
+        (B,) bool: True where epsilon is differentiable, as `Gradient.unique`. Elsewhere the row is one
+        element of the subdifferential.
 
     Examples
     --------

@@ -30,6 +30,8 @@
 //! | | numbers that the field optimises in place of the quality | `surrogates/` |
 //! | | small matrices, 32 digits | `linalg/` |
 //! | | every tolerance, with its meaning and origin | `tolerances.rs` |
+//! | | errors, and the status of a row of a batch | `error.rs`, `status.rs` |
+//! | | Ctrl-C, and large allocations that are tried | `interrupt.rs`, `memory.rs` |
 //!
 //! The data's way: [`Contact`]s make a [`Grasp`]; its [`WrenchSet`] answers how far it reaches along a direction; quality
 //! and force distribution ask nothing else.
@@ -64,7 +66,9 @@ pub use force::nearest::options::NearestOptions;
 pub use force::solution::{Distribution, DistributionOptions, Method};
 pub use force::squares::options::SquaresOptions;
 pub use force::workspace::ForceWorkspace;
-pub use grasp::contact::{Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES};
+pub use grasp::contact::{
+    Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES, contact_force, write_components,
+};
 pub use grasp::plausibility::implausibility;
 pub use grasp::torque_limits::torque_limited_forces;
 pub use grasp::wrench_norm::Metric;

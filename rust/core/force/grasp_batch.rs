@@ -72,7 +72,7 @@ pub struct GraspForceGradients {
 /// from the one before.
 ///
 /// `distributor` makes the distributor of a grasp, which has `contacts(row)` contacts. A row that fails reports its error
-/// and does not stop the others.
+/// and does not stop the others. After an interrupt all that is left is empty.
 pub fn forces_batch<'a, const D: usize>(
     rows: Range<usize>,
     contacts: impl Fn(usize) -> usize + Sync,
@@ -83,7 +83,10 @@ pub fn forces_batch<'a, const D: usize>(
 ) -> Vec<GraspForces> {
     let interrupt = interrupt::current();
     let forces = |row| {
-        let made = interrupt::check().and_then(|()| grasp(row)).and_then(|grasp| distributor(&grasp));
+        if let Err(error) = interrupt::check() {
+            return GraspForces { error: Some(error), ..GraspForces::default() };
+        }
+        let made = grasp(row).and_then(|grasp| distributor(&grasp));
         let (wrenches, contacts) = (wrenches(row), contacts(row));
         match made {
             Ok(distributor) => of_grasp(&distributor, wrenches, options),

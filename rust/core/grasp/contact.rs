@@ -184,11 +184,6 @@ impl Contact {
         }
     }
 
-    /// What the first tangent is projected from where none is given, once the normal is a unit vector.
-    pub(crate) fn default_seed(&self) -> Vector3<f64> {
-        default_seed(&self.normal)
-    }
-
     /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
     pub fn force_count(&self, planar: bool) -> usize {
         let (smooth, hard) = (self.friction == 0.0, self.torsion == 0.0);
@@ -247,7 +242,8 @@ fn hard_edges(limit: f64, mu: f64, edges: usize) -> Vec<ContactForce> {
 
 /// A force of which only some `components` exist, as callers see them.
 #[inline]
-pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
+#[must_use]
+pub fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
     let mut force = ContactForce::zeros();
     for (&component, x) in components.iter().zip(row) {
         force[component] = *x;
@@ -266,7 +262,7 @@ pub(crate) fn force_components(k: usize) -> &'static [usize] {
 
 /// Writes rows of the `components` that exist, as callers see them.
 #[inline]
-pub(crate) fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {
+pub fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {
     for (row, force) in rows.chunks_mut(components.len()).zip(forces) {
         for (x, &component) in row.iter_mut().zip(components) {
             *x = force[component];
@@ -330,11 +326,13 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
     Ok(extreme)
 }
 
-/// The unit vector along `v`, safe against overflow and underflow of the squares.
-fn default_seed(n: &Vector3<f64>) -> Vector3<f64> {
+/// What becomes the first tangent of a contact with this unit normal, once it is projected on the tangent plane, where the
+/// caller gives none.
+pub(crate) fn default_seed(n: &Vector3<f64>) -> Vector3<f64> {
     if n.x.abs() > 0.7 { Vector3::y() } else { Vector3::x() }
 }
 
+/// The unit vector along `v`, safe against overflow and underflow of the squares.
 fn unit(v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let scale = v.amax();
     if !(scale > 0.0 && scale.is_finite()) {

@@ -10,6 +10,7 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::grasp::contact::ContactForce;
+use crate::grasp::wrench::split;
 use crate::grasp::{Grasp, Wrench};
 
 /// The three derivatives of `z . G_i f`. A planar contact neither leaves its plane nor spins.
@@ -44,13 +45,5 @@ impl ForceDerivative {
     pub(crate) fn stacked(&self) -> SVector<f64, 7> {
         let (p, n) = (self.position, self.normal);
         SVector::from([p.x, p.y, p.z, n.x, n.y, n.z, self.spin])
-    }
-}
-
-/// The force and torque parts of a functional, in space.
-pub(crate) fn split<const D: usize>(z: &Wrench<D>) -> (Vector3<f64>, Vector3<f64>) {
-    match D {
-        3 => (Vector3::new(z[0], z[1], 0.0), Vector3::new(0.0, 0.0, z[2])),
-        _ => (Vector3::new(z[0], z[1], z[2]), Vector3::new(z[3], z[4], z[5])),
     }
 }

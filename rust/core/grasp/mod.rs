@@ -53,31 +53,25 @@ impl Default for GraspOptions {
     }
 }
 
+/// Products of four smaller coefficients could not be represented.
+const LEAST_COEFFICIENT: f64 = 1e-60;
+
 impl GraspOptions {
     /// Refuses what is not finite, not positive, or a margin below 1.
     pub fn check(&self) -> Result<()> {
-        if self.origin.iter().any(|x| !x.is_finite()) {
-            let reason = format!("{:?} is not finite", self.origin.as_slice());
-            return Err(Error::grasp("origin", reason));
-        }
         let (scale, margin) = (self.length_scale, self.friction_margin);
+        let wrong = |argument, reason: String| Err(Error::grasp(argument, reason));
+        if self.origin.iter().any(|x| !x.is_finite()) {
+            return wrong("origin", format!("{:?} is not finite", self.origin.as_slice()));
+        }
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(Error::grasp(
-                "length_scale",
-                format!("{} must be finite and positive", digits(scale)),
-            ));
+            return wrong("length_scale", format!("{} must be finite and positive", digits(scale)));
         }
         if !REPRESENTABLE.contains(&scale) {
-            return Err(Error::grasp(
-                "length_scale",
-                format!("{scale:e} lies outside 1e-140 to 1e140; check the units"),
-            ));
+            return wrong("length_scale", format!("{scale:e} lies outside 1e-140 to 1e140; check the units"));
         }
         if !(margin >= 1.0 && margin.is_finite()) {
-            return Err(Error::grasp(
-                "friction_margin",
-                format!("{} must be finite and at least 1", digits(margin)),
-            ));
+            return wrong("friction_margin", format!("{} must be finite and at least 1", digits(margin)));
         }
         Ok(())
     }
@@ -173,6 +167,10 @@ impl<const D: usize> Grasp<D> {
             if REPRESENTABLE.contains(&arm) && arm * coefficient >= REPRESENTABLE.end {
                 let reason =
                     format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
+                return Err(Error::contact(argument, index, reason));
+            }
+            if coefficient > 0.0 && coefficient < LEAST_COEFFICIENT {
+                let reason = format!("{coefficient:e} must be zero, or at least {LEAST_COEFFICIENT:e}");
                 return Err(Error::contact(argument, index, reason));
             }
         }

@@ -8,7 +8,7 @@ use nalgebra::{SVector, Vector3};
 
 use crate::convex::min_norm_point::nearest_point;
 use crate::grasp::contact::ContactForce;
-use crate::grasp::derivative::split;
+use crate::grasp::wrench::split;
 use crate::grasp::{Grasp, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;

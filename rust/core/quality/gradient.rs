@@ -19,7 +19,8 @@ use nalgebra::Vector3;
 
 use crate::error::{Error, Result};
 use crate::grasp::contact::{ContactForce, ForceModel};
-use crate::grasp::derivative::{ForceDerivative, split};
+use crate::grasp::derivative::ForceDerivative;
+use crate::grasp::wrench::split;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::active_forces::ActiveForces;

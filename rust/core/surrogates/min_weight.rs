@@ -11,13 +11,16 @@
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::equilibration::Equilibration;
+use crate::force::gradient::SUPPORTED;
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::surrogates::{SurrogateValue, determine_forces, with_gradient};
-use crate::tolerances::{SUPPORTED, UNPROVEN_WEIGHT};
+
+/// A relative gap of the least weight above this is no answer.
+const UNPROVEN_WEIGHT: f64 = 1e-9;
 
 pub(crate) fn min_weight<const D: usize>(grasp: &Grasp<D>) -> Result<SurrogateValue> {
     let wrenches = grasp.primitive_wrenches()?;

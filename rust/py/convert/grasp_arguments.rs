@@ -35,9 +35,9 @@ pub struct Arguments<'a> {
     positions: Cow<'a, [f64]>,
     normals: Cow<'a, [f64]>,
     tangents: Option<Broadcast<'a>>,
-    friction: Broadcast<'a>,
-    max_normal_force: Broadcast<'a>,
-    torsion: Broadcast<'a>,
+    pub friction: Broadcast<'a>,
+    pub max_normal_force: Broadcast<'a>,
+    pub torsion: Broadcast<'a>,
     edges: Edges,
     extreme_forces: Option<Vec<Vec<ContactForce>>>,
 }
@@ -176,22 +176,12 @@ impl<'a> Arguments<'a> {
         if self.dim == 2 { 2 } else { 3 + usize::from(torsion) }
     }
 
-    /// (m,) friction coefficients of the first grasp.
-    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.friction)
-    }
-
-    /// (m,) torsional friction coefficients of the first grasp.
-    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.torsion)
-    }
-
-    /// (m,) force limits of the first grasp.
-    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.max_normal_force)
-    }
-
-    fn of_each<'py>(&self, py: Python<'py>, given: &Broadcast<'_>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// (m,) a number of each contact of the first grasp.
+    pub fn of_each<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Broadcast<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         vector(py, "result", self.contacts, (0..self.contacts).map(|contact| given.at(0, contact)))
     }
 

@@ -1,4 +1,4 @@
-//! Force distribution, as Python sees it.
+//! Force distribution, as Python sees it. The docstrings of its methods are in `docs/`.
 //!
 //! - [`distributor`]: `ForceDistributor`; [`construction`]: how it is made; [`distribution_options`]: its options;
 //!   [`squares_arguments`]: those of least squares; [`shared`]: its workspace, for one thread at a time; [`solve`]: its

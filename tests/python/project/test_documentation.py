@@ -60,6 +60,7 @@ NOT_RUN = {
     "python force_controller.py --plot force_controller.png": SIMULATED,
     "python fourth_foot.py": SIMULATED,
     "cargo bench --bench force_latency": LONG,
+    "cargo bench --bench quality -- gradients": LONG,
     "cargo test --test laws hostile": CI,
     "pip install 'graspforce[torch]'": INSTALLS,
     "python train_jax.py --plot training.png": TRAINED,

@@ -5,7 +5,9 @@ use nalgebra::SMatrix;
 
 use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
-use crate::tolerances::ON_CONE;
+
+/// A force whose friction comes this near to its cone, relative to the normal force, lies on it.
+const ON_CONE: f64 = 1e-9;
 
 /// Most extreme forces of a basic combination.
 const MOST: usize = 4;

@@ -7,6 +7,7 @@
 use nalgebra::{DVector, SVector};
 
 use crate::force::equilibration::units;
+use crate::force::gradient::SUPPORTED;
 use crate::force::gradient::active_face::active_face;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
@@ -14,11 +15,12 @@ use crate::force::solution::Distribution;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::derivative::ForceDerivative;
 use crate::grasp::{Grasp, Wrench};
-use crate::tolerances::{
-    AT_LIMIT, INDEPENDENT_SHIFT, SAME_GRADIENT, SAME_GRADIENT_BY_CONES, SUPPORTED, SUPPORTED_BY_CONES,
-};
+use crate::tolerances::{AT_LIMIT, INDEPENDENT_SHIFT, SAME_GRADIENT, SAME_GRADIENT_BY_CONES};
 use crate::wrench_set::Criterion;
 use crate::wrench_set::cone::{cone_slope, cone_support};
+
+/// How near to the furthest force of a true cone another one must reach to be as good: its multipliers are less exact.
+const SUPPORTED_BY_CONES: f64 = 1e-6;
 
 /// What the forces minimise.
 #[derive(Debug, Clone, Copy, PartialEq)]
