@@ -48,7 +48,7 @@ def quality(
     """Return the quality epsilon of each grasp.
 
     Differentiable by positions, normals, ``friction`` and ``max_normal_force``. Where several directions are
-    equally bad, the gradient is one of several.
+    equally bad, the gradient is one of several. Safe to call from several threads.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def least_force(
 ) -> Any:
     """Return the least objective of the contact forces that balance each external wrench.
 
-    Differentiable by positions, normals and wrenches.
+    Differentiable by positions, normals and wrenches. Safe to call from several threads.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def residual(
     """Return how far forces within their limits stay from balancing each external wrench.
 
     It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions,
-    normals and wrenches.
+    normals and wrenches. Safe to call from several threads.
 
     Parameters
     ----------
