@@ -64,7 +64,6 @@ NOT_RUN = {
     "cargo test --test laws hostile": CI,
     "pip install 'graspforce[torch]'": INSTALLS,
     "python train_jax.py --plot training.png": TRAINED,
-    "make learning": CI,
     "make surrogates": LONG,
     "python -m benches.surrogates": LONG,
     "python benches/forces_many.py": LONG,
