@@ -6,6 +6,7 @@ the leading dimensions of the positions, or belong to all grasps.
 
 from __future__ import annotations
 
+from types import new_class
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,7 +77,10 @@ class _Operator:
             "vmap": lambda *given: self.batch(self.function.apply, *given),
         }
         parts = {part: staticmethod(function) for part, function in parts.items()}
-        self.function: Any = type(name.replace("::", "_"), (torch.autograd.Function,), parts)
+        base = torch.autograd.Function
+        self.function: Any = new_class(
+            name.replace("::", "_"), (base,), {}, lambda space: space.update(parts)
+        )
 
     def __call__(self, *arguments: Any) -> Any:
         """Return the values alone."""
