@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 PY := $(VENV)/bin/python
 PEERS := .venv-compare
+LEARNING := .venv-learning
 # The stable interface needs no other interpreter; naming one keeps cargo's and maturin's builds the same.
 export PYO3_PYTHON := $(CURDIR)/$(PY)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
@@ -15,7 +16,7 @@ export PIP_COMPILE := 0
 EXTRAS := cli,dask,datasets,mesh,measures,plot,search,viewer
 comma := ,
 
-.PHONY: demo test python-tests-ready rust-tests-ready fuzz bench compare lint docs dist build capi header notices constraints oldest clean
+.PHONY: demo test python-tests-ready rust-tests-ready fuzz bench compare learning surrogates lint docs dist build capi header notices constraints oldest clean
 
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
@@ -73,6 +74,23 @@ $(PEERS)/ready: pyproject.toml $(CONSTRAINTS)
 	$(PEERS)/bin/python -m pip install --quiet --group peers
 	touch $@
 
+# torch and JAX take gigabytes, so they and their tests live in an environment of their own.
+learning: build $(LEARNING)/ready
+	PYTHONPATH=python $(LEARNING)/bin/python -m pytest tests/python/learning
+
+# Surrogates of quality beside it: the tables and the figure of docs/surrogates.md, with qpth for the same program. What
+# qpth says of NumPy's version is out of date.
+surrogates: build $(LEARNING)/ready
+	$(LEARNING)/bin/python -m pip install --quiet --group learning-peers
+	$(LEARNING)/bin/python -m pip install --quiet --no-deps qpth==0.0.18
+	PYTHONPATH=python $(LEARNING)/bin/python -m benches.surrogates --write
+
+$(LEARNING)/ready: pyproject.toml $(CONSTRAINTS)
+	$(PYTHON) -m venv $(LEARNING)
+	$(LEARNING)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(LEARNING)/bin/python -m pip install --quiet --group learning
+	touch $@
+
 lint: build $(VENV)/lint
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
@@ -116,7 +134,7 @@ notices:
 # constraints.txt anew: the newest versions that fit pyproject.toml, on every system and Python. What is compared
 # (peers), planned on (objects) and uploaded (release) is pinned like what is tested.
 RESOLUTION ?= highest
-GROUPS ?= dev simulators browser docs objects peers release constraints
+GROUPS ?= dev simulators learning learning-peers browser docs objects peers release constraints
 UV := target/tools/uv
 
 constraints: $(UV)/bin/uv
@@ -177,4 +195,4 @@ $(VENV)/simulators: $(VENV)/ready
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(PEERS) $(OLDEST) out target
+	rm -rf $(VENV) $(PEERS) $(LEARNING) $(OLDEST) out target

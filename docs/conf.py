@@ -35,6 +35,8 @@ html_theme_options = {"sidebar_hide_name": False}
 html_static_path = ["_static"]
 html_css_files = ["blocks.css"]
 
+# Gigabytes, of which the pages show nothing.
+autodoc_mock_imports = ["torch", "jax"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 napoleon_use_ivar = True

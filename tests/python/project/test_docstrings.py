@@ -26,7 +26,11 @@ NEEDED = {
     "graspforce.adapters.mujoco": "mujoco",
     "graspforce.adapters.drake": "pydrake",
     "graspforce.adapters.pinocchio": "pinocchio",
+    "graspforce.jax": "jax",
+    "graspforce.torch": "torch",
+    "graspforce.torch.operators": "torch",
     "simulators": "mujoco",
+    "learning": "torch",
 }
 
 

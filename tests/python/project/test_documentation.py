@@ -23,6 +23,7 @@ PAGES = [
 INSTALLS, WAITS, LONG, CI = "installs", "serves until it is ended", "takes minutes", "is what CI runs itself"
 CLUSTER = "needs a cluster"
 SIMULATED = "needs MuJoCo; tests/python/adapters/test_controller_examples.py runs it"
+TRAINED = "needs JAX; tests/python/learning runs it"
 NOT_RUN = {
     "pip install .": INSTALLS,
     "pip install '.[all]'": INSTALLS,
@@ -61,6 +62,11 @@ NOT_RUN = {
     "cargo bench --bench force_latency": LONG,
     "cargo bench --bench quality -- gradients": LONG,
     "cargo test --test laws hostile": CI,
+    "pip install 'graspforce[torch]'": INSTALLS,
+    "python train_jax.py --plot training.png": TRAINED,
+    "make surrogates": LONG,
+    "python -m benches.surrogates": LONG,
+    "python benches/forces_many.py": LONG,
     "python -m benches.trust": LONG,
     "python -m benches.trust cone_histories": LONG,
     "python -m benches.trust large_forces": LONG,

@@ -15,9 +15,12 @@ import graspforce as gf
 
 MODULES = [
     "graspforce",
-    *(f"graspforce.{m}" for m in ("surfaces", "surrogates", "adapters", "files", "plotting", "viewer")),
+    *(
+        f"graspforce.{m}"
+        for m in ("surfaces", "surrogates", "adapters", "files", "plotting", "viewer", "torch", "jax")
+    ),
 ]
-NEEDED = {"files": "pydantic", "plotting": "matplotlib", "viewer": "viser"}
+NEEDED = {"files": "pydantic", "plotting": "matplotlib", "viewer": "viser", "torch": "torch", "jax": "jax"}
 
 # The names of the design that programs are written against.
 CONTRACT = {

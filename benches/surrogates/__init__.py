@@ -1,0 +1,1 @@
+"""What surrogates of quality say of grasps, and what they cost: ``python -m benches.surrogates``."""
