@@ -1,0 +1,14 @@
+"""Hands: from a model and an object's mesh to grasps that hold, and a simulated trial of them.
+
+Needs the ``hands`` extra: MuJoCo for kinematics, distances and simulation, mink for inverse kinematics, trimesh
+and manifold3d for meshes. They are imported when first used.
+"""
+
+from .fingertips import Fingertip
+from .hand import Hand
+from .hand_plan import HandPlan
+from .hand_plan_set import HandPlanSet
+from .planner import plan_hand
+from .presets import preset, presets
+
+__all__ = ["Fingertip", "Hand", "HandPlan", "HandPlanSet", "plan_hand", "preset", "presets"]

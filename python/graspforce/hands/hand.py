@@ -1,0 +1,288 @@
+"""A hand: its joints with their limits, how they are coupled, and its fingertips."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce._internal.checks import finite_vector
+from graspforce._internal.optional_imports import optional
+from graspforce._internal.vectors import read_only
+from graspforce.errors import InvalidInputError
+
+from .couplings import coupling_matrix, driven_limits
+from .fingertips import find_fingertips
+from .hand_model import HandModel, read_hand
+from .joint_values import joint_limits, joint_numbers
+from .model_file import spec_from_file
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from .fingertips import Fingertip
+    from .pose import HandPose
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Hand"]
+
+_FULL_TORQUE = 0.25  # rad: a servo of unknown stiffness reaches its torque limit at this error
+
+
+class Hand:
+    """A multifingered hand with a free wrist, as planning and simulation see it.
+
+    Parameters
+    ----------
+    spec : mujoco.MjSpec or mujoco.MjModel
+        The model, which is only read. `Hand.load` reads files.
+    fingertips : sequence
+        Two or more tips, each by the name of a body, geom or site. A mapping with the fields ``name``,
+        ``radius``, ``position``, ``axis`` and ``half_length`` gives a sphere or capsule in the frame of the
+        body, in m; ``pad`` is the direction in which it presses.
+    palm : str, optional
+        Body whose frame is the pose of the hand. By default the deepest body that holds all fingers.
+    root : str, optional
+        Body above the palm down from which the model belongs to the hand. The joints between the two are
+        fixed. By default the palm itself.
+    coupling : array_like or mapping, optional
+        (n, k) matrix C of q = C z, a pair of C and an offset (n,) in rad, or for each dependent joint
+        ``{"joint": driver, "ratio": 1.1, "offset": 0.0}``. By default as the model's tendons and equality
+        constraints say.
+    pads : array_like or mapping, optional
+        Direction (3,) in which tips press, in the frames of their bodies: one for all, or by tip.
+    joint_limits : mapping, optional
+        Lower and upper limits in rad by joint, in place of the model's.
+    torque_limits, stiffness, damping, armature : float or mapping, optional
+        Torque limit in N m, stiffness of the position servo in N m/rad, damping in N m s/rad and armature in
+        kg m^2: one for all joints or by joint, in place of the model's. A servo of unknown stiffness reaches
+        its torque limit at 0.25 rad.
+    posture : mapping, optional
+        Joint positions in rad of an open, preshaped hand. The search for grasps starts around it. Other
+        joints are at a third of their range from the end nearest to 0.
+    name : str, optional
+        Name in tables and pictures.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Names of all n joints below the palm, in the order of the model.
+    joint_limits : numpy.ndarray
+        (n, 2) in rad.
+    torque_limits : numpy.ndarray
+        (n,) in N m; infinite for joints that follow others.
+    stiffness, damping, armature : numpy.ndarray
+        (n,) of the servos.
+    coupling, coupling_offset : numpy.ndarray
+        C (n, k) and c (n,) of q = C z + c, where z are the driven joints.
+    driven : numpy.ndarray
+        (k,) numbers of the driven joints.
+    fingertips : tuple of Fingertip
+        The tips in the order given.
+    posture : numpy.ndarray
+        (n,) in rad.
+    name : str
+        Name in tables and pictures.
+    source : dict or None
+        What makes the hand again when a plan is loaded: a preset or a hand file.
+
+    Raises
+    ------
+    InvalidInputError
+        A name is unknown (the error lists the candidates), a joint has no limits, a torque limit is missing
+        or not positive, or the coupling leaves a joint no range.
+    MissingExtraError
+        MuJoCo is not installed.
+
+    Notes
+    -----
+    Nothing of it changes once it is made: threads may share it. It can be copied and pickled.
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> import mujoco
+    >>> finger = (
+    ...     '<body name="{0}" pos="{1} 0 0"><joint name="{0}" axis="0 1 0" range="-1 1" actuatorfrcrange="-1 1"/>'
+    ...     '<geom name="{0}_tip" type="capsule" size="0.01" fromto="0 0 0 0 0 0.08"/></body>'
+    ... )
+    >>> fingers = finger.format("left", -0.04) + finger.format("right", 0.04)
+    >>> palm = f'<body name="palm"><geom type="box" size=".05 .02 .01" pos="0 0 -.02"/>{fingers}</body>'
+    >>> spec = mujoco.MjSpec.from_string(f"<mujoco><worldbody>{palm}</worldbody></mujoco>")
+    >>> hand = gf.hands.Hand(spec, ["left_tip", "right_tip"])
+    >>> hand.joints, hand.torque_limits.tolist()
+    (('left', 'right'), [1.0, 1.0])
+    """
+
+    __slots__ = (
+        "_arguments", "_model", "_scene", "armature", "coupling", "coupling_offset", "damping", "driven",
+        "driven_limits", "fingertips", "joint_limits", "joints", "name", "posture", "source", "stiffness",
+        "torque_limits",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        spec: Any,
+        fingertips: Sequence[str | Mapping[str, Any]],
+        *,
+        palm: str | None = None,
+        root: str | None = None,
+        coupling: ArrayLike | Mapping[str, Any] | None = None,
+        pads: ArrayLike | Mapping[str, ArrayLike] | None = None,
+        joint_limits: Mapping[str, tuple[float, float]] | None = None,
+        torque_limits: float | Mapping[str, float] | None = None,
+        stiffness: float | Mapping[str, float] | None = None,
+        damping: float | Mapping[str, float] | None = None,
+        armature: float | Mapping[str, float] | None = None,
+        posture: Mapping[str, float] | None = None,
+        name: str | None = None,
+    ) -> None:
+        if not isinstance(spec, HandModel):
+            mujoco = optional("mujoco", "hands")
+            if not isinstance(spec, mujoco.MjSpec | mujoco.MjModel):
+                raise InvalidInputError(f"spec: {spec!r} is neither a mujoco.MjSpec nor a mujoco.MjModel; see Hand.load")
+            try:
+                model = spec.copy().compile() if isinstance(spec, mujoco.MjSpec) else spec
+            except (ValueError, RuntimeError) as error:
+                raise InvalidInputError(f"spec: MuJoCo cannot compile it: {error}") from None
+            spec = read_hand(model, palm, root)
+        self._model: HandModel = spec
+        self._scene: Any = None
+        self._arguments = {
+            "fingertips": fingertips, "coupling": coupling, "pads": pads, "joint_limits": joint_limits,
+            "torque_limits": torque_limits, "stiffness": stiffness, "damping": damping, "armature": armature,
+            "posture": posture, "name": name,
+        }  # fmt: skip
+        self.source: dict[str, Any] | None = None
+        self.name = name or self._model.bodies[0].name
+        joints = self._model.joints
+        self.joints = tuple(joint.name for joint in joints)
+        self.joint_limits = read_only(_joint_limits(joints, joint_limits))
+        C, c = coupling_matrix(self.joints, self._model.relations, coupling)
+        self.coupling, self.coupling_offset = read_only(C), read_only(c)
+        units = (C[:, None, :] == np.eye(C.shape[1])).all(axis=2) & (c == 0)[:, None]
+        self.driven = read_only(units.argmax(axis=0))
+        self.driven_limits = read_only(driven_limits(self.joints, self.joint_limits, C, c))
+        self.torque_limits = read_only(self._torques(torque_limits))
+        servo = self.torque_limits / _FULL_TORQUE
+        model_servo = [s if j.stiffness is None else j.stiffness for j, s in zip(joints, servo, strict=True)]
+        self.stiffness = read_only(joint_numbers("stiffness", stiffness, self.joints, model_servo, positive=True))
+        own = [joint.damping for joint in joints]
+        self.damping = read_only(joint_numbers("damping", damping, self.joints, own))
+        self.armature = read_only(joint_numbers("armature", armature, self.joints, [j.armature for j in joints]))
+        self.fingertips = find_fingertips(self._model, fingertips, pads)
+        self.posture = read_only(self._posture(posture))
+
+    @staticmethod
+    def load(
+        path: str | os.PathLike[str],
+        fingertips: Sequence[str | Mapping[str, Any]] | None = None,
+        *,
+        package_dirs: Sequence[str | os.PathLike[str]] | None = None,
+        **options: Any,
+    ) -> Hand:
+        """Read a hand from a hand file (YAML, JSON), or from an MJCF or URDF file.
+
+        Safe to call from several threads.
+
+        Parameters
+        ----------
+        path : path-like
+            ``.yaml``, ``.yml`` or ``.json`` for a hand file, which states everything itself; any other suffix
+            for a model.
+        fingertips : sequence, optional
+            As for `Hand`; needed for a model.
+        package_dirs : sequence of path-like, optional
+            Folders in which ``package://NAME/...`` of a URDF is looked for. The folders above the URDF are
+            tried, too.
+        **options
+            As for `Hand`.
+
+        Raises
+        ------
+        InvalidFileError
+            The file cannot be read, is no hand file or model, or names a file that is not there.
+        InvalidInputError
+            As for `Hand`.
+
+        Examples
+        --------
+        >>> import graspforce as gf
+        >>> hand = gf.hands.Hand.load("hand.urdf", ["thumb_tip", "index_tip"])  # doctest: +SKIP
+        """
+        path = Path(path)
+        folders = [Path(folder) for folder in package_dirs or ()]
+        if path.suffix.lower() in (".yaml", ".yml", ".json"):
+            from .hand_file import hand_from_file  # noqa: PLC0415 - pydantic only where a hand file is read
+
+            if fingertips is not None or options or folders:
+                raise InvalidInputError("fingertips, package_dirs and other options: a hand file states them itself")
+            return hand_from_file(path)
+        if fingertips is None:
+            raise InvalidInputError("fingertips: missing; name the bodies, geoms or sites of the tips")
+        return Hand(spec_from_file(path, folders), fingertips, **options)
+
+    @property
+    def num_fingers(self) -> int:
+        """Number of fingertips."""
+        return len(self.fingertips)
+
+    def joint_positions(self, driven: ArrayLike) -> Array:
+        """Return all joints q = C z + c (n,) in rad, for the driven joints z (k,) in rad."""
+        z = finite_vector("driven", driven, self.coupling.shape[1])
+        q: Array = self.coupling @ z + self.coupling_offset
+        return q
+
+    def reach(self, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, **options: Any) -> HandPose:
+        """Find a pose whose fingertips touch given contacts; see `graspforce.hands.reach`."""
+        from .reach import reach  # noqa: PLC0415 - mink only where it is asked for
+
+        return reach(self, positions, normals, mesh, **options)
+
+    def _torques(self, given: Any) -> Array:
+        joints = self._model.joints
+        known = [np.inf if joint.torque_limit is None else joint.torque_limit for joint in joints]
+        limits = joint_numbers("torque_limits", given, self.joints, known, positive=True)
+        missing = [self.joints[j] for j in self.driven if not np.isfinite(limits[j])]
+        if missing:
+            raise InvalidInputError(
+                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one number or by joint"
+            )
+        follows = np.setdiff1d(np.arange(len(joints)), self.driven)
+        limits[follows] = np.inf
+        return limits
+
+    def _posture(self, given: Mapping[str, float] | None) -> Array:
+        low, high = self.driven_limits.T
+        first = np.where(np.abs(low) <= np.abs(high), low + (high - low) / 3, high - (high - low) / 3)
+        # A joint that bends to both sides alike spreads the fingers.
+        first = np.where(np.abs(low + high) < 0.2 * (high - low), (low + high) / 2, first)
+        q = self.coupling @ first + self.coupling_offset
+        wanted = joint_numbers("posture", given, self.joints, q.tolist())
+        z = np.clip(wanted[self.driven], low, high)
+        placed: Array = self.coupling @ z + self.coupling_offset
+        return placed
+
+    def __repr__(self) -> str:
+        tips = ", ".join(tip.name for tip in self.fingertips)
+        return f"Hand({self.name!r}, {len(self.joints)} joints, {len(self.driven)} driven, fingertips {tips})"
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        return _restored, (self._model, self._arguments, self.source)
+
+
+def _joint_limits(joints: Sequence[Any], given: Mapping[str, Any] | None) -> Array:
+    return joint_limits([joint.name for joint in joints], [joint.range for joint in joints], given)
+
+
+def _restored(model: HandModel, arguments: dict[str, Any], source: dict[str, Any] | None) -> Hand:
+    if not isinstance(model, HandModel):
+        raise InvalidInputError("state: model, expected that of a hand")
+    hand = Hand(model, **arguments)
+    hand.source = source
+    return hand

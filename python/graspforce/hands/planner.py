@@ -1,0 +1,272 @@
+"""From a hand and an object to grasps that hold."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from graspforce._internal.checks import chosen, finite_array, real_number, whole_number
+from graspforce._internal.checks import instance as instance_of
+from graspforce.errors import InvalidInputError, NoGraspError
+from graspforce.planning.problem import deadline_after
+from graspforce.planning.progress import reporting
+
+from .candidates import Candidates, measured
+from .distances import Distances
+from .grasp_problem import PUSHES, GraspProblem
+from .grasped_object import grasped_object
+from .hand import Hand
+from .hand_plan_set import HandPlanSet, SearchEnd
+from .kinematics import HandKinematics
+from .plan_making import Maker
+from .refinement import refined
+from .seeds import contact_seeds, palm_seeds
+from .snap import SnapOptions, snap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from graspforce.planning.progress import Report
+    from graspforce.typing import Criterion
+
+    from .hand_plan import HandPlan
+    from .kinematics import Poses
+
+    Array = NDArray[np.float64]
+
+__all__ = ["plan_hand"]
+
+_PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None
+_REFINED = 6
+_ROUNDS, _MOVES = 8, 10
+_POOL = 16
+_ROOM = 1.1  # of the hand's opening: a wider object is not tried
+
+
+def plan_hand(
+    hand: Hand,
+    mesh: Any,
+    fingers: Sequence[int] | None = None,
+    criterion: Criterion = "max",
+    *,
+    friction: float = 0.6,
+    torsion: float = 0.02,
+    external_wrench: ArrayLike | None = None,
+    preload: float = 2.0,
+    friction_margin: float = 1.5,
+    pushes: ArrayLike | None = None,
+    rank: Literal["slip onset", "quality"] = "slip onset",
+    seeds: Literal["palms", "contacts", "both"] = "palms",
+    starts: int = 60,
+    samples: int = 2000,
+    refine: bool = True,
+    best: int = 5,
+    retreat: float = 0.01,
+    time_limit: float | None = None,
+    seed: int = 0,
+    progress: bool | Report = False,
+) -> HandPlanSet:
+    """Plan grasps of an object by a hand: palm pose, joints, contacts and how hard to squeeze.
+
+    The search samples palms around the object and puts the tips on its surface. It refines the best poses,
+    looks for forces that press all fingers, and ranks by the push at which the first contact slips.
+
+    Call it from one thread at a time for each hand; the hand and the mesh are only read.
+
+    Parameters
+    ----------
+    hand : Hand
+        The hand.
+    mesh : trimesh.Trimesh or tuple
+        A closed mesh in m: anything with ``vertices`` and ``faces``, or a pair of both. It is planned on
+        convex parts that cover it; they exceed its volume by 3% at most where 32 parts suffice.
+    fingers : sequence of int, optional
+        Numbers of the fingertips that touch; by default all. The others keep clear.
+    criterion : {"max", "sum"}
+        Quality by which poses are refined.
+    friction, torsion : float
+        Coefficients of all contacts; torsion in m.
+    external_wrench : array_like, optional
+        (6,) constant load on the object in N and N m, such as its weight, about its centre of mass.
+    preload : float
+        Least normal force in N of each finger at rest.
+    friction_margin : float
+        Divides friction where resting forces are chosen.
+    pushes : array_like, optional
+        (W, 6) wrenches by which plans are ranked; by default 1 N along the six axes.
+    rank : {"slip onset", "quality"}
+        What decides among plans. Slip onset predicted in simulation what passive fingers hold; quality, what
+        actively distributed forces can resist.
+    seeds : {"palms", "contacts", "both"}
+        Whether the search begins with palms around the object, or with good contacts that a preshaped hand
+        fits. The latter is for three fingers.
+    starts : int
+        Poses that are put onto the surface.
+    samples : int
+        Random palms, or sets of contacts, from which the starts are chosen.
+    refine : bool
+        Whether the best poses are improved by random moves.
+    best : int
+        Largest number of plans to keep.
+    retreat : float
+        Way in m by which the fingers of the pregrasp are backed off.
+    time_limit : float, optional
+        Seconds after which the search ends with what it has.
+    seed : int
+        The same seed gives the same plans.
+    progress : bool or callable
+        True shows a progress bar (needs rich). A function is called as ``progress(done, total, onset)``.
+
+    Returns
+    -------
+    HandPlanSet
+        Best first. Ctrl-C returns what was found.
+
+    Raises
+    ------
+    NoGraspError
+        No pose is a grasp, or the object is wider than the hand opens. The message counts the reasons.
+    InvalidInputError
+        An argument is out of its range, or the mesh is not closed.
+    MissingExtraError
+        A package of the extra ``hands`` is not installed.
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> import trimesh
+    >>> hand = gf.hands.preset("allegro-right")
+    >>> found = gf.plan_hand(hand, trimesh.creation.box((0.06, 0.06, 0.06)), starts=20, best=1)
+    >>> found.best.quality.closure, found.best.contact_error < 5e-4
+    ('force', True)
+    """
+    began, deadline = time.monotonic(), deadline_after(time_limit)
+    instance_of("hand", hand, Hand)
+    chosen("rank", rank, ("slip onset", "quality"))
+    chosen("seeds", seeds, ("palms", "contacts", "both"))
+    starts = whole_number("starts", starts, least=1, most=10_000)
+    samples = whole_number("samples", samples, least=starts, most=1_000_000)
+    best, seed = whole_number("best", best, least=1), whole_number("seed", seed, least=0)
+    retreat = real_number("retreat", retreat, positive=True)
+    chosen_fingers = _fingers(hand, fingers)
+    problem = GraspProblem.of(
+        grasped_object(mesh), friction=friction, torsion=torsion, criterion=criterion,
+        external_wrench=external_wrench, preload=preload, friction_margin=friction_margin,
+    )  # fmt: skip
+    along = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
+    if along.ndim != 2 or along.shape[1] != 6:
+        raise InvalidInputError(f"pushes: shape {along.shape}, expected (W, 6)")
+    kinematics = HandKinematics(hand, problem.grasped, chosen_fingers)
+    distances = Distances(kinematics)
+    _refuse_wide(kinematics, problem)
+    maker = Maker(distances, problem, along, retreat)
+    counts: Counter[str] = Counter()
+    plans: list[HandPlan] = []
+    stopped: SearchEnd = "done"
+    generator = np.random.default_rng(seed)
+
+    def expired() -> bool:
+        return time.monotonic() > deadline
+
+    with reporting(progress, "planning", "slip onset") as report:
+        try:
+            # Poses with all pads on the object first; where there are none, pads may look aside.
+            for attempt, pad in enumerate(_PADS):
+                poses = _starts(distances, problem, generator, seeds, samples * (1 + attempt), starts)
+                found = _search(distances, problem, poses, generator, pad, counts, expired, refine)
+                order = np.argsort(-found.score, kind="stable")[:_POOL]
+                for row in order:
+                    if plans and expired():
+                        break
+                    plan = maker.plan(found, int(row), hand, counts)
+                    plans += [] if plan is None else [plan]
+                if report is not None:
+                    report(attempt + 1, len(_PADS), max((p.onset for p in plans), default=np.nan))
+                if plans or expired():
+                    break
+        except KeyboardInterrupt:
+            if not plans:
+                raise
+            stopped = "interrupted"
+    if not plans:
+        raise NoGraspError(_why(counts, expired()))
+    stopped = "time" if stopped == "done" and expired() else stopped
+    key = (lambda p: -p.onset) if rank == "slip onset" else (lambda p: -p.quality.epsilon)
+    plans.sort(key=key)
+    kept = maker.with_pregrasps(plans[:best])
+    return HandPlanSet(tuple(kept), dict(counts), stopped, time.monotonic() - began)
+
+
+def _fingers(hand: Hand, given: Sequence[int] | None) -> tuple[int, ...]:
+    if given is None:
+        return tuple(range(hand.num_fingers))
+    numbers = tuple(whole_number(f"fingers, entry {k}", f, least=0, most=hand.num_fingers - 1) for k, f in enumerate(given))
+    if len(numbers) < 2 or len(set(numbers)) < len(numbers):
+        raise InvalidInputError(f"fingers: {list(numbers)}, expected two or more different fingertips")
+    return numbers
+
+
+def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:
+    """Refuse an object that does not fit between the tips of the open hand."""
+    hand = kinematics.hand
+    low, high = hand.driven_limits.T
+    shares = np.random.default_rng(0).random((500, len(low)))
+    tips = kinematics.shapes(low + shares * (high - low))
+    opening = float(np.linalg.norm(tips[:, :, None] - tips[:, None], axis=3).max()) - 2 * float(kinematics.radii.min())
+    width = problem.grasped.width
+    if width > _ROOM * opening:
+        raise NoGraspError(
+            f"mesh: the object is {width * 1e3:.0f} mm wide where it is narrowest, and the tips of "
+            f"{hand.name!r} open {opening * 1e3:.0f} mm; check the unit of the mesh"
+        )
+
+
+def _starts(
+    distances: Distances, problem: GraspProblem, rng: np.random.Generator, seeds: str, samples: int, starts: int
+) -> Poses:
+    kinds = {"palms": [palm_seeds], "contacts": [contact_seeds], "both": [palm_seeds, contact_seeds]}[seeds]
+    share = -(-starts // len(kinds))
+    parts = [kind(distances, problem, rng, samples, share) for kind in kinds]
+    joined: Poses = parts[0].joined(parts)
+    return joined
+
+
+def _search(
+    distances: Distances, problem: GraspProblem, poses: Poses, rng: np.random.Generator, pad: float | None,
+    counts: Counter[str], expired: Any, refine: bool,
+) -> Candidates:  # fmt: skip
+    found = measured(distances, problem, snap(distances, poses, SnapOptions(pad=pad)), pad)
+    usable = found.usable(pad)
+    counts["tried"] += len(found)
+    reached = found.usable(None) | (found.gap < 3e-4)
+    counts["unreached"] += int((~reached).sum())
+    counts["colliding"] += int((reached & ~found.usable(None)).sum())
+    counts["off their pads"] += int((found.usable(None) & ~usable).sum())
+    counts["usable"] += int(usable.sum())
+    found = found[np.flatnonzero(usable)]
+    if not len(found) or not refine or expired():
+        return found
+    top = np.argsort(-found.score, kind="stable")[:_REFINED]
+    better = refined(
+        distances, problem, found[top], rng, rounds=_ROUNDS, moves=_MOVES, pad=pad, expired=expired
+    )
+    return Candidates.joined([better, found])
+
+
+def _why(counts: Counter[str], expired: bool) -> str:
+    parts = [
+        (counts["unreached"], "did not bring all tips to the surface"),
+        (counts["colliding"], "are in collision"),
+        (counts["off their pads"], "touch beside the pads"),
+        (counts["open"], "are not force closure"),
+        (counts["without preload"], "have no forces that press all fingers within friction"),
+        (counts["beyond torques"], "press less than a quarter of the preload within the torque limits"),
+    ]
+    reasons = ", ".join(f"{count} {reason}" for count, reason in parts if count)
+    hint = "time was over" if expired else "more starts, other fingers, less preload or a larger time limit may help"
+    return f"no grasp found: of {counts['tried']} poses {reasons or 'none was measured'}; {hint}"
