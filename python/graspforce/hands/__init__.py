@@ -10,5 +10,17 @@ from .hand_plan import HandPlan
 from .hand_plan_set import HandPlanSet
 from .planner import plan_hand
 from .presets import preset, presets
+from .shake import Trial, largest_pushes, shake
 
-__all__ = ["Fingertip", "Hand", "HandPlan", "HandPlanSet", "plan_hand", "preset", "presets"]
+__all__ = [
+    "Fingertip",
+    "Hand",
+    "HandPlan",
+    "HandPlanSet",
+    "Trial",
+    "largest_pushes",
+    "plan_hand",
+    "preset",
+    "presets",
+    "shake",
+]

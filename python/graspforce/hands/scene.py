@@ -88,7 +88,7 @@ def planning_spec(hand: Hand, grasped: GraspedObject | None) -> Any:
     """
     mujoco = optional("mujoco", "hands")
     spec = mujoco.MjSpec()
-    spec.memory = 1 << 20
+    spec.memory, spec.compiler.degree = 1 << 20, False
     wrist = spec.worldbody.add_body(name="wrist")
     wrist.add_freejoint(name="wrist")
     add_hand(spec, wrist, hand, collides=False)

@@ -1,0 +1,270 @@
+"""The trial of a grasp in simulation: a held object is pushed along the six axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+
+from graspforce._internal.checks import chosen, finite_array, real_number
+from graspforce._internal.checks import instance as instance_of
+from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number
+from graspforce._internal.to_dict import Record
+from graspforce.errors import InvalidInputError
+
+from .controllers import Control, controller
+from .grasp_problem import PUSHES
+from .grasped_object import grasped_object
+from .hand_plan import HandPlan
+from .simulation import TIMESTEP, Simulation
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .controllers import Controller
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Trial", "largest_pushes", "shake"]
+
+_HELD = 0.05, np.deg2rad(15.0)  # m, rad: beyond this an object is lost
+_CLOSE, _RAMP, _SETTLE = 0.6, 0.3, 0.7  # s
+_ACCELERATION = 10.0  # m/s^2
+_CHECKED = 25  # steps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial(Record):
+    """What became of an object that was pushed; threads may share it.
+
+    Attributes
+    ----------
+    held : numpy.ndarray
+        (W,) bool: True where the object moved less than 5 cm and turned less than 15 degrees.
+    displacement, rotation : numpy.ndarray
+        (W,) how far the object was from where it had been placed when the push ended, in m and rad. For a
+        lost object: when it was lost.
+    settled_displacement, settled_rotation : float
+        The same after closing, before any push.
+    normal_forces : numpy.ndarray
+        (m,) normal forces in N after closing.
+    normal_error : float
+        Largest difference in N between those and the planned ones.
+    infeasible : int
+        Ticks at which no forces within friction were found; 0 for a fixed squeeze.
+    control : {"squeeze", "servo", "torque"}
+        Control during the trial.
+    """
+
+    held: NDArray[np.bool_]
+    displacement: Array
+    rotation: Array
+    settled_displacement: float
+    settled_rotation: float
+    normal_forces: Array
+    normal_error: float
+    infeasible: int
+    control: Control
+
+    def _check(self) -> None:
+        rows = len(self.held) if isinstance(self.held, np.ndarray) else 0
+        expect_array("held", self.held, (rows,), kind=np.bool_)
+        expect_array("displacement", self.displacement, (rows,), finite=False)
+        expect_array("rotation", self.rotation, (rows,), finite=False)
+        expect_number("settled_displacement", self.settled_displacement, finite=False)
+        expect_number("settled_rotation", self.settled_rotation, finite=False)
+        expect_array("normal_forces", self.normal_forces, (None,))
+        expect_number("normal_error", self.normal_error, least=0)
+        expect_instance("infeasible", self.infeasible, int)
+        expect(self.control in get_args(Control), "control", "a kind of control")
+
+    @property
+    def success(self) -> bool:
+        """Whether every push was held."""
+        return bool(self.held.all())
+
+    def __repr__(self) -> str:
+        return (
+            f"Trial(held {int(self.held.sum())} of {len(self.held)}, moved at most "
+            f"{self.displacement.max() * 1e3:.2g} mm, control {self.control!r})"
+        )
+
+
+def shake(
+    plan: HandPlan,
+    mesh: Any,
+    mass: float = 0.1,
+    *,
+    control: Control = "squeeze",
+    closing: bool = False,
+    acceleration: float = _ACCELERATION,
+    pushes: ArrayLike | None = None,
+    seconds: float = 2.0,
+    friction: float | None = None,
+    torsion: float | None = None,
+) -> Trial:
+    """Hold an object in simulation and push it along each axis; deterministic.
+
+    Gravity is off. The object is held by the fingers alone, is squeezed for a second and pushed by `mass`
+    times `acceleration`, every time from the same state. Elliptic friction cones, an ``impratio`` of 100,
+    contacts with a time constant of 5 ms and steps of 2 ms make the planned forces arrive: MuJoCo's defaults
+    let a third of them through, or let every grasp creep.
+
+    Safe to call from several threads.
+
+    Parameters
+    ----------
+    plan : HandPlan
+        The grasp.
+    mesh : trimesh.Trimesh or tuple
+        The object, as for `graspforce.plan_hand`.
+    mass : float
+        Of the object in kg.
+    control : {"squeeze", "servo", "torque"}
+        A fixed squeeze of the position servos. Or forces distributed at 500 Hz: added to the servos, or as
+        pure torques with the fingers' free motions damped.
+    closing : bool
+        True starts from the pregrasp with a free object. The fingers then close on straight paths of the
+        joints that arrive together, before they squeeze.
+    acceleration : float
+        Of the pushes in m/s^2; a push is `mass` times this.
+    pushes : array_like, optional
+        (W, 6) directions of pushes in place of the six axes: force and torque about the centre of mass, in
+        multiples of the push.
+    seconds : float
+        Duration of each push.
+    friction, torsion : float, optional
+        Coefficients of the object; by default those that the grasp was planned for.
+
+    Returns
+    -------
+    Trial
+        What was held, and how far the object moved.
+
+    Raises
+    ------
+    InvalidInputError
+        An argument is out of its range.
+    InfeasibleWrenchError
+        The plan's resting forces need more than the torque limits.
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> import trimesh
+    >>> hand, box = gf.hands.preset("allegro-right"), trimesh.creation.box((0.06, 0.06, 0.06))
+    >>> plan = gf.plan_hand(hand, box, starts=20, best=1).best
+    >>> gf.hands.shake(plan, box, seconds=0.5).success
+    True
+    """
+    simulation, run = _prepared(plan, mesh, mass, control, closing, friction, torsion)
+    size = real_number("mass", mass, positive=True) * real_number("acceleration", acceleration, positive=True)
+    rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
+    if rows.ndim != 2 or rows.shape[1] != 6:
+        raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6)")
+    seconds = real_number("seconds", seconds, positive=True)
+    settled = simulation.moved()
+    arrived = simulation.normal_forces()
+    state = simulation.state()
+    ends = []
+    for row in rows * size:
+        simulation.restore(state)
+        ends.append(_pushed(simulation, run, row, seconds) if _is_held(settled) else settled)
+    displacement, rotation = np.array(ends).T
+    held = np.array([_is_held(end) for end in ends])
+    error = float(np.abs(arrived - plan.resting_forces[:, 0]).max())
+    return Trial(held, displacement, rotation, *settled, arrived, error, run.infeasible, control)
+
+
+def largest_pushes(
+    plan: HandPlan,
+    mesh: Any,
+    mass: float = 0.1,
+    *,
+    control: Control = "squeeze",
+    pushes: ArrayLike | None = None,
+    most: float = 24.0,
+    halvings: int = 6,
+    seconds: float = 1.0,
+    friction: float | None = None,
+    torsion: float | None = None,
+) -> Array:
+    """Return the largest push (W,) in N that is held along each direction, by bisection up to `most` N.
+
+    Safe to call from several threads. Arguments are those of `shake`. The result is exact to ``most / 2**halvings``.
+    It is 0 where nothing is held, or where the object is lost before any push.
+
+    Examples
+    --------
+    >>> import graspforce as gf
+    >>> gf.hands.largest_pushes(plan, mesh)  # doctest: +SKIP
+    """
+    simulation, run = _prepared(plan, mesh, mass, control, False, friction, torsion)
+    rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
+    if rows.ndim != 2 or rows.shape[1] != 6:
+        raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6)")
+    most = real_number("most", most, positive=True)
+    state = simulation.state()
+    found = np.zeros(len(rows))
+    if not _is_held(simulation.moved()):
+        return found
+    for k, row in enumerate(rows):
+        low, high = 0.0, most
+        for _ in range(halvings):
+            middle = (low + high) / 2
+            simulation.restore(state)
+            held = _is_held(_pushed(simulation, run, middle * row, seconds))
+            low, high = (middle, high) if held else (low, middle)
+        found[k] = low
+    return found
+
+
+def _prepared(
+    plan: HandPlan, mesh: Any, mass: Any, control: Any, closing: bool, friction: Any, torsion: Any
+) -> tuple[Simulation, Controller]:
+    """Check what all trials take; the simulation holds the object, after closing and settling."""
+    instance_of("plan", plan, HandPlan)
+    chosen("control", control, get_args(Control))
+    mass = real_number("mass", mass, positive=True)
+    mu = float(plan.grasp.friction[0]) if friction is None else real_number("friction", friction, positive=True)
+    gamma = float(plan.grasp.torsion[0]) if torsion is None else real_number("torsion", torsion, least=0)
+    simulation = Simulation(plan, grasped_object(mesh), mass, mu, gamma)
+    _close(simulation, plan, closing)
+    run = controller(control, plan)
+    for _ in range(round(_SETTLE / TIMESTEP)):
+        run(simulation)
+        simulation.step()
+    return simulation, run
+
+
+def _close(simulation: Simulation, plan: HandPlan, closing: bool) -> None:
+    """Bring the fingers to the object if they start away from it, then squeeze."""
+    squeezed = plan.squeeze()
+    simulation.place(plan.pregrasp if closing else plan.joints)
+    if closing:
+        # The motion ends slowly: the tips touch within a few steps of each other, and hardly bounce.
+        steps = round(_CLOSE / TIMESTEP)
+        for k in range(steps):
+            share = np.sin(np.pi / 2 * (k + 1) / steps)
+            simulation.send(plan.pregrasp + share * (plan.joints - plan.pregrasp))
+            simulation.step()
+    steps = round(_RAMP / TIMESTEP)
+    for k in range(steps):
+        simulation.send(plan.joints + (k + 1) / steps * (squeezed - plan.joints))
+        simulation.step()
+
+
+def _pushed(simulation: Simulation, run: Controller, wrench: Array, seconds: float) -> tuple[float, float]:
+    simulation.push(wrench[:3], wrench[3:])
+    for k in range(round(seconds / TIMESTEP)):
+        run(simulation)
+        simulation.step()
+        if k % _CHECKED == 0 and not (simulation.finite() and _is_held(simulation.moved())):
+            break
+    simulation.push(np.zeros(3), np.zeros(3))
+    return simulation.moved() if simulation.finite() else (np.inf, np.inf)
+
+
+def _is_held(end: tuple[float, float]) -> bool:
+    return end[0] < _HELD[0] and end[1] < _HELD[1]
