@@ -9,7 +9,9 @@ from .hand import Hand
 from .hand_plan import HandPlan
 from .hand_plan_set import HandPlanSet
 from .planner import plan_hand
+from .pose import HandPose
 from .presets import preset, presets
+from .reach import reach
 from .shake import Trial, largest_pushes, shake
 
 __all__ = [
@@ -17,10 +19,12 @@ __all__ = [
     "Hand",
     "HandPlan",
     "HandPlanSet",
+    "HandPose",
     "Trial",
     "largest_pushes",
     "plan_hand",
     "preset",
     "presets",
+    "reach",
     "shake",
 ]

@@ -238,6 +238,15 @@ class Hand:
         q: Array = self.coupling @ z + self.coupling_offset
         return q
 
+    def surface(self, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+        """Return vertices (V, 3) in m and triangles (F, 3) of the hand at a palm pose (4, 4) and joints (n,) in rad.
+
+        Visual meshes where the model has them, the shapes that collide elsewhere.
+        """
+        from .surface import hand_surface  # noqa: PLC0415 - for pictures alone
+
+        return hand_surface(self, palm, joints)
+
     def reach(self, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, **options: Any) -> HandPose:
         """Find a pose whose fingertips touch given contacts; see `graspforce.hands.reach`."""
         from .reach import reach  # noqa: PLC0415 - mink only where it is asked for

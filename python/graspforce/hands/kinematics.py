@@ -103,7 +103,7 @@ class HandKinematics:
         self.pads = np.array([np.zeros(3) if tip.pad is None else tip.pad for tip in self.tips])
         self.tip_bodies = np.array([m.body(f"body {tip.body}").id for tip in self.tips])
         self.hinge = np.array([joint.hinge for joint in hand._model.joints])  # noqa: SLF001
-        self._address = np.array([m.joint(f"joint {j}").qposadr[0] for j in range(n)])
+        self.addresses = np.array([m.joint(f"joint {j}").qposadr[0] for j in range(n)])
         self._number = np.array([m.joint(f"joint {j}").id for j in range(n)])
         self.moves = np.zeros((m.nbody, n), dtype=bool)
         for j in range(n):
@@ -122,7 +122,7 @@ class HandKinematics:
         """(B, nq) positions of MuJoCo."""
         rows = np.zeros((len(poses), self.model.nq))
         rows[:, :3], rows[:, 3:7] = poses.positions, poses.quaternions
-        rows[:, self._address] = poses.driven @ self.hand.coupling.T + self.hand.coupling_offset
+        rows[:, self.addresses] = poses.driven @ self.hand.coupling.T + self.hand.coupling_offset
         return rows
 
     def places(self, poses: Poses) -> Places:

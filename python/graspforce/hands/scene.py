@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CORE", "add_hand", "add_object", "link_shapes", "planning_spec"]
+__all__ = ["CORE", "add_couplings", "add_hand", "add_object", "link_shapes", "planning_spec"]
 
 CORE = 0.2
 """Radius of a tip's core, as a share of the tip's: the direction to the object is known also where both touch."""
@@ -81,6 +81,34 @@ def add_object(spec: Any, body: Any, grasped: GraspedObject, mass: float) -> lis
     return geoms
 
 
+def add_couplings(spec: Any, hand: Hand) -> None:
+    """Constrain the joints that follow others."""
+    mujoco = optional("mujoco", "hands")
+    for j in np.setdiff1d(np.arange(len(hand.joints)), hand.driven):
+        others = np.flatnonzero(hand.coupling[j])
+        if len(others) > 1:
+            # A fixed tendon of constant length is linear in any number of joints.
+            tendon = spec.add_tendon(name=f"coupling {j}")
+            tendon.wrap_joint(f"joint {j}", 1.0)
+            for k in others:
+                tendon.wrap_joint(f"joint {hand.driven[k]}", -float(hand.coupling[j, k]))
+            made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_TENDON)
+            made.name1 = f"coupling {j}"
+            made.data[0] = float(hand.coupling_offset[j])
+            made.objtype = mujoco.mjtObj.mjOBJ_TENDON
+            continue
+        made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_JOINT)
+        made.objtype, made.name1 = mujoco.mjtObj.mjOBJ_JOINT, f"joint {j}"
+        model = hand._model.joints  # noqa: SLF001
+        ratio, offset = 0.0, float(hand.coupling_offset[j]) - model[j].reference
+        if len(others):
+            driver = int(hand.driven[others[0]])
+            made.name2 = f"joint {driver}"
+            ratio = float(hand.coupling[j, others[0]])
+            offset += ratio * model[driver].reference
+        made.data[:5] = [offset, ratio, 0, 0, 0]
+
+
 def planning_spec(hand: Hand, grasped: GraspedObject | None) -> Any:
     """Specification of a hand on a free palm and of an object at rest at the origin of its own frame.
 
@@ -92,6 +120,7 @@ def planning_spec(hand: Hand, grasped: GraspedObject | None) -> Any:
     wrist = spec.worldbody.add_body(name="wrist")
     wrist.add_freejoint(name="wrist")
     add_hand(spec, wrist, hand, collides=False)
+    add_couplings(spec, hand)
     for k, tip in enumerate(hand.fingertips):
         geom = spec.body(f"body {tip.body}").add_geom(name=f"core {k}", **_tip_options(mujoco, tip, CORE))
         _colliding(geom, False)

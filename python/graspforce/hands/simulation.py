@@ -9,7 +9,7 @@ import numpy as np
 from graspforce._internal.optional_imports import optional
 
 from .poses import quaternion_of, rotation_vectors
-from .scene import add_hand, add_object
+from .scene import add_couplings, add_hand, add_object
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,7 +43,7 @@ class Simulation:
         palm = plan.palm
         wrist = spec.worldbody.add_body(name="wrist", pos=palm[:3, 3], quat=quaternion_of(palm[:3, :3]))
         add_hand(spec, wrist, hand, collides=True)
-        _couple(spec, plan)
+        add_couplings(spec, hand)
         for k, j in enumerate(hand.driven):
             servo = spec.add_actuator(name=f"servo {k}", target=f"joint {j}", trntype=mujoco.mjtTrn.mjTRN_JOINT)
             servo.set_to_position(kp=float(hand.stiffness[j]), kv=0.0)
@@ -132,32 +132,3 @@ class Simulation:
         self._mujoco.mj_jac(self.model, self.data, J, None, point, self.tip_bodies[contact])
         columns: Array = J[:, self.dofs]
         return columns
-
-
-def _couple(spec: Any, plan: HandPlan) -> None:
-    """Make joints that follow one driven joint follow it; of several, no constraint of MuJoCo is linear."""
-    mujoco = optional("mujoco", "hands")
-    hand = plan.hand
-    for j in np.setdiff1d(np.arange(len(hand.joints)), hand.driven):
-        others = np.flatnonzero(hand.coupling[j])
-        if len(others) > 1:
-            # A fixed tendon of constant length is linear in any number of joints.
-            tendon = spec.add_tendon(name=f"coupling {j}")
-            tendon.wrap_joint(f"joint {j}", 1.0)
-            for k in others:
-                tendon.wrap_joint(f"joint {hand.driven[k]}", -float(hand.coupling[j, k]))
-            made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_TENDON)
-            made.name1 = f"coupling {j}"
-            made.data[0] = float(hand.coupling_offset[j])
-            made.objtype = mujoco.mjtObj.mjOBJ_TENDON
-            continue
-        made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_JOINT)
-        made.objtype, made.name1 = mujoco.mjtObj.mjOBJ_JOINT, f"joint {j}"
-        model = hand._model.joints  # noqa: SLF001
-        ratio, offset = 0.0, float(hand.coupling_offset[j]) - model[j].reference
-        if len(others):
-            driver = int(hand.driven[others[0]])
-            made.name2 = f"joint {driver}"
-            ratio = float(hand.coupling[j, others[0]])
-            offset += ratio * model[driver].reference
-        made.data[:5] = [offset, ratio, 0, 0, 0]

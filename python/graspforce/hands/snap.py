@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SnapOptions", "facing_of", "snap"]
+__all__ = ["SnapOptions", "facing_of", "nearest_axis_points", "snap"]
 
 _PER_METRE = 1e3  # residuals are in mm
 _PAD = 10.0  # a pad that lacks 0.1 of its cosine counts like 1 mm
@@ -53,9 +53,11 @@ def snap(
 ) -> Poses:
     """Return poses whose tips touch, as far as the steps reach.
 
-    With `targets` (B, m, 3) the points of the tips' axes go there instead of to the nearest surface.
+    With `targets` (m, 3) or (B, m, 3) the points of the tips' axes go there instead of to the nearest surface.
     """
     poses = poses.copy()
+    if targets is not None:
+        targets = np.broadcast_to(targets, (len(poses), *targets.shape[-2:]))
     kinematics = distances.kinematics
     limits = kinematics.hand.driven_limits
     left = np.arange(len(poses))
@@ -67,7 +69,7 @@ def snap(
         if targets is None:
             error = np.abs(touches.gaps).max(axis=1)
         else:
-            centers = _nearest_axis_points(distances, places, targets[left])
+            centers = nearest_axis_points(distances, places, targets[left])
             error = np.linalg.norm(centers - targets[left], axis=2).max(axis=1)
         facing = facing_of(distances, places, touches)
         done = (error < options.tolerance) & (near.deepest(len(left), own=False) < options.overlap)
@@ -143,7 +145,7 @@ def _add_targets(
         _add(matrix, gradient, rows, J, _PER_METRE * ((centers - targets) @ axis).ravel())
 
 
-def _nearest_axis_points(distances: Distances, places: Places, targets: Array) -> Array:
+def nearest_axis_points(distances: Distances, places: Places, targets: Array) -> Array:
     """(B, m, 3) points of the tips' axes nearest to targets."""
     kinematics = distances.kinematics
     axes = np.einsum("bmij,mj->bmi", places.tip_rotations, np.array([tip.axis for tip in kinematics.tips]))
