@@ -6,28 +6,53 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .kinematics import Poses
 from .snap import SnapOptions, snap
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .distances import Distances
-    from .kinematics import Poses
 
     Array = NDArray[np.float64]
 
 __all__ = ["pregrasps"]
 
+_ON_THE_WAY = 0.25, 0.5, 0.75, 1.0  # of the way from the grasp to the pregrasp
+_OVERLAP = 4e-4  # m
+
 
 def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses, Array]:
-    """Return poses whose tips are `retreat` in m away from their contacts, and each one's least distance in m.
+    """Return poses whose tips are backed off by `retreat` in m, and how far each motion keeps clear, in m.
 
-    The palm stays. Each tip backs off along its contact normal by the same way, so that all arrive together
-    when the joints move straight from the pregrasp to the grasp.
+    The palm stays. Where the joints do not let all tips back off as far, they back off less. Of several ways to
+    open, the one is kept whose tips stay furthest from the object until the joints' straight motion arrives,
+    with links and fingers clear of everything: fingers that arrive together do not push a free object away.
     """
     _, touches, _ = distances.measure(poses, 5e-4)
-    targets = touches.centers + retreat * touches.outward
-    options = SnapOptions(steps=15, posture=0.002, margin=1e-3, palm_fixed=True, tolerance=5e-4, overlap=0.0)
-    opened = snap(distances, poses, options, targets=targets)
-    _, after, near = distances.measure(opened, retreat)
-    return opened, np.minimum(after.gaps.min(axis=1), near.least(len(poses), retreat))
+    best, clear = poses, np.full(len(poses), -np.inf)
+    for share in (1.0, 0.5, 0.25):
+        way = share * retreat
+        options = SnapOptions(
+            steps=20, posture=0.002, palm_fixed=True, tolerance=2e-4, overlap=0.0, gap=way, margin=min(1e-3, way / 2)
+        )
+        along_normals = snap(distances, poses, options, targets=touches.centers + way * touches.outward)
+        for opened in (along_normals, snap(distances, along_normals, options)):
+            kept = _clearance(distances, poses, opened, way)
+            better = np.flatnonzero(kept > clear + 1e-5)
+            best = best.copy()
+            best.put(better, opened[better])
+            clear[better] = kept[better]
+    return best, clear
+
+
+def _clearance(distances: Distances, closed: Poses, opened: Poses, way: float) -> Array:
+    """(B,) least distance in m at the pregrasp; what tips lack to their share of it on the way is taken off."""
+    least = np.full(len(closed), way)
+    for share in _ON_THE_WAY:
+        driven = closed.driven + share * (opened.driven - closed.driven)
+        _, touches, near = distances.measure(Poses(closed.positions, closed.quaternions, driven), 5e-4)
+        gaps = touches.gaps.min(axis=1) / share
+        depth = np.maximum(near.deepest(len(closed), own=False), near.deepest(len(closed), own=True))
+        least = np.minimum(least, np.where(depth > _OVERLAP, -depth, gaps))
+    return least

@@ -101,7 +101,13 @@ def grasped_object(mesh: Any) -> GraspedObject:
         return mesh
     if isinstance(mesh, tuple) and len(mesh) == 2:
         mesh = SimpleNamespace(vertices=np.asarray(mesh[0]), faces=np.asarray(mesh[1]))
-    checked = checked_mesh(mesh, 1.0, check_watertight=True, check_size=True)
+    try:
+        checked = checked_mesh(mesh, 1.0, check_watertight=True, check_size=True)
+    except InvalidInputError as error:
+        # The checks name arguments of other functions.
+        message = str(error).removeprefix("unit: ").replace(", or pass check_watertight=False", "")
+        message = message.partition("; say which unit")[0] + ("; scale it to m" if "; say which unit" in message else "")
+        raise InvalidInputError(message if message.startswith("mesh") else f"mesh: {message}") from None
     boundary = checked.boundary
     triangles = boundary.vertices[boundary.faces]
     center = center_of_mass(triangles)

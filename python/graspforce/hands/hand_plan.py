@@ -59,7 +59,8 @@ class HandPlan(Record):
     pad_angle : float
         Largest angle in rad between a pad's direction and the contact normal; 0 for hands without pads.
     pregrasp_clearance : float
-        Least distance in m of the pregrasp from the object, at most the retreat.
+        Least distance in m of the pregrasp's tips from the object, less where tips on their way to the grasp
+        come nearer than in proportion; negative where something is in the way.
     onset : float
         Least `slip_onset` of the pushes of the search, in their multiples.
     """

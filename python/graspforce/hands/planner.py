@@ -41,10 +41,12 @@ if TYPE_CHECKING:
 
 __all__ = ["plan_hand"]
 
-_PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None
+# Least cosines of pads, round by round: they may look aside only where no plan was found.
+_PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None
 _REFINED = 6
 _ROUNDS, _MOVES = 8, 10
 _POOL = 16
+_HARD = 4.0  # of the preload
 _ROOM = 1.1  # of the hand's opening: a wider object is not tried
 
 
@@ -66,6 +68,7 @@ def plan_hand(
     samples: int = 2000,
     refine: bool = True,
     best: int = 5,
+    target: float = 1.2,
     retreat: float = 0.01,
     time_limit: float | None = None,
     seed: int = 0,
@@ -113,6 +116,9 @@ def plan_hand(
         Whether the best poses are improved by random moves.
     best : int
         Largest number of plans to keep.
+    target : float
+        Multiple of the pushes at which the search ends. A plan that slips earlier makes it go on for a second
+        round.
     retreat : float
         Way in m by which the fingers of the pregrasp are backed off.
     time_limit : float, optional
@@ -175,7 +181,6 @@ def plan_hand(
 
     with reporting(progress, "planning", "slip onset") as report:
         try:
-            # Poses with all pads on the object first; where there are none, pads may look aside.
             for attempt, pad in enumerate(_PADS):
                 poses = _starts(distances, problem, generator, seeds, samples * (1 + attempt), starts)
                 found = _search(distances, problem, poses, generator, pad, counts, expired, refine)
@@ -187,7 +192,9 @@ def plan_hand(
                     plans += [] if plan is None else [plan]
                 if report is not None:
                     report(attempt + 1, len(_PADS), max((p.onset for p in plans), default=np.nan))
-                if plans or expired():
+                # Passive fingers with little reserve are worth a second look.
+                enough = max((_worth(p) for p in plans), default=-np.inf) >= target or attempt > 0
+                if expired() or (plans and enough):
                     break
         except KeyboardInterrupt:
             if not plans:
@@ -196,9 +203,10 @@ def plan_hand(
     if not plans:
         raise NoGraspError(_why(counts, expired()))
     stopped = "time" if stopped == "done" and expired() else stopped
-    key = (lambda p: -p.onset) if rank == "slip onset" else (lambda p: -p.quality.epsilon)
-    plans.sort(key=key)
+    plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
     kept = maker.with_pregrasps(plans[:best])
+    # A plan whose pregrasp is not free can be held, but not reached.
+    kept.sort(key=lambda p: p.pregrasp_clearance <= 0)
     return HandPlanSet(tuple(kept), dict(counts), stopped, time.monotonic() - began)
 
 
@@ -209,6 +217,12 @@ def _fingers(hand: Hand, given: Sequence[int] | None) -> tuple[int, ...]:
     if len(numbers) < 2 or len(set(numbers)) < len(numbers):
         raise InvalidInputError(f"fingers: {list(numbers)}, expected two or more different fingertips")
     return numbers
+
+
+def _worth(plan: HandPlan) -> float:
+    """Slip onset of a plan; fingers that press harder than needed are scaled down to a limit first."""
+    largest = float(plan.resting_forces[:, 0].max())
+    return plan.onset / max(1.0, largest / max(_HARD * plan.preload, 1e-9))
 
 
 def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:

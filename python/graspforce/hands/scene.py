@@ -23,6 +23,7 @@ CORE = 0.2
 """Radius of a tip's core, as a share of the tip's: the direction to the object is known also where both touch."""
 
 _SPHERE, _CAPSULE, _MESH = 2, 3, 7  # mjtGeom
+_STIFF = [0.004, 1.0]  # solref of couplings: with MuJoCo's default a coupled joint yields as much as its servo
 
 
 def link_shapes(hand: Hand) -> list[int]:
@@ -95,7 +96,7 @@ def add_couplings(spec: Any, hand: Hand) -> None:
             made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_TENDON)
             made.name1 = f"coupling {j}"
             made.data[0] = float(hand.coupling_offset[j])
-            made.objtype = mujoco.mjtObj.mjOBJ_TENDON
+            made.objtype, made.solref = mujoco.mjtObj.mjOBJ_TENDON, _STIFF
             continue
         made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_JOINT)
         made.objtype, made.name1 = mujoco.mjtObj.mjOBJ_JOINT, f"joint {j}"
@@ -107,6 +108,7 @@ def add_couplings(spec: Any, hand: Hand) -> None:
             ratio = float(hand.coupling[j, others[0]])
             offset += ratio * model[driver].reference
         made.data[:5] = [offset, ratio, 0, 0, 0]
+        made.solref = _STIFF
 
 
 def planning_spec(hand: Hand, grasped: GraspedObject | None) -> Any:

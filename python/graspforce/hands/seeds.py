@@ -26,7 +26,7 @@ _JITTER = 0.25  # rad, of joints about the hand's posture
 _REACH = 0.04  # m: a tip that is further from the surface is not brought there
 _MEASURED = 400  # of the samples that come nearest
 _PER_GAP = 2.0  # 1/m: what a gap costs, in units of quality
-_PER_FACING = 0.2
+_PER_FACING = 0.5
 _FAR_PAIR = 1.2  # of the hand's opening: contacts further apart are not tried
 
 

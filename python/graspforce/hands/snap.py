@@ -25,7 +25,8 @@ __all__ = ["SnapOptions", "facing_of", "nearest_axis_points", "snap"]
 _PER_METRE = 1e3  # residuals are in mm
 _PAD = 10.0  # a pad that lacks 0.1 of its cosine counts like 1 mm
 _PAD_RESERVE = 0.04
-_DAMPING = 1e3, 1.5, 0.5  # of palm translation, palm rotation and joints
+# Of palm translation, palm rotation and joints. Much less lets poses jump between faces of the object.
+_DAMPING = 5e4, 75.0, 25.0
 _LONGEST = 0.02, 0.3, 0.3  # m, rad and rad of one step
 
 
@@ -44,6 +45,8 @@ class SnapOptions:
     """Gap in m at which a pose is done."""
     overlap: float = 5e-5
     """Penetration in m at which a pose is done."""
+    gap: float = 0.0
+    """Distance in m of the tips from the surface."""
     palm_fixed: bool = False
     """Whether only the joints move."""
 
@@ -67,7 +70,7 @@ def snap(
         now = poses[left]
         places, touches, near = distances.measure(now, options.margin)
         if targets is None:
-            error = np.abs(touches.gaps).max(axis=1)
+            error = np.abs(touches.gaps - options.gap).max(axis=1)
         else:
             centers = nearest_axis_points(distances, places, targets[left])
             error = np.linalg.norm(centers - targets[left], axis=2).max(axis=1)
@@ -114,7 +117,7 @@ def _normal_equations(
     if kinematics.grasped is not None and not targeted:
         outward = touches.outward.reshape(-1, 3)
         J = _PER_METRE * kinematics.along(places, rows, bodies, touches.centers.reshape(-1, 3), outward)
-        _add(matrix, gradient, rows, J, _PER_METRE * touches.gaps.ravel())
+        _add(matrix, gradient, rows, J, _PER_METRE * (touches.gaps.ravel() - options.gap))
         if options.pad is not None:
             pads = np.einsum("bmij,mj->bmi", places.tip_rotations, kinematics.pads).reshape(-1, 3)
             lack = options.pad + _PAD_RESERVE - facing_of(distances, places, touches).ravel()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_hand", "hand_figure"]
 
 _SKIN = "#b9c0c8"
+_AROUND = 0.1  # m around the object that is shown
 
 
 def draw_hand(
@@ -85,6 +86,11 @@ def draw_hand(
             if labels:
                 artists.append(axes.text(*(point - 0.015 * normal), str(number), fontsize=8, color=INK, zorder=12))
     every = np.vstack(shown)
+    if mesh is not None:
+        # A forearm may be longer than the hand: what is far from the object is left at the rim.
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        near = np.linalg.norm(every - middle, axis=1) < np.linalg.norm(points - middle, axis=1).max() + _AROUND
+        every = every[near]
     frame_view(axes, every.min(axis=0), every.max(axis=0), elevation=elevation, azimuth=azimuth)
     return artists
 
