@@ -5,7 +5,8 @@
 >>> round(grasp.quality("max").epsilon, 6)
 0.57735
 
-Importing the package needs NumPy alone. Files, figures, viewers, hands and simulators are imported when first used.
+Importing the package needs NumPy alone. Files, figures, viewers, hands and simulators
+are imported when first used.
 """
 
 from importlib import import_module as _import_module

@@ -27,7 +27,9 @@ MeshUnit = Annotated[
 
 
 def plan_hand_command(
-    hand: Annotated[str, typer.Argument(help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left.")],
+    hand: Annotated[
+        str, typer.Argument(help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left.")
+    ],
     mesh: Annotated[Path, typer.Argument(metavar="OBJECT", help="Mesh of the object (OBJ, OFF, PLY, STL).")],
     criterion: Criterion = "max",
     unit: MeshUnit = "m",
@@ -57,7 +59,9 @@ def plan_hand_command(
     ] = None,
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=in_a_folder),
+        typer.Option(
+            metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=in_a_folder
+        ),
     ] = None,
 ) -> None:
     """Plan how a hand grasps an object: palm pose, joints, contacts and how hard to squeeze.
@@ -90,7 +94,9 @@ def hand_named(name: str) -> Hand:
     if name in presets():
         return preset(name)
     if not Path(name).exists():
-        raise InvalidFileError(Path(name), f"no such hand file, and no preset; presets are {', '.join(presets())}")
+        raise InvalidFileError(
+            Path(name), f"no such hand file, and no preset; presets are {', '.join(presets())}"
+        )
     return Hand.load(name)
 
 
@@ -121,19 +127,23 @@ def _wrench(text: str | None) -> list[float] | None:
 def _print(name: str, found: HandPlanSet) -> None:
     rows = [
         (
-            str(k), f"{p.onset:.3g}", f"{p.quality.epsilon:.4g}", f"{p.contact_error * 1e3:.2f}", f"{p.penetration * 1e3:.2f}",
-            f"{np.degrees(p.pad_angle):.0f}", f"{np.abs(p.torques()).max():.2f}",
+            str(k), f"{p.onset:.3g}", f"{p.quality.epsilon:.4g}", f"{p.contact_error * 1e3:.2f}",
+            f"{p.penetration * 1e3:.2f}", f"{np.degrees(p.pad_angle):.0f}", f"{np.abs(p.torques()).max():.2f}",
         )
         for k, p in enumerate(found)
     ]  # fmt: skip
     epsilon = f"epsilon_{found.best.quality.criterion} (N)"
     heads = ("plan", "slip onset (N)", epsilon, "off by (mm)", "overlap (mm)", "pads (deg)", "torque (N m)")
     hand = found.best.hand
-    print_table(f"{name}: {hand.name}, {found.counts['usable']} of {found.counts['tried']} poses usable", heads, rows)
+    print_table(
+        f"{name}: {hand.name}, {found.counts['usable']} of {found.counts['tried']} poses usable", heads, rows
+    )
     best = found.best
     tips = [
         (hand.fingertips[f].name, vector(position), f"{force:.3g}")
-        for f, position, force in zip(best.fingers, best.grasp.positions, best.resting_forces[:, 0], strict=True)
+        for f, position, force in zip(
+            best.fingers, best.grasp.positions, best.resting_forces[:, 0], strict=True
+        )
     ]
     print_table("best plan", ("fingertip", "position (m)", "presses (N)"), tips)
     print(f"palm at {vector(best.palm[:3, 3])} m; planned in {found.seconds:.2f} s")

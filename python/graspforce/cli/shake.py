@@ -31,9 +31,13 @@ def shake_command(
     acceleration: Annotated[float, typer.Option(help="Push divided by the mass, in m/s^2.")] = 10.0,
     control: Annotated[
         Literal["squeeze", "servo", "torque"],
-        typer.Option(help="A fixed squeeze, or forces distributed at 500 Hz: on top of servos, or as torques."),
+        typer.Option(
+            help="A fixed squeeze, or forces distributed at 500 Hz: on top of servos, or as torques."
+        ),
     ] = "squeeze",
-    closing: Annotated[bool, typer.Option("--closing", help="Start from the pregrasp, with a free object.")] = False,
+    closing: Annotated[
+        bool, typer.Option("--closing", help="Start from the pregrasp, with a free object.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Hold an object in simulation and push it along the six axes.
@@ -62,5 +66,6 @@ def shake_command(
     print_table(title, ("push", "object", "moved (mm)", "turned (deg)"), rows)
     print(
         f"after closing the object had moved {trial.settled_displacement * 1e3:.2f} mm and "
-        f"{np.degrees(trial.settled_rotation):.2f} degrees; normal forces off by {trial.normal_error:.2f} N at most"
+        f"{np.degrees(trial.settled_rotation):.2f} degrees; normal forces off by at most "
+        f"{trial.normal_error:.2f} N"
     )

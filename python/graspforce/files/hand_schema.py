@@ -6,13 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from .schema import GraspArgumentsModel, _Number, _NotNegative, _Planar, _Positive, _Spatial, _Strict
+from .schema import GraspArgumentsModel, _NotNegative, _Number, _Planar, _Positive, _Spatial, _Strict
 
 __all__ = ["HandFileModel", "HandPlanModel", "HandSourceModel", "SavedObjectModel"]
 
 
 class FingertipModel(_Strict):
-    """A fingertip: the sphere or capsule of a body, geom or site, or one that is given in the body's frame."""
+    """A fingertip: the sphere or capsule of a body, geom or site, or one given in the body's frame."""
 
     name: str = Field(min_length=1, description="name of a body, geom or site")
     radius: _Positive | None = Field(None, description="in m; by default that of the geom")

@@ -1,7 +1,7 @@
 """Hands: from a model and an object's mesh to grasps that hold, and a simulated trial of them.
 
-Needs the ``hands`` extra: MuJoCo for kinematics, distances and simulation, mink for inverse kinematics, trimesh
-and manifold3d for meshes. They are imported when first used.
+Needs the ``hands`` extra: MuJoCo for kinematics, distances and simulation, mink for inverse kinematics,
+trimesh and manifold3d for meshes. They are imported when first used.
 """
 
 from .fingertips import Fingertip

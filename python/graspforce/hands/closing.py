@@ -1,4 +1,4 @@
-"""Pregrasps: fingers backed off from their contacts, in straight motions of the joints that touch together."""
+"""Pregrasps: fingers backed off so far that straight motions of the joints touch together."""
 
 from __future__ import annotations
 
@@ -25,16 +25,22 @@ _OVERLAP = 4e-4  # m
 def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses, Array]:
     """Return poses whose tips are backed off by `retreat` in m, and how far each motion keeps clear, in m.
 
-    The palm stays. Where the joints do not let all tips back off as far, they back off less. Of several ways to
-    open, the one is kept whose tips stay furthest from the object until the joints' straight motion arrives,
-    with links and fingers clear of everything: fingers that arrive together do not push a free object away.
+    The palm stays. Where the joints do not let all tips back off as far, they back off less. Of several ways
+    to open, the one is kept whose tips stay furthest from the object on the joints' straight motion, with
+    links and fingers clear of everything. Fingers that arrive together do not push a free object away.
     """
     _, touches, _ = distances.measure(poses, 5e-4)
     best, clear = poses, np.full(len(poses), -np.inf)
     for share in (1.0, 0.5, 0.25):
         way = share * retreat
         options = SnapOptions(
-            steps=20, posture=0.002, palm_fixed=True, tolerance=2e-4, overlap=0.0, gap=way, margin=min(1e-3, way / 2)
+            steps=20,
+            posture=0.002,
+            palm_fixed=True,
+            tolerance=2e-4,
+            overlap=0.0,
+            gap=way,
+            margin=min(1e-3, way / 2),
         )
         along_normals = snap(distances, poses, options, targets=touches.centers + way * touches.outward)
         for opened in (along_normals, snap(distances, along_normals, options)):
@@ -47,7 +53,7 @@ def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses
 
 
 def _clearance(distances: Distances, closed: Poses, opened: Poses, way: float) -> Array:
-    """(B,) least distance in m at the pregrasp; what tips lack to their share of it on the way is taken off."""
+    """(B,) least distance in m of tips, relative to their share of the way; negative after an overlap."""
     least = np.full(len(closed), way)
     for share in _ON_THE_WAY:
         driven = closed.driven + share * (opened.driven - closed.driven)

@@ -1,4 +1,4 @@
-"""What the servos are sent while an object is pushed: a fixed squeeze, or forces distributed anew each tick."""
+"""What servos are sent while an object is pushed: a fixed squeeze, or forces distributed each tick."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ Control: TypeAlias = Literal["squeeze", "servo", "torque"]
 # Of the object, which is held where it was by a virtual spring and damper.
 _STIFFNESS, _DAMPING = 200.0, 2.0  # N/m, N s/m
 _TURN_STIFFNESS, _TURN_DAMPING = 0.3, 5e-3  # N m/rad, N m s/rad
-_NULL_STIFFNESS, _NULL_DAMPING = 0.3, 0.02  # N m/rad, N m s/rad: motions of fingers that leave the tips at rest
+_NULL_STIFFNESS, _NULL_DAMPING = (
+    0.3,
+    0.02,
+)  # N m/rad, N m s/rad: motions of fingers that leave the tips at rest
 _REST = 1e-5  # N and N m
 _MARGIN = 1.3  # friction is divided by it
 

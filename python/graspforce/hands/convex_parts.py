@@ -52,7 +52,7 @@ def convex_parts(vertices: Array, faces: NDArray[np.int64], excess: float, most:
 
 
 def _pieces(solid: Any, volume: float) -> list[tuple[float, Any]]:
-    """Connected pieces, each with the volume by which its hull exceeds it."""
+    """Return connected pieces, each with the volume by which its hull exceeds it."""
     found = [piece for piece in solid.decompose() if piece.volume() > _SLIVER * volume]
     return [(piece.hull().volume() - piece.volume(), piece) for piece in found]
 

@@ -83,7 +83,9 @@ class Distances:
         # A tip that is not to touch keeps clear like a link.
         self.links = np.array([*links, *(t for t in tips if t not in used)], dtype=np.int64)
         grasped = kinematics.grasped
-        self._parts = np.array([m.geom(f"part {k}").id for k in range(len(grasped.parts))] if grasped else [], np.int64)
+        self._parts = np.array(
+            [m.geom(f"part {k}").id for k in range(len(grasped.parts))] if grasped else [], np.int64
+        )
         self._spheres = np.zeros((0, 4)) if grasped is None else grasped.spheres
         self._bodies = m.geom_bodyid.copy()
         self._pairs = self._self_pairs(links, tips)
@@ -185,7 +187,8 @@ class Distances:
         # Where two surfaces just meet, no direction parts them: the pair waits for the next step.
         away[length[:, 0] < 1e-9] = 0
         return Clearances(
-            rows, distances, bodies[a].astype(np.int64), np.where(own, bodies[b], -1), points[:, :3], points[:, 3:], away, own
+            rows, distances, bodies[a].astype(np.int64), np.where(own, bodies[b], -1), points[:, :3],
+            points[:, 3:], away, own,
         )  # fmt: skip
 
 

@@ -82,9 +82,13 @@ def find_fingertips(model: HandModel, given: Any, pads: Any = None) -> tuple[Fin
             raise InvalidInputError(f"{where}: {one!r} is no name, and has no field `name`")
         tips.append(_fingertip(model, where, options))
     for row, tip in enumerate(tips):
-        same = [k for k in range(row) if tips[k].body == tip.body and np.allclose(tips[k].position, tip.position)]
+        same = [
+            k for k in range(row) if tips[k].body == tip.body and np.allclose(tips[k].position, tip.position)
+        ]
         if same:
-            raise InvalidInputError(f"fingertips, entry {row}: {tip.name!r} is the tip of entry {same[0]} again")
+            raise InvalidInputError(
+                f"fingertips, entry {row}: {tip.name!r} is the tip of entry {same[0]} again"
+            )
     return tuple(_padded(tip, _pad_of(tip, pads, [t.name for t in tips])) for tip in tips)
 
 
@@ -92,7 +96,11 @@ def _fingertip(model: HandModel, where: str, options: dict[str, Any]) -> Fingert
     name = options["name"]
     bodies, sites = [body.name for body in model.bodies], [site[0] for site in model.sites]
     shapes = [shape.name for shape in model.shapes]
-    radius = None if options.get("radius") is None else real_number(f"{where}: radius", options["radius"], positive=True)
+    radius = (
+        None
+        if options.get("radius") is None
+        else real_number(f"{where}: radius", options["radius"], positive=True)
+    )
     near: Array | None = None
     chosen: int | None = None
     if name in shapes and name:
@@ -105,12 +113,25 @@ def _fingertip(model: HandModel, where: str, options: dict[str, Any]) -> Fingert
         body = bodies.index(name)
     else:
         ends = [t for t in _candidates(model) if t]
-        named(where, name, [*ends, *(n for n in (*bodies, *shapes, *sites) if n not in ends)], "body, geom or site")
+        named(
+            where,
+            name,
+            [*ends, *(n for n in (*bodies, *shapes, *sites) if n not in ends)],
+            "body, geom or site",
+        )
         raise AssertionError
     pad = None if options.get("pad") is None else _direction(f"{where}: pad", options["pad"])
     if radius is not None:
-        place = near if options.get("position") is None else finite_vector(f"{where}: position", options["position"], 3)
-        axis = _direction(f"{where}: axis", options["axis"]) if options.get("axis") is not None else np.array([0.0, 0, 1])
+        place = (
+            near
+            if options.get("position") is None
+            else finite_vector(f"{where}: position", options["position"], 3)
+        )
+        axis = (
+            _direction(f"{where}: axis", options["axis"])
+            if options.get("axis") is not None
+            else np.array([0.0, 0, 1])
+        )
         half = real_number(f"{where}: half_length", options.get("half_length") or 0.0, least=0)
         return Fingertip(name, body, np.zeros(3) if place is None else place, axis, half, radius, pad, chosen)
     extra = [field for field in ("position", "axis", "half_length") if options.get(field) is not None]
@@ -119,19 +140,25 @@ def _fingertip(model: HandModel, where: str, options: dict[str, Any]) -> Fingert
     number = chosen if chosen is not None else _round_shape(model, where, name, body, near)
     shape = model.shapes[number]
     if shape.kind not in (_SPHERE, _CAPSULE):
-        raise InvalidInputError(f"{where}: geom {name!r} is neither a sphere nor a capsule; give a radius in m")
+        raise InvalidInputError(
+            f"{where}: geom {name!r} is neither a sphere nor a capsule; give a radius in m"
+        )
     axis = rotations(shape.quaternion)[:, 2]
     half = float(shape.size[1]) if shape.kind == _CAPSULE else 0.0
     return Fingertip(name, body, shape.position, axis, half, float(shape.size[0]), pad, number)
 
 
 def _round_shape(model: HandModel, where: str, name: str, body: int, near: Array | None) -> int:
-    """Number of the sphere or capsule of a body; the one nearest to a site, or furthest from the joint."""
-    found = [k for k, s in enumerate(model.shapes) if s.body == body and s.collides and s.kind in (_SPHERE, _CAPSULE)]
+    """Return the number of a body's sphere or capsule: nearest to a site, or furthest from the joint."""
+    found = [
+        k
+        for k, s in enumerate(model.shapes)
+        if s.body == body and s.collides and s.kind in (_SPHERE, _CAPSULE)
+    ]
     if not found:
         raise InvalidInputError(
-            f"{where}: body {model.bodies[body].name!r} of {name!r} has no sphere or capsule that collides; give "
-            f"`radius` and `position` of the tip in m, or another name; tips could be "
+            f"{where}: body {model.bodies[body].name!r} of {name!r} has no sphere or capsule that collides; "
+            f"give `radius` and `position` of the tip in m, or another name; tips could be "
             f"{', '.join(n for n in _candidates(model) if n) or 'none of the model'}"
         )  # fmt: skip
     if near is not None:

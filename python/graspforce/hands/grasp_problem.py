@@ -40,12 +40,14 @@ class GraspProblem:
 
     @staticmethod
     def of(
-        grasped: GraspedObject, *, friction: Any, torsion: Any, criterion: Any, external_wrench: ArrayLike | None,
-        preload: Any, friction_margin: Any,
+        grasped: GraspedObject, *, friction: Any, torsion: Any, criterion: Any,
+        external_wrench: ArrayLike | None, preload: Any, friction_margin: Any,
     ) -> GraspProblem:  # fmt: skip
         """Check the arguments."""
         chosen("criterion", criterion, CRITERIA)
-        wrench = np.zeros(6) if external_wrench is None else finite_vector("external_wrench", external_wrench, 6)
+        wrench = (
+            np.zeros(6) if external_wrench is None else finite_vector("external_wrench", external_wrench, 6)
+        )
         return GraspProblem(
             grasped,
             real_number("friction", friction, positive=True),

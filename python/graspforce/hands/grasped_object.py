@@ -106,7 +106,9 @@ def grasped_object(mesh: Any) -> GraspedObject:
     except InvalidInputError as error:
         # The checks name arguments of other functions.
         message = str(error).removeprefix("unit: ").replace(", or pass check_watertight=False", "")
-        message = message.partition("; say which unit")[0] + ("; scale it to m" if "; say which unit" in message else "")
+        message = message.partition("; say which unit")[0] + (
+            "; scale it to m" if "; say which unit" in message else ""
+        )
         raise InvalidInputError(message if message.startswith("mesh") else f"mesh: {message}") from None
     boundary = checked.boundary
     triangles = boundary.vertices[boundary.faces]

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .fingertips import Fingertip
     from .pose import HandPose
 
     Array = NDArray[np.float64]
@@ -108,7 +107,8 @@ class Hand:
     >>> import graspforce as gf
     >>> import mujoco
     >>> finger = (
-    ...     '<body name="{0}" pos="{1} 0 0"><joint name="{0}" axis="0 1 0" range="-1 1" actuatorfrcrange="-1 1"/>'
+    ...     '<body name="{0}" pos="{1} 0 0">'
+    ...     '<joint name="{0}" axis="0 1 0" range="-1 1" actuatorfrcrange="-1 1"/>'
     ...     '<geom name="{0}_tip" type="capsule" size="0.01" fromto="0 0 0 0 0 0.08"/></body>'
     ... )
     >>> fingers = finger.format("left", -0.04) + finger.format("right", 0.04)
@@ -145,7 +145,9 @@ class Hand:
         if not isinstance(spec, HandModel):
             mujoco = optional("mujoco", "hands")
             if not isinstance(spec, mujoco.MjSpec | mujoco.MjModel):
-                raise InvalidInputError(f"spec: {spec!r} is neither a mujoco.MjSpec nor a mujoco.MjModel; see Hand.load")
+                raise InvalidInputError(
+                    f"spec: {spec!r} is neither a mujoco.MjSpec nor a mujoco.MjModel; see Hand.load"
+                )
             try:
                 model = spec.copy().compile() if isinstance(spec, mujoco.MjSpec) else spec
             except (ValueError, RuntimeError) as error:
@@ -171,10 +173,14 @@ class Hand:
         self.torque_limits = read_only(self._torques(torque_limits))
         servo = self.torque_limits / _FULL_TORQUE
         model_servo = [s if j.stiffness is None else j.stiffness for j, s in zip(joints, servo, strict=True)]
-        self.stiffness = read_only(joint_numbers("stiffness", stiffness, self.joints, model_servo, positive=True))
+        self.stiffness = read_only(
+            joint_numbers("stiffness", stiffness, self.joints, model_servo, positive=True)
+        )
         own = [joint.damping for joint in joints]
         self.damping = read_only(joint_numbers("damping", damping, self.joints, own))
-        self.armature = read_only(joint_numbers("armature", armature, self.joints, [j.armature for j in joints]))
+        self.armature = read_only(
+            joint_numbers("armature", armature, self.joints, [j.armature for j in joints])
+        )
         self.fingertips = find_fingertips(self._model, fingertips, pads)
         self.posture = read_only(self._posture(posture))
 
@@ -221,7 +227,9 @@ class Hand:
             from .hand_file import hand_from_file  # noqa: PLC0415 - pydantic only where a hand file is read
 
             if fingertips is not None or options or folders:
-                raise InvalidInputError("fingertips, package_dirs and other options: a hand file states them itself")
+                raise InvalidInputError(
+                    "fingertips, package_dirs and other options: a hand file states them itself"
+                )
             return hand_from_file(path)
         if fingertips is None:
             raise InvalidInputError("fingertips: missing; name the bodies, geoms or sites of the tips")
@@ -239,9 +247,10 @@ class Hand:
         return q
 
     def surface(self, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
-        """Return vertices (V, 3) in m and triangles (F, 3) of the hand at a palm pose (4, 4) and joints (n,) in rad.
+        """Return vertices (V, 3) in m and triangles (F, 3) of the hand, for pictures.
 
-        Visual meshes where the model has them, the shapes that collide elsewhere.
+        `palm` is its pose (4, 4), `joints` are positions (n,) in rad. Visual meshes are shown where the model
+        has them, elsewhere the shapes that collide.
         """
         from .surface import hand_surface  # noqa: PLC0415 - for pictures alone
 
@@ -260,7 +269,8 @@ class Hand:
         missing = [self.joints[j] for j in self.driven if not np.isfinite(limits[j])]
         if missing:
             raise InvalidInputError(
-                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one number or by joint"
+                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one number "
+                "or by joint"
             )
         follows = np.setdiff1d(np.arange(len(joints)), self.driven)
         limits[follows] = np.inf

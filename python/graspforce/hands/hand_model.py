@@ -100,10 +100,7 @@ def read_hand(model: Any, palm: str | None, root: str | None) -> HandModel:
     """
     mujoco = optional("mujoco", "hands")
     names = [model.body(b).name for b in range(model.nbody)]
-    if palm is not None:
-        hand = named("palm", palm, names, "body")
-    else:
-        hand = _default_palm(model)
+    hand = _default_palm(model) if palm is None else named("palm", palm, names, "body")
     top = hand if root is None else named("root", root, names, "body")
     above = _ancestors(model, hand)
     if top not in above:
@@ -136,10 +133,17 @@ def read_hand(model: Any, palm: str | None, root: str | None) -> HandModel:
             count = int(model.body_jntnum[b])
             joints += [_joint(mujoco, model, j, index[b]) for j in range(first, first + count)]
     if not joints:
-        raise InvalidInputError(f"palm: no joint is below {names[hand]!r}; name the body that holds the fingers")
-    shapes = tuple(_shape(mujoco, model, g, index) for g in range(model.ngeom) if model.geom_bodyid[g] in index)
+        raise InvalidInputError(
+            f"palm: no joint is below {names[hand]!r}; name the body that holds the fingers"
+        )
+    shapes = tuple(
+        _shape(mujoco, model, g, index) for g in range(model.ngeom) if model.geom_bodyid[g] in index
+    )
     sites = tuple(
-        (model.site(s).name, index[int(model.site_bodyid[s])], model.site_pos[s].copy(), float(model.site_size[s][0]))
+        (
+            model.site(s).name, index[int(model.site_bodyid[s])], model.site_pos[s].copy(),
+            float(model.site_size[s][0]),
+        )
         for s in range(model.nsite)
         if int(model.site_bodyid[s]) in index
     )  # fmt: skip
@@ -149,8 +153,10 @@ def read_hand(model: Any, palm: str | None, root: str | None) -> HandModel:
 
 
 def _default_palm(model: Any) -> int:
-    """The deepest body above all joints but free ones, which is where the fingers begin."""
-    jointed = [b for b in range(1, model.nbody) if model.body_jntnum[b] and model.jnt_type[model.body_jntadr[b]] > 1]
+    """Return the deepest body above all joints but free ones, which is where the fingers begin."""
+    jointed = [
+        b for b in range(1, model.nbody) if model.body_jntnum[b] and model.jnt_type[model.body_jntadr[b]] > 1
+    ]
     if not jointed:
         raise InvalidInputError("palm: the model has no hinge or slide joints")
     common = _ancestors(model, int(model.body_parentid[jointed[0]]))
@@ -158,12 +164,14 @@ def _default_palm(model: Any) -> int:
         above = set(_ancestors(model, int(model.body_parentid[b])))
         common = [c for c in common if c in above]
     if not common or common[0] == 0:
-        raise InvalidInputError("palm: the joints have no body in common; name the body that holds the fingers")
+        raise InvalidInputError(
+            "palm: the joints have no body in common; name the body that holds the fingers"
+        )
     return common[0]
 
 
 def _ancestors(model: Any, body: int) -> list[int]:
-    """The body itself, then what is above it, without the world."""
+    """Return the body itself, then what is above it, without the world."""
     found = []
     while body > 0:
         found.append(body)
@@ -186,7 +194,10 @@ def _joint(mujoco: Any, model: Any, j: int, body: int) -> Joint:
     limit = float(np.abs(model.jnt_actfrcrange[j]).min()) if model.jnt_actfrclimited[j] else None
     stiffness = None
     for a in range(model.nu):
-        if int(model.actuator_trntype[a]) == int(mujoco.mjtTrn.mjTRN_JOINT) and model.actuator_trnid[a][0] == j:
+        if (
+            int(model.actuator_trntype[a]) == int(mujoco.mjtTrn.mjTRN_JOINT)
+            and model.actuator_trnid[a][0] == j
+        ):
             gear = abs(float(model.actuator_gear[a][0]))
             if model.actuator_forcelimited[a]:
                 own = float(np.abs(model.actuator_forcerange[a]).min()) * gear
@@ -195,7 +206,8 @@ def _joint(mujoco: Any, model: Any, j: int, body: int) -> Joint:
                 stiffness = -float(model.actuator_biasprm[a][1]) * gear**2
     bounds = model.jnt_range[j]
     return Joint(
-        name, body, kind == hinge, model.jnt_pos[j].copy(), model.jnt_axis[j].copy(), float(model.qpos0[model.jnt_qposadr[j]]),
+        name, body, kind == hinge, model.jnt_pos[j].copy(), model.jnt_axis[j].copy(),
+        float(model.qpos0[model.jnt_qposadr[j]]),
         (float(bounds[0]), float(bounds[1])) if model.jnt_limited[j] else None, limit, stiffness,
         float(np.ravel(model.dof_damping[dof])[0]), float(model.dof_armature[dof]),
     )  # fmt: skip
@@ -210,8 +222,8 @@ def _shape(mujoco: Any, model: Any, g: int, index: dict[int, int]) -> Shape:
         first, count = int(model.mesh_faceadr[k]), int(model.mesh_facenum[k])
         faces = np.array(model.mesh_face[first : first + count], dtype=np.int32)
     return Shape(
-        model.geom(g).name, index[int(model.geom_bodyid[g])], int(model.geom_type[g]), model.geom_size[g].copy(),
-        model.geom_pos[g].copy(), model.geom_quat[g].copy(),
+        model.geom(g).name, index[int(model.geom_bodyid[g])], int(model.geom_type[g]),
+        model.geom_size[g].copy(), model.geom_pos[g].copy(), model.geom_quat[g].copy(),
         bool(model.geom_contype[g] or model.geom_conaffinity[g]), vertices, faces,
     )  # fmt: skip
 
@@ -220,7 +232,7 @@ _COUPLED = 0.5  # rad: a tendon whose dead band is wider limits its joints, but 
 
 
 def _relations(mujoco: Any, model: Any) -> list[tuple[str, str, float, float]]:
-    """Dependent joint, driver, ratio and offset, from joint equalities and from short tendons of two joints."""
+    """List dependent joint, driver, ratio and offset, from equalities and from short tendons of two joints."""
     found = []
     for e in range(model.neq):
         joint_kind = int(model.eq_type[e]) == int(mujoco.mjtEq.mjEQ_JOINT)

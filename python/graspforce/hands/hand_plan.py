@@ -86,7 +86,9 @@ class HandPlan(Record):
         expect_instance("hand", self.hand, Hand)
         n, m = len(self.hand.joints), len(self.fingers)
         tips = self.hand.num_fingers
-        expect(all(type(f) is int and 0 <= f < tips for f in self.fingers), "fingers", "numbers of fingertips")
+        expect(
+            all(type(f) is int and 0 <= f < tips for f in self.fingers), "fingers", "numbers of fingertips"
+        )
         expect_array("palm", self.palm, (4, 4))
         expect_array("joints", self.joints, (n,))
         expect_array("pregrasp", self.pregrasp, (n,))
@@ -160,8 +162,8 @@ class HandPlan(Record):
         if over.max() > 1 + 1e-9:
             k = int(over.argmax())
             raise InfeasibleWrenchError(
-                f"external_wrench: joint {hand.joints[hand.driven[k]]} would need {driven[k]:.4g} N m, more than "
-                f"its limit of {limits[k]:.4g} N m"
+                f"external_wrench: joint {hand.joints[hand.driven[k]]} would need {driven[k]:.4g} N m, more "
+                f"than its limit of {limits[k]:.4g} N m"
             )
         torques = np.zeros(len(hand.joints))
         torques[hand.driven] = driven
@@ -210,7 +212,9 @@ class HandPlan(Record):
             length_scale=grasp.length_scale, extreme_forces=forces,
         )  # fmt: skip
 
-    def save(self, path: str | os.PathLike[str], *, mesh: str | os.PathLike[str] | None = None, unit: str = "m") -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, mesh: str | os.PathLike[str] | None = None, unit: str = "m"
+    ) -> None:
         """Write the plan as JSON; `load` reads it.
 
         Safe to call from several threads for different files.
@@ -257,7 +261,9 @@ class HandPlan(Record):
         for field in dataclasses.fields(self):
             if field.name != "hand":
                 value = getattr(self, field.name)
-                known[field.name] = value.to_dict() if hasattr(value, "to_dict") else np.asarray(value).tolist()
+                known[field.name] = (
+                    value.to_dict() if hasattr(value, "to_dict") else np.asarray(value).tolist()
+                )
         return known
 
     def __repr__(self) -> str:
@@ -268,4 +274,3 @@ class HandPlan(Record):
 
 
 _MEASURES = ("preload", "contact_error", "penetration", "self_penetration", "pad_angle")
-

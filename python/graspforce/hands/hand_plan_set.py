@@ -66,7 +66,8 @@ class HandPlanSet(Record):
 
     def _repr_html_(self) -> str:
         rows = (
-            (str(k), f"{p.onset:.3g}", f"{p.quality.epsilon:.4g}", f"{p.contact_error * 1e3:.2g}", f"{p.penetration * 1e3:.2g}")
+            (str(k), f"{p.onset:.3g}", f"{p.quality.epsilon:.4g}", f"{p.contact_error * 1e3:.2g}",
+             f"{p.penetration * 1e3:.2g}")
             for k, p in enumerate(self.plans)
         )  # fmt: skip
         heads = ("plan", "slip onset", "epsilon (N)", "contact error (mm)", "penetration (mm)")

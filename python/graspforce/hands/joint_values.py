@@ -34,8 +34,8 @@ def joint_numbers(
     elif given is not None:
         values[:] = real_number(argument, given, positive=positive)
     # What the model itself states is checked, too.
-    bad = np.flatnonzero(values <= 0) if positive else []
-    if len(bad):
+    bad = [int(j) for j in np.flatnonzero(values <= 0)] if positive else []
+    if bad:
         listed = ", ".join(joints[j] for j in bad)
         raise InvalidInputError(f"{argument}: {values[bad[0]]:g} for {listed}; they must be positive")
     return values
@@ -51,9 +51,13 @@ def joint_limits(
     for name, pair in (given or {}).items():
         at = named("joint_limits", name, joints, "joint")
         limits[at] = finite_vector(f"joint_limits, {name}", pair, 2)
-    missing = [joints[j] for j in np.flatnonzero(np.isnan(limits).any(axis=1))]
+    missing = [joints[int(j)] for j in np.flatnonzero(np.isnan(limits).any(axis=1))]
     if missing:
-        raise InvalidInputError(f"joint_limits: the model has none for {', '.join(missing)}; give them in rad")
-    for j in np.flatnonzero(limits[:, 0] >= limits[:, 1]):
-        raise InvalidInputError(f"joint_limits, {joints[j]}: lower {limits[j, 0]} is not below upper {limits[j, 1]}")
+        raise InvalidInputError(
+            f"joint_limits: the model has none for {', '.join(missing)}; give them in rad"
+        )
+    for j in np.flatnonzero(limits[:, 0] >= limits[:, 1]).tolist():
+        raise InvalidInputError(
+            f"joint_limits, {joints[j]}: lower {limits[j, 0]} is not below upper {limits[j, 1]}"
+        )
     return limits

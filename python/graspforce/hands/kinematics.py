@@ -60,7 +60,7 @@ class Poses:
         )
 
     def moved(self, steps: Array, limits: Array) -> Poses:
-        """Poses after steps (B, 6 + k): palm translation in m, rotation vector in rad about the palm, joints."""
+        """Return poses after steps (B, 6 + k): palm translation in m, rotation vector in rad, joints."""
         half = steps[:, 3:6] / 2
         length = np.linalg.norm(half, axis=1, keepdims=True)
         turn = np.hstack([np.cos(length), np.sinc(length / np.pi) * half])
@@ -139,7 +139,9 @@ class HandKinematics:
             poses.positions, geoms, rotation.reshape(count, -1, 3, 3), anchors[:, number], axes[:, number]
         )
 
-    def along(self, places: Places, rows: Integers, bodies: Integers, points: Array, directions: Array) -> Array:
+    def along(
+        self, places: Places, rows: Integers, bodies: Integers, points: Array, directions: Array
+    ) -> Array:
         """(R, 6 + k) how fast points of bodies move along directions (R, 3), by palm twist and driven joints.
 
         The palm's translation is in m, its rotation in rad about the palm's position, in the object's axes.

@@ -70,7 +70,8 @@ def _urdf_for_mujoco(path: Path, root: ET.Element, package_dirs: Sequence[Path])
     options = ET.SubElement(root, "mujoco")
     # Links without joints keep their names, and visual meshes are what pictures show.
     ET.SubElement(
-        options, "compiler", balanceinertia="true", fusestatic="false", discardvisual="false", strippath="false"
+        options, "compiler", balanceinertia="true", fusestatic="false", discardvisual="false",
+        strippath="false",
     )  # fmt: skip
     return ET.tostring(root, encoding="unicode")
 

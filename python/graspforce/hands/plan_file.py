@@ -30,12 +30,16 @@ _NUMBERS = (
 _ARRAYS = ("palm", "joints", "pregrasp", "resting_forces", "jacobians")
 
 
-def save_plan(plan: HandPlan, path: str | os.PathLike[str], mesh: str | os.PathLike[str] | None, unit: str) -> None:
-    """Write a plan; the hand is named by its preset or its file, the mesh by its place relative to the plan."""
+def save_plan(
+    plan: HandPlan, path: str | os.PathLike[str], mesh: str | os.PathLike[str] | None, unit: str
+) -> None:
+    """Write a plan; the hand is named by its preset or file, the mesh by its place relative to the plan."""
     path = Path(path)
     hand = plan.hand
     if hand.source is None:
-        raise InvalidInputError("hand: neither a preset nor read from a hand file, so that no file can name it")
+        raise InvalidInputError(
+            "hand: neither a preset nor read from a hand file, so that no file can name it"
+        )
     source = dict(hand.source)
     if "file" in source:
         source["file"] = _relative(Path(source["file"]), path)
@@ -62,12 +66,14 @@ def load_plan(path: str | os.PathLike[str], hand: Hand | None) -> tuple[HandPlan
     saved = document.parsed(HandPlanModel)
     hand = hand or _hand(document, saved)
     if list(hand.joints) != saved.joint_names:
-        raise document.error(("joint_names",), f"not those of the hand {hand.name!r}: {', '.join(hand.joints)}")
+        raise document.error(
+            ("joint_names",), f"not those of the hand {hand.name!r}: {', '.join(hand.joints)}"
+        )
     try:
         grasp = Grasp.from_dict(saved.grasp.model_dump(exclude_none=True, exclude={"name"}))
     except GraspForceError as error:
         raise document.error(("grasp",), str(error)) from None
-    arrays = {}
+    arrays: dict[str, Any] = {}
     for name in _ARRAYS:
         try:
             arrays[name] = read_only(np.array(getattr(saved, name), dtype=np.float64))
@@ -75,13 +81,16 @@ def load_plan(path: str | os.PathLike[str], hand: Hand | None) -> tuple[HandPlan
             raise document.error((name,), "rows of different lengths") from None
     quality = grasp.quality(saved.criterion, 1e-4)
     numbers = {name: getattr(saved, name) for name in _NUMBERS}
-    plan = HandPlan(hand=hand, fingers=tuple(saved.fingers), grasp=grasp, quality=quality, **arrays, **numbers)
+    plan = HandPlan(
+        hand=hand, fingers=tuple(saved.fingers), grasp=grasp, quality=quality, **arrays, **numbers
+    )
     try:
         plan._check()  # noqa: SLF001
     except InvalidInputError as error:
         raise InvalidFileError(document.path, str(error).removeprefix("state: ")) from None
-    mesh = saved.object and (document.path.parent / saved.object.file, saved.object.unit)
-    return plan, mesh
+    if saved.object is None:
+        return plan, None
+    return plan, (document.path.parent / saved.object.file, saved.object.unit)
 
 
 def _hand(document: Document, saved: HandPlanModel) -> Hand:

@@ -41,7 +41,7 @@ class Maker:
         self._poses: dict[int, Poses] = {}
 
     def plan(self, found: Candidates, row: int, hand: Hand, counts: Counter[str]) -> HandPlan | None:
-        """Return the plan of a pose, still without its pregrasp; None, counted, where the pose holds nothing."""
+        """Return the plan of a pose, without its pregrasp; None, counted, where the pose holds nothing."""
         problem, kinematics = self._problem, self._distances.kinematics
         grasp = unwarned_grasp(
             found.points[row], found.normals[row], max_normal_force=1.0, edges=_EDGES, **problem.contacts
@@ -74,8 +74,8 @@ class Maker:
         pose = found.poses[[row]]
         joints = hand.joint_positions(pose.driven[0])
         plan = HandPlan(
-            hand, kinematics.fingers, kinematics.palm(pose, 0), joints, joints, grasp, quality, forces, J, preload,
-            float(found.gap[row]), float(found.overlap[row]), float(found.own_overlap[row]),
+            hand, kinematics.fingers, kinematics.palm(pose, 0), joints, joints, grasp, quality, forces, J,
+            preload, float(found.gap[row]), float(found.overlap[row]), float(found.own_overlap[row]),
             float(np.arccos(np.clip(found.facing[row], -1, 1))), 0.0, onset,
         )  # fmt: skip
         self._poses[id(plan)] = pose
@@ -86,7 +86,11 @@ class Maker:
         poses = Poses.joined([self._poses[id(plan)] for plan in plans])
         opened, clearance = pregrasps(self._distances, poses, self._retreat)
         return [
-            replace(plan, pregrasp=plan.hand.joint_positions(opened.driven[k]), pregrasp_clearance=float(clearance[k]))
+            replace(
+                plan,
+                pregrasp=plan.hand.joint_positions(opened.driven[k]),
+                pregrasp_clearance=float(clearance[k]),
+            )
             for k, plan in enumerate(plans)
         ]
 

@@ -20,7 +20,7 @@ from .grasp_problem import PUSHES, GraspProblem
 from .grasped_object import grasped_object
 from .hand import Hand
 from .hand_plan_set import HandPlanSet, SearchEnd
-from .kinematics import HandKinematics
+from .kinematics import HandKinematics, Poses
 from .plan_making import Maker
 from .refinement import refined
 from .seeds import contact_seeds, palm_seeds
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from graspforce.typing import Criterion
 
     from .hand_plan import HandPlan
-    from .kinematics import Poses
 
     Array = NDArray[np.float64]
 
@@ -213,7 +212,10 @@ def plan_hand(
 def _fingers(hand: Hand, given: Sequence[int] | None) -> tuple[int, ...]:
     if given is None:
         return tuple(range(hand.num_fingers))
-    numbers = tuple(whole_number(f"fingers, entry {k}", f, least=0, most=hand.num_fingers - 1) for k, f in enumerate(given))
+    numbers = tuple(
+        whole_number(f"fingers, entry {k}", f, least=0, most=hand.num_fingers - 1)
+        for k, f in enumerate(given)
+    )
     if len(numbers) < 2 or len(set(numbers)) < len(numbers):
         raise InvalidInputError(f"fingers: {list(numbers)}, expected two or more different fingertips")
     return numbers
@@ -231,7 +233,9 @@ def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:
     low, high = hand.driven_limits.T
     shares = np.random.default_rng(0).random((500, len(low)))
     tips = kinematics.shapes(low + shares * (high - low))
-    opening = float(np.linalg.norm(tips[:, :, None] - tips[:, None], axis=3).max()) - 2 * float(kinematics.radii.min())
+    opening = float(np.linalg.norm(tips[:, :, None] - tips[:, None], axis=3).max()) - 2 * float(
+        kinematics.radii.min()
+    )
     width = problem.grasped.width
     if width > _ROOM * opening:
         raise NoGraspError(
@@ -241,13 +245,20 @@ def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:
 
 
 def _starts(
-    distances: Distances, problem: GraspProblem, rng: np.random.Generator, seeds: str, samples: int, starts: int
+    distances: Distances,
+    problem: GraspProblem,
+    rng: np.random.Generator,
+    seeds: str,
+    samples: int,
+    starts: int,
 ) -> Poses:
-    kinds = {"palms": [palm_seeds], "contacts": [contact_seeds], "both": [palm_seeds, contact_seeds]}[seeds]
-    share = -(-starts // len(kinds))
-    parts = [kind(distances, problem, rng, samples, share) for kind in kinds]
-    joined: Poses = parts[0].joined(parts)
-    return joined
+    share = -(-starts // 2) if seeds == "both" else starts
+    parts = []
+    if seeds != "contacts":
+        parts.append(palm_seeds(distances, problem, rng, samples, share))
+    if seeds != "palms":
+        parts.append(contact_seeds(distances, problem, rng, samples, share))
+    return Poses.joined(parts)
 
 
 def _search(
@@ -282,5 +293,9 @@ def _why(counts: Counter[str], expired: bool) -> str:
         (counts["beyond torques"], "press less than a quarter of the preload within the torque limits"),
     ]
     reasons = ", ".join(f"{count} {reason}" for count, reason in parts if count)
-    hint = "time was over" if expired else "more starts, other fingers, less preload or a larger time limit may help"
+    hint = (
+        "time was over"
+        if expired
+        else "more starts, other fingers, less preload or a larger time limit may help"
+    )
     return f"no grasp found: of {counts['tried']} poses {reasons or 'none was measured'}; {hint}"

@@ -55,13 +55,16 @@ class HandPose(Record):
         expect_array("palm", self.palm, (4, 4))
         expect_array("joints", self.joints, (len(self.hand.joints),))
         tips = self.hand.num_fingers
-        expect(all(type(f) is int and 0 <= f < tips for f in self.fingers), "fingers", "numbers of fingertips")
+        expect(
+            all(type(f) is int and 0 <= f < tips for f in self.fingers), "fingers", "numbers of fingertips"
+        )
         expect_number("position_error", self.position_error, least=0)
         expect_number("normal_error", self.normal_error, least=0)
         expect_number("clearance", self.clearance)
 
     def __repr__(self) -> str:
         return (
-            f"HandPose({self.hand.name!r}, fingers {list(self.fingers)}, off by {self.position_error * 1e3:.3g} mm "
-            f"and {self.normal_error:.3g} rad, clearance {self.clearance * 1e3:.3g} mm)"
+            f"HandPose({self.hand.name!r}, fingers {list(self.fingers)}, off by "
+            f"{self.position_error * 1e3:.3g} mm and {self.normal_error:.3g} rad, "
+            f"clearance {self.clearance * 1e3:.3g} mm)"
         )

@@ -26,7 +26,7 @@ _LARGEST = 1e6  # N: a push that is larger than this is not looked for
 def resting_forces(
     grasp: Grasp, preload: float, friction_margin: float, external_wrench: Array
 ) -> Array | None:
-    """(m, k) forces in contact frames of the least sum that balance the load, each finger pressing at least `preload`.
+    """(m, k) forces of the least sum that balance the load, each finger pressing at least `preload` in N.
 
     They lie in cones that `friction_margin` narrows. None if there are no such forces.
     """
@@ -47,13 +47,13 @@ def least_forces(grasp: Grasp, preload: float, external_wrench: Array) -> Array:
 
 
 def joint_torques(jacobians: Array, coupling: Array, forces: Array) -> Array:
-    """(k,) torques in N m of the driven joints that exert forces (m, 3) on the object, by Jacobians (m, 3, n)."""
+    """(k,) torques in N m of driven joints that exert forces (m, 3), by Jacobians (m, 3, n)."""
     torques: Array = coupling.T @ np.einsum("mij,mi->j", jacobians, forces)
     return torques
 
 
 def finger_stiffness(jacobians: Array, coupling: Array, stiffness: Array) -> Array:
-    """(m, 3, 3) stiffness in N/m of fingers at their contacts, K = (J kp^-1 J^T)^-1, for servos (k,) in N m/rad."""
+    """(m, 3, 3) stiffness K = (J kp^-1 J^T)^-1 in N/m of fingers, for servos (k,) in N m/rad."""
     J = jacobians @ coupling
     inverse: Array = np.linalg.inv(np.einsum("mij,j,mkj->mik", J, 1 / stiffness, J) + _RIGID * np.eye(3))
     return inverse
@@ -62,15 +62,17 @@ def finger_stiffness(jacobians: Array, coupling: Array, stiffness: Array) -> Arr
 def slip_onset(grasp: Grasp, forces: Array, stiffness: Array, wrenches: Array) -> Array:
     """(W,) largest multiples of wrenches (W, 6) at which no contact of passive fingers slips or opens.
 
-    Fingers of stiffness K share a wrench w as springs: the object moves by x = (sum G K G^T)^-1 w, and contact
-    k exerts df_k = -K G^T x more than at rest.
+    Fingers of stiffness K share a wrench w as springs: the object moves by x = (sum G K G^T)^-1 w, and
+    contact k exerts df_k = -K G^T x more than at rest.
     """
     frames, points = grasp.frames, grasp.positions - grasp.origin
     lever = np.zeros((len(points), 6, 3))
     lever[:, :3] = np.eye(3)
     x, y, z = points.T
     zero = np.zeros_like(x)
-    lever[:, 3:] = np.stack([np.stack(row, -1) for row in ([zero, -z, y], [z, zero, -x], [-y, x, zero])], axis=1)
+    lever[:, 3:] = np.stack(
+        [np.stack(row, -1) for row in ([zero, -z, y], [z, zero, -x], [-y, x, zero])], axis=1
+    )
     total = np.einsum("mij,mjk,mlk->il", lever, stiffness, lever)
     # Three contacts on a line leave a rotation without stiffness: nothing of a push goes there.
     moves = np.linalg.lstsq(total, wrenches.T, rcond=1e-9)[0]
@@ -99,6 +101,11 @@ def _least_positive_root(a: Array, b: Array, c: Array) -> Array:
         q = -(b + np.where(b >= 0, root, -root)) / 2
         first, second = q / a, c / q
     real = b * b - 4 * a * c >= 0
-    roots = np.stack([np.where(real & (r > 0), r, np.inf) for r in (np.nan_to_num(first, nan=np.inf), np.nan_to_num(second, nan=np.inf))])
+    roots = np.stack(
+        [
+            np.where(real & (r > 0), r, np.inf)
+            for r in (np.nan_to_num(first, nan=np.inf), np.nan_to_num(second, nan=np.inf))
+        ]
+    )
     least: Array = np.where(c > 0, 0.0, roots.min(axis=0))
     return least

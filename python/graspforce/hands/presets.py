@@ -94,7 +94,11 @@ def _model_file(name: str) -> Path | None:
 
 def _allegro(side: str) -> dict[str, Any]:
     # The thumb's base turns the other way on the left hand, with the limits that its file states.
-    bent = {f"joint_{4 * finger + k}.0": angle for finger in range(3) for k, angle in enumerate((0, 0.5, 0.6, 0.6))}
+    bent = {
+        f"joint_{4 * finger + k}.0": angle
+        for finger in range(3)
+        for k, angle in enumerate((0, 0.5, 0.6, 0.6))
+    }
     thumb = {f"joint_{12 + k}.0": angle for k, angle in enumerate((1.3, 0.4, 0.4, 0.5))}
     return {
         "fingertips": _ALLEGRO_TIPS[side],
@@ -109,7 +113,13 @@ def _allegro(side: str) -> dict[str, Any]:
 
 
 def _shadow() -> dict[str, Any]:
-    posture = {"robot0:LFJ4": 0.2, "robot0:THJ4": 0.8, "robot0:THJ3": 0.7, "robot0:THJ1": -0.1, "robot0:THJ0": -0.5}
+    posture = {
+        "robot0:LFJ4": 0.2,
+        "robot0:THJ4": 0.8,
+        "robot0:THJ3": 0.7,
+        "robot0:THJ1": -0.1,
+        "robot0:THJ0": -0.5,
+    }
     for finger in _SHADOW_FINGERS:
         posture |= {f"robot0:{finger}J2": 0.6, f"robot0:{finger}J1": 0.6, f"robot0:{finger}J3": 0.0}
     tips = tuple(f"robot0:C_{finger.lower()}distal" for finger in ("TH", *_SHADOW_FINGERS))
@@ -117,7 +127,7 @@ def _shadow() -> dict[str, Any]:
         "fingertips": tips,
         "palm": "robot0:palm",
         "root": "robot0:hand mount",
-        "pads": {tips[0]: (-1, 0, 0.6), **{tip: (0, -1, 0.6) for tip in tips[1:]}},
+        "pads": {tips[0]: (-1, 0, 0.6), **dict.fromkeys(tips[1:], (0, -1, 0.6))},
         "posture": {**posture, "robot0:THJ2": 0.0},
         "stiffness": 1.0,
         "damping": 0.1,

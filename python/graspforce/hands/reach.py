@@ -1,4 +1,4 @@
-"""From contacts to a pose of the hand: finger assignment, inverse kinematics and the last tenth of a millimetre."""
+"""From contacts to a pose of the hand: finger assignment, inverse kinematics and a snap onto them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .grasped_object import GraspedObject
     from .hand import Hand
 
     Array = NDArray[np.float64]
+    Integers = NDArray[np.int64]
 
 __all__ = ["reach"]
 
@@ -40,8 +40,8 @@ _OVERLAP = 5e-4  # m
 
 
 def reach(
-    hand: Hand, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, *, fingers: Sequence[int] | None = None,
-    tolerance: float = 1e-3, angle: float = 0.2, tries: int = 12, seed: int = 0,
+    hand: Hand, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, *,
+    fingers: Sequence[int] | None = None, tolerance: float = 1e-3, angle: float = 0.2, tries: int = 12, seed: int = 0,
 ) -> HandPose:  # fmt: skip
     """Find a pose of the hand whose fingertips touch given contacts.
 
@@ -87,15 +87,20 @@ def reach(
     --------
     >>> import graspforce as gf
     >>> hand = gf.hands.preset("allegro-right")
-    >>> pose = hand.reach([(0.02, 0, 0), (-0.02, 0.01, 0), (-0.02, -0.02, 0)], [(-1, 0, 0), (1, 0, 0), (1, 0, 0)])
+    >>> positions = [(0.02, 0, 0), (-0.02, 0.01, 0), (-0.02, -0.02, 0)]
+    >>> pose = hand.reach(positions, [(-1, 0, 0), (1, 0, 0), (1, 0, 0)])
     >>> pose.position_error < 1e-3
     True
     """
     p, n = finite_array("positions", positions), finite_array("normals", normals)
     if p.ndim != 2 or p.shape[1] != 3 or p.shape != n.shape:
-        raise InvalidInputError(f"positions and normals: shapes {p.shape} and {n.shape}, expected both (m, 3)")
+        raise InvalidInputError(
+            f"positions and normals: shapes {p.shape} and {n.shape}, expected both (m, 3)"
+        )
     if not 1 <= len(p) <= hand.num_fingers:
-        raise InvalidInputError(f"positions: {len(p)} contacts, and the hand has {hand.num_fingers} fingertips")
+        raise InvalidInputError(
+            f"positions: {len(p)} contacts, and the hand has {hand.num_fingers} fingertips"
+        )
     zero = np.flatnonzero(~(np.linalg.norm(n, axis=1) > 0))
     if len(zero):
         raise InvalidInputError(f"normals, contact {zero[0]}: it has no direction")
@@ -139,14 +144,16 @@ def _misses(pose: HandPose, tolerance: float, angle: float) -> float:
 
 def _seeds(
     hand: Hand, p: Array, n: Array, fingers: Sequence[int] | None, tries: int, seed: int
-) -> list[tuple[tuple[int, ...], Array, Poses]]:
+) -> list[tuple[tuple[int, ...], Integers, Poses]]:
     """Poses that fit best, by sets of fingers: the fingers in order, the contact of each, and the poses."""
     count = len(p)
     if fingers is None:
         assignments = list(itertools.permutations(range(hand.num_fingers), count))
     else:
         most = hand.num_fingers - 1
-        given = tuple(whole_number(f"fingers, entry {k}", f, least=0, most=most) for k, f in enumerate(fingers))
+        given = tuple(
+            whole_number(f"fingers, entry {k}", f, least=0, most=most) for k, f in enumerate(fingers)
+        )
         if len(given) != count or len(set(given)) < count:
             raise InvalidInputError(f"fingers: {list(given)}, expected {count} different fingertips")
         assignments = [given]
@@ -170,7 +177,7 @@ def _seeds(
         groups.setdefault(assignments[a], []).append((int(s), int(a)))
     found = []
     for assignment, pairs in groups.items():
-        contact_of = np.argsort(assignment)
+        contact_of = np.argsort(assignment).astype(np.int64)
         poses = Poses(
             np.array([shift[s, a] for s, a in pairs]),
             np.array([quaternion_of(turn[s, a]) for s, a in pairs]),
@@ -181,7 +188,7 @@ def _seeds(
 
 
 def _fits(tips: Array, centers: Array) -> tuple[Array, Array, Array]:
-    """Rotations (S, A, 3, 3), shifts (S, A, 3) and misfits (S, A) in m that carry tips (S, A, m, 3) to centres."""
+    """Rotations (S, A, 3, 3), shifts (S, A, 3) and misfits (S, A) in m of tips carried to centres."""
     a, b = tips.mean(axis=2), centers.mean(axis=1)
     U, _, V = np.linalg.svd(np.einsum("samj,amk->sajk", tips - a[:, :, None], centers - b[:, None]))
     V = np.swapaxes(V, -1, -2)
@@ -222,7 +229,7 @@ def _inverse_kinematics(kinematics: HandKinematics, poses: Poses, targets: Array
     return Poses(rows[:, :3].copy(), quaternions, driven)
 
 
-def _measured(distances: Distances, poses: Poses, rows: Array, p: Array, n: Array) -> list[HandPose]:
+def _measured(distances: Distances, poses: Poses, rows: Integers, p: Array, n: Array) -> list[HandPose]:
     kinematics, hand = distances.kinematics, distances.kinematics.hand
     places, touches, near = distances.measure(poses, _SEEN)
     least = near.least(len(poses), _SEEN)

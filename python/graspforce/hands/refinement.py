@@ -1,4 +1,4 @@
-"""Better grasps near those found: random moves of palm and fingers, put back onto the surface, many at once."""
+"""Better grasps near those found: random moves of palm and fingers, put back onto the surface."""
 
 from __future__ import annotations
 

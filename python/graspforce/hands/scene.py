@@ -20,14 +20,17 @@ if TYPE_CHECKING:
 __all__ = ["CORE", "add_couplings", "add_hand", "add_object", "link_shapes", "planning_spec"]
 
 CORE = 0.2
-"""Radius of a tip's core, as a share of the tip's: the direction to the object is known also where both touch."""
+"""Radius of a tip's core as a share of the tip's: the way to the object is known also where both touch."""
 
 _SPHERE, _CAPSULE, _MESH = 2, 3, 7  # mjtGeom
-_STIFF = [0.004, 1.0]  # solref of couplings: with MuJoCo's default a coupled joint yields as much as its servo
+_STIFF = [
+    0.004,
+    1.0,
+]  # solref of couplings: with MuJoCo's default a coupled joint yields as much as its servo
 
 
 def link_shapes(hand: Hand) -> list[int]:
-    """Numbers of the shapes that collide and are no tips; a tip given by numbers replaces those of its body."""
+    """Return the shapes that collide and are no tips; a tip given by numbers replaces those of its body."""
     tips = {tip.shape for tip in hand.fingertips}
     replaced = {tip.body for tip in hand.fingertips if tip.shape is None}
     shapes = hand._model.shapes  # noqa: SLF001
@@ -61,7 +64,9 @@ def add_hand(spec: Any, wrist: Any, hand: Hand, *, collides: bool) -> None:
         if shape.vertices is not None and shape.faces is not None:
             _add_mesh(spec, f"mesh {k}", shape.vertices, shape.faces)
             options = {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": f"mesh {k}"}
-        geom = bodies[shape.body].add_geom(name=f"link {k}", pos=shape.position, quat=shape.quaternion, **options)
+        geom = bodies[shape.body].add_geom(
+            name=f"link {k}", pos=shape.position, quat=shape.quaternion, **options
+        )
         _colliding(geom, collides)
     for k, tip in enumerate(hand.fingertips):
         geom = bodies[tip.body].add_geom(name=f"tip {k}", **_tip_options(mujoco, tip, 1.0))
@@ -85,28 +90,13 @@ def add_object(spec: Any, body: Any, grasped: GraspedObject, mass: float) -> lis
 def add_couplings(spec: Any, hand: Hand) -> None:
     """Constrain the joints that follow others."""
     mujoco = optional("mujoco", "hands")
-    for j in np.setdiff1d(np.arange(len(hand.joints)), hand.driven):
-        others = np.flatnonzero(hand.coupling[j])
-        if len(others) > 1:
-            # A fixed tendon of constant length is linear in any number of joints.
-            tendon = spec.add_tendon(name=f"coupling {j}")
-            tendon.wrap_joint(f"joint {j}", 1.0)
-            for k in others:
-                tendon.wrap_joint(f"joint {hand.driven[k]}", -float(hand.coupling[j, k]))
-            made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_TENDON)
-            made.name1 = f"coupling {j}"
-            made.data[0] = float(hand.coupling_offset[j])
-            made.objtype, made.solref = mujoco.mjtObj.mjOBJ_TENDON, _STIFF
-            continue
+    model = hand._model.joints  # noqa: SLF001
+    for j in np.setdiff1d(np.arange(len(hand.joints)), hand.driven).tolist():
+        k = int(np.flatnonzero(hand.coupling[j])[0])
+        driver, ratio = int(hand.driven[k]), float(hand.coupling[j, k])
         made = spec.add_equality(name=f"coupling {j}", type=mujoco.mjtEq.mjEQ_JOINT)
-        made.objtype, made.name1 = mujoco.mjtObj.mjOBJ_JOINT, f"joint {j}"
-        model = hand._model.joints  # noqa: SLF001
-        ratio, offset = 0.0, float(hand.coupling_offset[j]) - model[j].reference
-        if len(others):
-            driver = int(hand.driven[others[0]])
-            made.name2 = f"joint {driver}"
-            ratio = float(hand.coupling[j, others[0]])
-            offset += ratio * model[driver].reference
+        made.objtype, made.name1, made.name2 = mujoco.mjtObj.mjOBJ_JOINT, f"joint {j}", f"joint {driver}"
+        offset = float(hand.coupling_offset[j]) - model[j].reference + ratio * model[driver].reference
         made.data[:5] = [offset, ratio, 0, 0, 0]
         made.solref = _STIFF
 

@@ -1,4 +1,4 @@
-"""Where the search for hand poses begins: palms around the object, or contacts on it that the tips can reach."""
+"""Where the search begins: palms around the object, or contacts on it that the tips can reach."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ _PER_FACING = 0.5
 _FAR_PAIR = 1.2  # of the hand's opening: contacts further apart are not tried
 
 
-def palm_seeds(distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int) -> Poses:
+def palm_seeds(
+    distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int
+) -> Poses:
     """Return the best of random palms about the object in preshaped hands.
 
     The middle of the tips is placed near the object's centre. A palm is judged by the quality of the contacts
@@ -57,7 +59,9 @@ def palm_seeds(distances: Distances, problem: GraspProblem, rng: np.random.Gener
     first = first[gap[first] < max(_REACH, float(gap[first[0]]))][:_MEASURED]
     if not len(first):
         first = np.argsort(gap, kind="stable")[:keep]
-    facing = -(np.einsum("nij,nkj->nki", R[free[first]], pads[chosen[free[first]]]) * outward[first]).sum(axis=2)
+    facing = -(np.einsum("nij,nkj->nki", R[free[first]], pads[chosen[free[first]]]) * outward[first]).sum(
+        axis=2
+    )
     epsilon = _epsilon(problem, near[first], -outward[first])
     score = epsilon - _PER_GAP * gap[first] + _PER_FACING * np.minimum(facing.min(axis=1), 0.7)
     rows = first[np.argsort(-score, kind="stable")[:keep]]
@@ -66,13 +70,19 @@ def palm_seeds(distances: Distances, problem: GraspProblem, rng: np.random.Gener
 
 
 def contact_seeds(
-    distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int, *, reach: bool = True
+    distances: Distances,
+    problem: GraspProblem,
+    rng: np.random.Generator,
+    samples: int,
+    keep: int,
+    *,
+    reach: bool = True,
 ) -> Poses:
     """Return poses whose tips come nearest to the best of random contacts on the surface.
 
     Contacts are judged by their quality and, with `reach`, by how well some preshaped hand fits them.
     """
-    kinematics, grasped = distances.kinematics, problem.grasped
+    kinematics = distances.kinematics
     driven, tips, _, _ = _shapes(distances, rng)
     points, normals = _surface_points(problem, rng, max(200, samples // 5))
     count = len(kinematics.tips)
@@ -122,7 +132,7 @@ def _shapes(distances: Distances, rng: np.random.Generator) -> tuple[Array, Arra
 
 def _middles(tips: Array) -> Array:
     """(S, 3) centres of small balls around the tips (Badoiu and Clarkson)."""
-    middle = tips.mean(axis=1)
+    middle: Array = tips.mean(axis=1)
     for step in range(1, 30):
         far = np.linalg.norm(tips - middle[:, None], axis=2).argmax(axis=1)
         middle = middle + (tips[np.arange(len(tips)), far] - middle) / (step + 1)

@@ -68,7 +68,7 @@ class Trial(Record):
     control: Control
 
     def _check(self) -> None:
-        rows = len(self.held) if isinstance(self.held, np.ndarray) else 0
+        rows = np.size(self.held)
         expect_array("held", self.held, (rows,), kind=np.bool_)
         expect_array("displacement", self.displacement, (rows,), finite=False)
         expect_array("rotation", self.rotation, (rows,), finite=False)
@@ -192,8 +192,8 @@ def largest_pushes(
 ) -> Array:
     """Return the largest push (W,) in N that is held along each direction, by bisection up to `most` N.
 
-    Safe to call from several threads. Arguments are those of `shake`. The result is exact to ``most / 2**halvings``.
-    It is 0 where nothing is held, or where the object is lost before any push.
+    Safe to call from several threads. Arguments are those of `shake`. The result is exact to
+    ``most / 2**halvings``. It is 0 where nothing is held, or where the object is lost before any push.
 
     Examples
     --------
@@ -227,7 +227,11 @@ def _prepared(
     instance_of("plan", plan, HandPlan)
     chosen("control", control, get_args(Control))
     mass = real_number("mass", mass, positive=True)
-    mu = float(plan.grasp.friction[0]) if friction is None else real_number("friction", friction, positive=True)
+    mu = (
+        float(plan.grasp.friction[0])
+        if friction is None
+        else real_number("friction", friction, positive=True)
+    )
     gamma = float(plan.grasp.torsion[0]) if torsion is None else real_number("torsion", torsion, least=0)
     simulation = Simulation(plan, grasped_object(mesh), mass, mu, gamma)
     _close(simulation, plan, closing)

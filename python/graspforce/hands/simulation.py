@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,7 +31,9 @@ _IMPRATIO = 100.0
 class Simulation:
     """A hand with a fixed palm and position servos, and a free object without gravity."""
 
-    def __init__(self, plan: HandPlan, grasped: GraspedObject, mass: float, friction: float, torsion: float) -> None:
+    def __init__(
+        self, plan: HandPlan, grasped: GraspedObject, mass: float, friction: float, torsion: float
+    ) -> None:
         self._mujoco = mujoco = optional("mujoco", "hands")
         self.plan, hand = plan, plan.hand
         spec = mujoco.MjSpec()
@@ -45,7 +47,9 @@ class Simulation:
         add_hand(spec, wrist, hand, collides=True)
         add_couplings(spec, hand)
         for k, j in enumerate(hand.driven):
-            servo = spec.add_actuator(name=f"servo {k}", target=f"joint {j}", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            servo = spec.add_actuator(
+                name=f"servo {k}", target=f"joint {j}", trntype=mujoco.mjtTrn.mjTRN_JOINT
+            )
             servo.set_to_position(kp=float(hand.stiffness[j]), kv=0.0)
             limit = float(hand.torque_limits[j])
             servo.forcelimited, servo.forcerange, servo.ctrllimited = 1, [-limit, limit], 0

@@ -8,7 +8,7 @@ there as long as they would leave them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,12 +51,10 @@ class SnapOptions:
     """Whether only the joints move."""
 
 
-def snap(
-    distances: Distances, poses: Poses, options: SnapOptions, *, targets: Array | None = None
-) -> Poses:
+def snap(distances: Distances, poses: Poses, options: SnapOptions, *, targets: Array | None = None) -> Poses:
     """Return poses whose tips touch, as far as the steps reach.
 
-    With `targets` (m, 3) or (B, m, 3) the points of the tips' axes go there instead of to the nearest surface.
+    With `targets` (m, 3) or (B, m, 3) the points of the tips' axes go there, not to the nearest surface.
     """
     poses = poses.copy()
     if targets is not None:
@@ -79,7 +77,9 @@ def snap(
         done &= near.deepest(len(left), own=True) < options.overlap
         if options.pad is not None and targets is None:
             done &= (facing > options.pad).all(axis=1)
-        matrix, gradient = _normal_equations(distances, now, places, touches, near, options, targets is not None)
+        matrix, gradient = _normal_equations(
+            distances, now, places, touches, near, options, targets is not None
+        )
         if targets is not None:
             _add_targets(distances, places, centers, targets[left], matrix, gradient)
         if options.palm_fixed:
@@ -101,7 +101,12 @@ def facing_of(distances: Distances, places: Places, touches: Touches) -> Array:
 
 
 def _normal_equations(
-    distances: Distances, poses: Poses, places: Places, touches: Touches, near: Clearances, options: SnapOptions,
+    distances: Distances,
+    poses: Poses,
+    places: Places,
+    touches: Touches,
+    near: Clearances,
+    options: SnapOptions,
     targeted: bool,
 ) -> tuple[Array, Array]:
     kinematics = distances.kinematics
@@ -175,7 +180,7 @@ def _step(matrix: Array, gradient: Array, poses: Poses, limits: Array) -> Array:
     """Newton steps (B, 6 + k) in which joints at their limits do not leave them."""
     fixed = np.zeros(gradient.shape, dtype=bool)
     at_low, at_high = poses.driven <= limits[:, 0] + 1e-9, poses.driven >= limits[:, 1] - 1e-9
-    step = np.zeros_like(gradient)
+    step: NDArray[np.floating[Any]] = np.zeros_like(gradient)
     for _ in range(4):
         held = matrix.copy()
         held[fixed[:, :, None] | fixed[:, None, :]] = 0
@@ -186,7 +191,7 @@ def _step(matrix: Array, gradient: Array, poses: Poses, limits: Array) -> Array:
         if not (leaving & ~fixed[:, 6:]).any():
             break
         fixed[:, 6:] |= leaving
-    return step
+    return np.asarray(step, dtype=np.float64)
 
 
 def _limited(steps: Array) -> Array:

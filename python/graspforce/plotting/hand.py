@@ -84,18 +84,24 @@ def draw_hand(
         artists += axes.plot(*grasp.positions.T, "o", ms=4, color=CONE, mec=INK, mew=0.5, zorder=11)
         for number, (point, normal) in enumerate(zip(grasp.positions, grasp.normals, strict=True)):
             if labels:
-                artists.append(axes.text(*(point - 0.015 * normal), str(number), fontsize=8, color=INK, zorder=12))
+                artists.append(
+                    axes.text(*(point - 0.015 * normal), str(number), fontsize=8, color=INK, zorder=12)
+                )
     every = np.vstack(shown)
     if mesh is not None:
         # A forearm may be longer than the hand: what is far from the object is left at the rim.
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
-        near = np.linalg.norm(every - middle, axis=1) < np.linalg.norm(points - middle, axis=1).max() + _AROUND
+        near = (
+            np.linalg.norm(every - middle, axis=1) < np.linalg.norm(points - middle, axis=1).max() + _AROUND
+        )
         every = every[near]
     frame_view(axes, every.min(axis=0), every.max(axis=0), elevation=elevation, azimuth=azimuth)
     return artists
 
 
-def hand_figure(plan: Any, mesh: tuple[ArrayLike, ArrayLike] | None = None, *, title: str | None = None) -> Figure:
+def hand_figure(
+    plan: Any, mesh: tuple[ArrayLike, ArrayLike] | None = None, *, title: str | None = None
+) -> Figure:
     """Make a figure of a plan from two sides, at the pregrasp and at the grasp.
 
     For one thread at a time, as all of matplotlib. Arguments are those of `draw_hand`.
