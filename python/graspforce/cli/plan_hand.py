@@ -128,7 +128,8 @@ def _print(name: str, found: HandPlanSet) -> None:
     rows = [
         (
             str(k), f"{p.onset:.3g}", f"{p.quality.epsilon:.4g}", f"{p.contact_error * 1e3:.2f}",
-            f"{p.penetration * 1e3:.2f}", f"{np.degrees(p.pad_angle):.0f}", f"{np.abs(p.torques()).max():.2f}",
+            f"{p.penetration * 1e3:.2f}", f"{np.degrees(p.pad_angle):.0f}",
+            f"{np.abs(p.torques()).max():.2f}",
         )
         for k, p in enumerate(found)
     ]  # fmt: skip

@@ -10,9 +10,9 @@ from .hand_plan import HandPlan
 from .hand_plan_set import HandPlanSet
 from .planner import plan_hand
 from .pose import HandPose
-from .presets import preset, presets
-from .reach import reach
-from .shake import Trial, largest_pushes, shake
+from .known_hands import preset, presets
+from .reaching import reach
+from .trial import Trial, largest_pushes, shake
 
 __all__ = [
     "Fingertip",

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._internal.checks import finite_vector, known_options, real_number
-from graspforce._internal.to_dict import ReadOnly
+from graspforce._internal.restored import expect_array, expect_instance, expect_number, expect_whole
+from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
@@ -32,7 +33,7 @@ _GIVEN = ("name", "radius", "position", "axis", "half_length", "pad")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fingertip(ReadOnly):
+class Fingertip(Record):
     """A sphere or capsule at the end of a finger; threads may share it.
 
     Attributes
@@ -60,6 +61,14 @@ class Fingertip(ReadOnly):
     radius: float
     pad: Array | None
     shape: int | None
+
+    def _check(self) -> None:
+        expect_instance("name", self.name, str)
+        expect_whole("body", self.body)
+        expect_array("position", self.position, (3,))
+        expect_array("axis", self.axis, (3,))
+        expect_number("half_length", self.half_length, least=0)
+        expect_number("radius", self.radius, least=0)
 
 
 def find_fingertips(model: HandModel, given: Any, pads: Any = None) -> tuple[Fingertip, ...]:

@@ -258,7 +258,7 @@ class Hand:
 
     def reach(self, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, **options: Any) -> HandPose:
         """Find a pose whose fingertips touch given contacts; see `graspforce.hands.reach`."""
-        from .reach import reach  # noqa: PLC0415 - mink only where it is asked for
+        from .reaching import reach  # noqa: PLC0415 - mink only where it is asked for
 
         return reach(self, positions, normals, mesh, **options)
 
@@ -269,8 +269,8 @@ class Hand:
         missing = [self.joints[j] for j in self.driven if not np.isfinite(limits[j])]
         if missing:
             raise InvalidInputError(
-                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one number "
-                "or by joint"
+                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one "
+                "number or by joint"
             )
         follows = np.setdiff1d(np.arange(len(joints)), self.driven)
         limits[follows] = np.inf
@@ -286,6 +286,15 @@ class Hand:
         z = np.clip(wanted[self.driven], low, high)
         placed: Array = self.coupling @ z + self.coupling_offset
         return placed
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return name, source, joints and fingertips as plain Python, ready for JSON."""
+        return {
+            "name": self.name,
+            "source": None if self.source is None else dict(self.source),
+            "joints": list(self.joints),
+            "fingertips": [tip.name for tip in self.fingertips],
+        }
 
     def __repr__(self) -> str:
         tips = ", ".join(tip.name for tip in self.fingertips)

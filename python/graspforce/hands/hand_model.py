@@ -232,7 +232,7 @@ _COUPLED = 0.5  # rad: a tendon whose dead band is wider limits its joints, but 
 
 
 def _relations(mujoco: Any, model: Any) -> list[tuple[str, str, float, float]]:
-    """List dependent joint, driver, ratio and offset, from equalities and from short tendons of two joints."""
+    """List dependent joint, driver, ratio and offset, from equalities and short tendons of two joints."""
     found = []
     for e in range(model.neq):
         joint_kind = int(model.eq_type[e]) == int(mujoco.mjtEq.mjEQ_JOINT)

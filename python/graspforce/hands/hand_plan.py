@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -254,17 +253,6 @@ class HandPlan(Record):
         from .plan_file import load_plan  # noqa: PLC0415
 
         return load_plan(path, hand)[0]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Everything as plain Python numbers and lists, ready for JSON; the hand by its name."""
-        known: dict[str, Any] = {"hand": self.hand.name, "joint_names": list(self.hand.joints)}
-        for field in dataclasses.fields(self):
-            if field.name != "hand":
-                value = getattr(self, field.name)
-                known[field.name] = (
-                    value.to_dict() if hasattr(value, "to_dict") else np.asarray(value).tolist()
-                )
-        return known
 
     def __repr__(self) -> str:
         return (

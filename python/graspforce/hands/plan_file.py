@@ -17,7 +17,7 @@ from graspforce.files.yaml_document import read_document
 
 from .hand import Hand
 from .hand_plan import HandPlan
-from .presets import preset
+from .known_hands import preset
 
 if TYPE_CHECKING:
     from graspforce.files.yaml_document import Document

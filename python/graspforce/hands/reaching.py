@@ -41,7 +41,8 @@ _OVERLAP = 5e-4  # m
 
 def reach(
     hand: Hand, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, *,
-    fingers: Sequence[int] | None = None, tolerance: float = 1e-3, angle: float = 0.2, tries: int = 12, seed: int = 0,
+    fingers: Sequence[int] | None = None, tolerance: float = 1e-3, angle: float = 0.2, tries: int = 12,
+    seed: int = 0,
 ) -> HandPose:  # fmt: skip
     """Find a pose of the hand whose fingertips touch given contacts.
 
