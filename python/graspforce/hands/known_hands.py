@@ -129,7 +129,7 @@ def _shadow() -> dict[str, Any]:
         "root": "robot0:hand mount",
         "pads": {tips[0]: (-1, 0, 0.6), **dict.fromkeys(tips[1:], (0, -1, 0.6))},
         "posture": {**posture, "robot0:THJ2": 0.0},
-        "stiffness": 1.0,
+        "stiffness": 3.0,
         "damping": 0.1,
     }
 
