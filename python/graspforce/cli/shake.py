@@ -10,7 +10,7 @@ import typer
 
 from graspforce.errors import InvalidFileError
 from graspforce.hands import shake
-from graspforce.hands.plan_file import load_plan
+from graspforce.hands.hand_plan import loaded_plan
 
 from .output import AsJson, print_json, print_table
 from .plan_hand import hand_named, object_mesh
@@ -45,7 +45,7 @@ def shake_command(
     Example: `graspforce shake plan.json --closing`
     """
     given = None if hand is None else hand_named(hand)
-    loaded, named = load_plan(plan, given)
+    loaded, named = loaded_plan(plan, given)
     if mesh is None and named is None:
         raise InvalidFileError(plan, "names no mesh of the object; pass --mesh")
     path, unit = (mesh, "m") if mesh is not None else named  # type: ignore[misc] # one of them is there

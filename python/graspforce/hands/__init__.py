@@ -8,9 +8,9 @@ from .fingertips import Fingertip
 from .hand import Hand
 from .hand_plan import HandPlan
 from .hand_plan_set import HandPlanSet
+from .known_hands import preset, presets
 from .planner import plan_hand
 from .pose import HandPose
-from .known_hands import preset, presets
 from .reaching import reach
 from .trial import Trial, largest_pushes, shake
 

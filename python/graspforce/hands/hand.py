@@ -5,23 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from graspforce._internal.checks import finite_vector
 from graspforce._internal.optional_imports import optional
-from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 
-from .couplings import coupling_matrix, driven_limits
-from .fingertips import find_fingertips
+from .hand_data import HandData
 from .hand_model import HandModel, read_hand
-from .joint_values import joint_limits, joint_numbers
 from .model_file import spec_from_file
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping, Sequence
 
+    import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
     from .pose import HandPose
@@ -30,10 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Hand"]
 
-_FULL_TORQUE = 0.25  # rad: a servo of unknown stiffness reaches its torque limit at this error
 
-
-class Hand:
+class Hand(HandData):
     """A multifingered hand with a free wrist, as planning and simulation see it.
 
     Parameters
@@ -119,11 +112,7 @@ class Hand:
     (('left', 'right'), [1.0, 1.0])
     """
 
-    __slots__ = (
-        "_arguments", "_model", "_scene", "armature", "coupling", "coupling_offset", "damping", "driven",
-        "driven_limits", "fingertips", "joint_limits", "joints", "name", "posture", "source", "stiffness",
-        "torque_limits",
-    )  # fmt: skip
+    __slots__ = ()
 
     def __init__(
         self,
@@ -153,36 +142,12 @@ class Hand:
             except (ValueError, RuntimeError) as error:
                 raise InvalidInputError(f"spec: MuJoCo cannot compile it: {error}") from None
             spec = read_hand(model, palm, root)
-        self._model: HandModel = spec
-        self._scene: Any = None
-        self._arguments = {
-            "fingertips": fingertips, "coupling": coupling, "pads": pads, "joint_limits": joint_limits,
-            "torque_limits": torque_limits, "stiffness": stiffness, "damping": damping, "armature": armature,
-            "posture": posture, "name": name,
+        options = {
+            "coupling": coupling, "pads": pads, "joint_limits": joint_limits, "torque_limits": torque_limits,
+            "stiffness": stiffness, "damping": damping, "armature": armature, "posture": posture,
+            "name": name,
         }  # fmt: skip
-        self.source: dict[str, Any] | None = None
-        self.name = name or self._model.bodies[0].name
-        joints = self._model.joints
-        self.joints = tuple(joint.name for joint in joints)
-        self.joint_limits = read_only(_joint_limits(joints, joint_limits))
-        C, c = coupling_matrix(self.joints, self._model.relations, coupling)
-        self.coupling, self.coupling_offset = read_only(C), read_only(c)
-        units = (C[:, None, :] == np.eye(C.shape[1])).all(axis=2) & (c == 0)[:, None]
-        self.driven = read_only(units.argmax(axis=0))
-        self.driven_limits = read_only(driven_limits(self.joints, self.joint_limits, C, c))
-        self.torque_limits = read_only(self._torques(torque_limits))
-        servo = self.torque_limits / _FULL_TORQUE
-        model_servo = [s if j.stiffness is None else j.stiffness for j, s in zip(joints, servo, strict=True)]
-        self.stiffness = read_only(
-            joint_numbers("stiffness", stiffness, self.joints, model_servo, positive=True)
-        )
-        own = [joint.damping for joint in joints]
-        self.damping = read_only(joint_numbers("damping", damping, self.joints, own))
-        self.armature = read_only(
-            joint_numbers("armature", armature, self.joints, [j.armature for j in joints])
-        )
-        self.fingertips = find_fingertips(self._model, fingertips, pads)
-        self.posture = read_only(self._posture(posture))
+        super().__init__(spec, fingertips, options)
 
     @staticmethod
     def load(
@@ -224,27 +189,22 @@ class Hand:
         path = Path(path)
         folders = [Path(folder) for folder in package_dirs or ()]
         if path.suffix.lower() in (".yaml", ".yml", ".json"):
-            from .hand_file import hand_from_file  # noqa: PLC0415 - pydantic only where a hand file is read
+            from .hand_file import read_hand_file  # noqa: PLC0415 - pydantic only where a hand file is read
 
             if fingertips is not None or options or folders:
                 raise InvalidInputError(
                     "fingertips, package_dirs and other options: a hand file states them itself"
                 )
-            return hand_from_file(path)
+            file = read_hand_file(path)
+            try:
+                hand = Hand(file.spec, file.fingertips, **file.options)
+            except InvalidInputError as error:
+                raise file.error(error) from None
+            hand.source = {"file": str(path.resolve())}
+            return hand
         if fingertips is None:
             raise InvalidInputError("fingertips: missing; name the bodies, geoms or sites of the tips")
         return Hand(spec_from_file(path, folders), fingertips, **options)
-
-    @property
-    def num_fingers(self) -> int:
-        """Number of fingertips."""
-        return len(self.fingertips)
-
-    def joint_positions(self, driven: ArrayLike) -> Array:
-        """Return all joints q = C z + c (n,) in rad, for the driven joints z (k,) in rad."""
-        z = finite_vector("driven", driven, self.coupling.shape[1])
-        q: Array = self.coupling @ z + self.coupling_offset
-        return q
 
     def surface(self, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
         """Return vertices (V, 3) in m and triangles (F, 3) of the hand, for pictures.
@@ -262,50 +222,8 @@ class Hand:
 
         return reach(self, positions, normals, mesh, **options)
 
-    def _torques(self, given: Any) -> Array:
-        joints = self._model.joints
-        known = [np.inf if joint.torque_limit is None else joint.torque_limit for joint in joints]
-        limits = joint_numbers("torque_limits", given, self.joints, known, positive=True)
-        missing = [self.joints[j] for j in self.driven if not np.isfinite(limits[j])]
-        if missing:
-            raise InvalidInputError(
-                f"torque_limits: the model has none for {', '.join(missing)}; give them in N m, as one "
-                "number or by joint"
-            )
-        follows = np.setdiff1d(np.arange(len(joints)), self.driven)
-        limits[follows] = np.inf
-        return limits
-
-    def _posture(self, given: Mapping[str, float] | None) -> Array:
-        low, high = self.driven_limits.T
-        first = np.where(np.abs(low) <= np.abs(high), low + (high - low) / 3, high - (high - low) / 3)
-        # A joint that bends to both sides alike spreads the fingers.
-        first = np.where(np.abs(low + high) < 0.2 * (high - low), (low + high) / 2, first)
-        q = self.coupling @ first + self.coupling_offset
-        wanted = joint_numbers("posture", given, self.joints, q.tolist())
-        z = np.clip(wanted[self.driven], low, high)
-        placed: Array = self.coupling @ z + self.coupling_offset
-        return placed
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return name, source, joints and fingertips as plain Python, ready for JSON."""
-        return {
-            "name": self.name,
-            "source": None if self.source is None else dict(self.source),
-            "joints": list(self.joints),
-            "fingertips": [tip.name for tip in self.fingertips],
-        }
-
-    def __repr__(self) -> str:
-        tips = ", ".join(tip.name for tip in self.fingertips)
-        return f"Hand({self.name!r}, {len(self.joints)} joints, {len(self.driven)} driven, fingertips {tips})"
-
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         return _restored, (self._model, self._arguments, self.source)
-
-
-def _joint_limits(joints: Sequence[Any], given: Mapping[str, Any] | None) -> Array:
-    return joint_limits([joint.name for joint in joints], [joint.range for joint in joints], given)
 
 
 def _restored(model: HandModel, arguments: dict[str, Any], source: dict[str, Any] | None) -> Hand:

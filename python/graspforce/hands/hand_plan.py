@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from graspforce._core import Grasp, Quality, torque_limited_forces, unwarned_gra
 from graspforce._internal.checks import finite_array, finite_vector, real_number
 from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number
 from graspforce._internal.to_dict import Record
-from graspforce.errors import InfeasibleWrenchError, InvalidInputError
+from graspforce.errors import InfeasibleWrenchError, InvalidFileError, InvalidInputError
 
 from .hand import Hand
 from .preload import finger_stiffness, joint_torques, least_forces, slip_onset
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HandPlan"]
+__all__ = ["HandPlan", "loaded_plan"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -250,9 +251,7 @@ class HandPlan(Record):
         InvalidFileError
             The file cannot be read, or is no plan of the hand.
         """
-        from .plan_file import load_plan  # noqa: PLC0415
-
-        return load_plan(path, hand)[0]
+        return loaded_plan(path, hand)[0]
 
     def __repr__(self) -> str:
         return (
@@ -262,3 +261,18 @@ class HandPlan(Record):
 
 
 _MEASURES = ("preload", "contact_error", "penetration", "self_penetration", "pad_angle")
+
+
+def loaded_plan(
+    path: str | os.PathLike[str], hand: Hand | None = None
+) -> tuple[HandPlan, tuple[Path, str] | None]:
+    """Read a plan, and file and unit of its object's mesh; see `HandPlan.load`."""
+    from .plan_file import load_plan  # noqa: PLC0415 - a file needs more packages than a plan
+
+    fields, mesh = load_plan(path, hand)
+    plan = HandPlan(**fields)
+    try:
+        plan._check()  # noqa: SLF001
+    except InvalidInputError as error:
+        raise InvalidFileError(Path(path), str(error).removeprefix("state: ")) from None
+    return plan, mesh

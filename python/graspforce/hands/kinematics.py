@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .grasped_object import GraspedObject
-    from .hand import Hand
+    from .hand_data import HandData
 
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
@@ -90,7 +90,7 @@ class HandKinematics:
     For one thread at a time.
     """
 
-    def __init__(self, hand: Hand, grasped: GraspedObject | None, fingers: Sequence[int]) -> None:
+    def __init__(self, hand: HandData, grasped: GraspedObject | None, fingers: Sequence[int]) -> None:
         mujoco = optional("mujoco", "hands")
         self.hand, self.grasped, self.fingers = hand, grasped, tuple(fingers)
         self.model = m = planning_spec(hand, grasped).compile()

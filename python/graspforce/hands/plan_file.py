@@ -16,7 +16,6 @@ from graspforce.files.hand_schema import HandPlanModel
 from graspforce.files.yaml_document import read_document
 
 from .hand import Hand
-from .hand_plan import HandPlan
 from .known_hands import preset
 
 if TYPE_CHECKING:
@@ -31,9 +30,9 @@ _ARRAYS = ("palm", "joints", "pregrasp", "resting_forces", "jacobians")
 
 
 def save_plan(
-    plan: HandPlan, path: str | os.PathLike[str], mesh: str | os.PathLike[str] | None, unit: str
+    plan: Any, path: str | os.PathLike[str], mesh: str | os.PathLike[str] | None, unit: str
 ) -> None:
-    """Write a plan; the hand is named by its preset or file, the mesh by its place relative to the plan."""
+    """Write a `HandPlan`; the hand is named by its preset or file, the mesh by its place beside the plan."""
     path = Path(path)
     hand = plan.hand
     if hand.source is None:
@@ -60,8 +59,10 @@ def save_plan(
         raise InvalidFileError(path, error.strerror or str(error)) from None
 
 
-def load_plan(path: str | os.PathLike[str], hand: Hand | None) -> tuple[HandPlan, tuple[Path, str] | None]:
-    """Read a plan, and file and unit of its object's mesh."""
+def load_plan(
+    path: str | os.PathLike[str], hand: Hand | None
+) -> tuple[dict[str, Any], tuple[Path, str] | None]:
+    """Read the fields of a `HandPlan`, and file and unit of its object's mesh."""
     document = read_document(Path(path))
     saved = document.parsed(HandPlanModel)
     hand = hand or _hand(document, saved)
@@ -81,16 +82,13 @@ def load_plan(path: str | os.PathLike[str], hand: Hand | None) -> tuple[HandPlan
             raise document.error((name,), "rows of different lengths") from None
     quality = grasp.quality(saved.criterion, 1e-4)
     numbers = {name: getattr(saved, name) for name in _NUMBERS}
-    plan = HandPlan(
-        hand=hand, fingers=tuple(saved.fingers), grasp=grasp, quality=quality, **arrays, **numbers
-    )
-    try:
-        plan._check()  # noqa: SLF001
-    except InvalidInputError as error:
-        raise InvalidFileError(document.path, str(error).removeprefix("state: ")) from None
+    fields = {
+        "hand": hand, "fingers": tuple(saved.fingers), "grasp": grasp, "quality": quality, **arrays,
+        **numbers,
+    }  # fmt: skip
     if saved.object is None:
-        return plan, None
-    return plan, (document.path.parent / saved.object.file, saved.object.unit)
+        return fields, None
+    return fields, (document.path.parent / saved.object.file, saved.object.unit)
 
 
 def _hand(document: Document, saved: HandPlanModel) -> Hand:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number
+from graspforce._internal.restored import expect, expect_array, expect_number
 from graspforce._internal.to_dict import Record
 
-from .hand import Hand
+from .hand_data import HandData
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +42,7 @@ class HandPose(Record):
         negative where they overlap, or where a tip is deeper in the object than 0.5 mm.
     """
 
-    hand: Hand
+    hand: HandData
     palm: Array
     joints: Array
     fingers: tuple[int, ...]
@@ -51,7 +51,7 @@ class HandPose(Record):
     clearance: float
 
     def _check(self) -> None:
-        expect_instance("hand", self.hand, Hand)
+        expect(isinstance(self.hand, HandData), "hand", "a Hand")
         expect_array("palm", self.palm, (4, 4))
         expect_array("joints", self.joints, (len(self.hand.joints),))
         tips = self.hand.num_fingers

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from .hand import Hand
+    from .hand_data import HandData
 
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
@@ -40,7 +40,7 @@ _OVERLAP = 5e-4  # m
 
 
 def reach(
-    hand: Hand, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, *,
+    hand: HandData, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, *,
     fingers: Sequence[int] | None = None, tolerance: float = 1e-3, angle: float = 0.2, tries: int = 12,
     seed: int = 0,
 ) -> HandPose:  # fmt: skip
@@ -144,7 +144,7 @@ def _misses(pose: HandPose, tolerance: float, angle: float) -> float:
 
 
 def _seeds(
-    hand: Hand, p: Array, n: Array, fingers: Sequence[int] | None, tries: int, seed: int
+    hand: HandData, p: Array, n: Array, fingers: Sequence[int] | None, tries: int, seed: int
 ) -> list[tuple[tuple[int, ...], Integers, Poses]]:
     """Poses that fit best, by sets of fingers: the fingers in order, the contact of each, and the poses."""
     count = len(p)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from .fingertips import Fingertip
     from .grasped_object import GraspedObject
-    from .hand import Hand
+    from .hand_data import HandData
 
     Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _STIFF = [
 ]  # solref of couplings: with MuJoCo's default a coupled joint yields as much as its servo
 
 
-def link_shapes(hand: Hand) -> list[int]:
+def link_shapes(hand: HandData) -> list[int]:
     """Return the shapes that collide and are no tips; a tip given by numbers replaces those of its body."""
     tips = {tip.shape for tip in hand.fingertips}
     replaced = {tip.body for tip in hand.fingertips if tip.shape is None}
@@ -37,7 +37,7 @@ def link_shapes(hand: Hand) -> list[int]:
     return [k for k, s in enumerate(shapes) if s.collides and k not in tips and s.body not in replaced]
 
 
-def add_hand(spec: Any, wrist: Any, hand: Hand, *, collides: bool) -> None:
+def add_hand(spec: Any, wrist: Any, hand: HandData, *, collides: bool) -> None:
     """Add bodies ``body k``, joints ``joint j``, links ``link k`` and tips ``tip k`` below a body."""
     mujoco = optional("mujoco", "hands")
     model = hand._model  # noqa: SLF001
@@ -87,7 +87,7 @@ def add_object(spec: Any, body: Any, grasped: GraspedObject, mass: float) -> lis
     return geoms
 
 
-def add_couplings(spec: Any, hand: Hand) -> None:
+def add_couplings(spec: Any, hand: HandData) -> None:
     """Constrain the joints that follow others."""
     mujoco = optional("mujoco", "hands")
     model = hand._model.joints  # noqa: SLF001
@@ -101,7 +101,7 @@ def add_couplings(spec: Any, hand: Hand) -> None:
         made.solref = _STIFF
 
 
-def planning_spec(hand: Hand, grasped: GraspedObject | None) -> Any:
+def planning_spec(hand: HandData, grasped: GraspedObject | None) -> Any:
     """Specification of a hand on a free palm and of an object at rest at the origin of its own frame.
 
     The tips have a second, smaller geom ``core k`` of their shape.

@@ -15,7 +15,7 @@ from .poses import matrix_of, rotation_of, rotations
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from .hand import Hand
+    from .hand_data import HandData
     from .hand_model import Shape
 
     Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ __all__ = ["hand_surface"]
 _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # mjtGeom
 
 
-def hand_surface(hand: Hand, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
     """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes."""
     pose = finite_array("palm", palm)
     if pose.shape != (4, 4):
@@ -49,7 +49,7 @@ def hand_surface(hand: Hand, palm: ArrayLike, joints: ArrayLike) -> tuple[Array,
     return np.vstack(vertices), np.vstack(faces).astype(np.int64)
 
 
-def _body_poses(hand: Hand, palm: Array, joints: Array) -> list[Array]:
+def _body_poses(hand: HandData, palm: Array, joints: Array) -> list[Array]:
     model = hand._model  # noqa: SLF001
     poses: list[Array] = []
     for number, part in enumerate(model.bodies):

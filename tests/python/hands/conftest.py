@@ -20,7 +20,8 @@ FINGER = """
   </body>
 </body>"""
 
-PLACES = {"thumb": (-0.05, 0, 0), "left": (0.05, 0.03, 3.14159265), "right": (0.05, -0.03, 3.14159265)}
+PI = 3.14159265
+PLACES = {"thumb": (-0.05, 0, 0), "left": (0.05, 0.03, PI), "right": (0.05, -0.03, PI)}
 
 
 def mjcf(extra="", **replaced):
@@ -28,7 +29,8 @@ def mjcf(extra="", **replaced):
     fingers = "".join(FINGER.format(name=n, x=x, y=y, turn=t) for n, (x, y, t) in PLACES.items())
     palm = '<geom type="box" size="0.06 0.05 0.005" pos="0 0 -0.02" mass="0.3"/>'
     text = (
-        f'<mujoco><compiler angle="radian"/><worldbody><geom type="plane" size="1 1 1"/><body name="palm" pos="0 0 1">{palm}{fingers}'
+        '<mujoco><compiler angle="radian"/><worldbody><geom type="plane" size="1 1 1"/>'
+        f'<body name="palm" pos="0 0 1">{palm}{fingers}'
         f"</body></worldbody>{extra}</mujoco>"
     )
     for old, new in replaced.items():

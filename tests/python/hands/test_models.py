@@ -14,7 +14,8 @@ import graspforce as gf
 from graspforce.hands import Hand, presets
 
 URDF = """<robot name="pincher">
-  <link name="palm"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <link name="palm"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
     <collision><geometry><mesh filename="{mesh}"/></geometry></collision></link>
   {fingers}
 </robot>"""
@@ -23,7 +24,8 @@ FINGER = """<link name="{n}"><inertial><mass value="0.1"/>
   <link name="{n}_tip"><collision><geometry><sphere radius="0.01"/></geometry></collision></link>
   <joint name="{n}_joint" type="revolute"><parent link="palm"/><child link="{n}"/><origin xyz="{x} 0 0"/>
     <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="2" velocity="1"/></joint>
-  <joint name="{n}_fixed" type="fixed"><parent link="{n}"/><child link="{n}_tip"/><origin xyz="0 0 0.08"/></joint>"""
+  <joint name="{n}_fixed" type="fixed"><parent link="{n}"/><child link="{n}_tip"/>
+    <origin xyz="0 0 0.08"/></joint>"""
 
 
 def spec(text=None):
@@ -252,9 +254,8 @@ def test_a_preset_is_ready_or_says_what_to_install(name, monkeypatch):
     if presets()[name]:
         hand = gf.hands.preset(name)
         assert hand.source == {"preset": name}
-        assert (hand.joint_limits[:, 0] <= hand.posture).all() and (
-            hand.posture <= hand.joint_limits[:, 1]
-        ).all()
+        assert (hand.joint_limits[:, 0] <= hand.posture).all()
+        assert (hand.posture <= hand.joint_limits[:, 1]).all()
         again = pickle.loads(pickle.dumps(hand))
         assert again.to_dict() == hand.to_dict() == copy.deepcopy(hand).to_dict()
     monkeypatch.setattr("graspforce.hands.known_hands._model_file", lambda _: None)

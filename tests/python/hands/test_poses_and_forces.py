@@ -109,7 +109,8 @@ def test_gaps_of_tips_are_distances_from_the_mesh(small_hand):
 def test_convex_parts_cover_the_object_and_little_more():
     ring = trimesh.creation.torus(0.04, 0.01)
     mug = trimesh.boolean.difference([
-        trimesh.creation.cylinder(0.04, 0.1), trimesh.creation.cylinder(0.034, 0.1).apply_translation([0, 0, 0.006]),
+        trimesh.creation.cylinder(0.04, 0.1),
+        trimesh.creation.cylinder(0.034, 0.1).apply_translation([0, 0, 0.006]),
     ], engine="manifold")  # fmt: skip
     for mesh, most in ((ring, 0.035), (mug, 0.25)):
         grasped = grasped_object(mesh)
@@ -197,12 +198,17 @@ def test_contacts_out_of_reach_raise_with_the_nearest_pose(small_hand):
 
 
 def test_a_pose_keeps_clear_of_the_object(small_hand):
-    """Contacts on opposite sides of a plate: without the plate the palm may be anywhere, with it not inside."""
+    """Contacts on opposite sides of a plate: the palm must not be inside it."""
     plate = box(0.04, 0.3, 0.04)
     positions, normals = [(0.02, 0, 0), (-0.02, 0, 0)], [(-1, 0, 0), (1, 0, 0)]
     pose = small_hand.reach(positions, normals, plate)
     assert pose.clearance > -5e-4
     assert pose.position_error < 1e-3
+
+
+def within(forces, twist):
+    """Whether forces (m, 3) are in cones of friction 0.6, beside torsion of the square `twist`."""
+    return (forces[:, 0] >= np.sqrt((forces[:, 1:] ** 2).sum(axis=1) / 0.36 + twist)).all()
 
 
 @pytest.mark.parametrize("torsion", [None, 0.02])
@@ -233,16 +239,12 @@ def test_slip_onset_is_where_a_cone_is_left(torsion):
                 sum(g @ f.T @ d for g, f, d in zip(G, grasp.frames, df, strict=True)), -wrenches[w], atol=1e-9
             )
 
-            def inside(s):
-                f = forces[:, :3] + s * df
-                twist = (forces[:, 3] / torsion) ** 2 if torsion else 0
-                return (f[:, 0] >= np.sqrt((f[:, 1:] ** 2).sum(axis=1) / 0.36 + twist)).all()
-
+            twist = (forces[:, 3] / torsion) ** 2 if torsion else 0
             if onset[w] > 1e5:
-                assert inside(1e4)
+                assert within(forces[:, :3] + 1e4 * df, twist)
                 continue
-            assert inside(onset[w] * (1 - 1e-7))
-            assert not inside(onset[w] * (1 + 1e-7))
+            assert within(forces[:, :3] + onset[w] * (1 - 1e-7) * df, twist)
+            assert not within(forces[:, :3] + onset[w] * (1 + 1e-7) * df, twist)
             checked += 1
     assert checked > 100
 

@@ -27,6 +27,9 @@ NEEDED = {
     "graspforce.adapters.drake": "pydrake",
     "graspforce.adapters.pinocchio": "pinocchio",
     "simulators": "mujoco",
+    "own_hand": "mink",
+    "graspforce.plotting.hand": "mink",
+    **{f"graspforce.hands.{m}": "mink" for m in ("hand", "known_hands", "planner", "reaching", "trial")},
 }
 
 
