@@ -1,9 +1,9 @@
 """Does a planned grasp hold? Random objects, both hands, six pushes each, in simulation.
 
 Run by ``python benches/hands.py``; one row by ``python benches/hands.py --only shadow``. The objects are
-fifty of the thousand random ones of pybullet, drawn by a seed before any run and scaled to one size. An object that
-cannot be read or planned for counts as a failure. ``--ablations`` leaves one part of the pipeline out at a
-time.
+fifty of the thousand random ones of pybullet. A seed drew them before any run; they are scaled to one size.
+An object that cannot be read or planned for counts as a failure. ``--ablations`` leaves out one part of the
+pipeline at a time.
 """
 
 import argparse

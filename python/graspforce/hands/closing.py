@@ -20,6 +20,7 @@ __all__ = ["pregrasps"]
 
 _ON_THE_WAY = 0.25, 0.5, 0.75, 1.0  # of the way from the grasp to the pregrasp
 _OVERLAP = 4e-4  # m
+_ENOUGH = 0.7  # of the retreat
 
 
 def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses, Array]:
@@ -43,12 +44,16 @@ def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses
             margin=min(1e-3, way / 2),
         )
         along_normals = snap(distances, poses, options, targets=touches.centers + way * touches.outward)
-        for opened in (along_normals, snap(distances, along_normals, options)):
+        # The second way keeps only the distance, and lets tips slide along the surface.
+        for free in (False, True):
+            opened = snap(distances, along_normals, options) if free else along_normals
             kept = _clearance(distances, poses, opened, way)
             better = np.flatnonzero(kept > clear + 1e-5)
             best = best.copy()
             best.put(better, opened[better])
             clear[better] = kept[better]
+            if (clear > _ENOUGH * retreat).all():
+                return best, clear
     return best, clear
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Clearances", "Distances", "Touches"]
 
+
 _FAR = 1.0  # m: beyond this the direction to the object is that to its middle
 
 
@@ -107,36 +108,38 @@ class Distances:
 
     def measure(self, poses: Poses, margin: float) -> tuple[Places, Touches, Clearances]:
         """Measure all tips, and all other pairs that are closer than `margin` in m."""
-        kinematics, places = self.kinematics, self.kinematics.places(poses)
-        x, count = places.geoms, len(poses)
-        tips = len(self.cores)
-        radius = CORE * kinematics.radii
-        core = np.zeros((count, tips, 7))
+        places = self.kinematics.places(poses)
+        x = places.geoms
+        pairs = self._near(x, margin)
+        core = np.zeros((len(poses), len(self.cores), 7))
         orders, bounds = self._tip_order(x)
-        near_links = self._near_links(x, margin)
-        near_self = self._near_self(x, margin)
-        m, d, measure, ft = kinematics.model, kinematics.data, self._measure, self._force
         found: list[tuple[int, float, int, int, bool]] = []
         ends: list[Array] = []
-        for row, pose in enumerate(kinematics.qpos(poses)):
-            kinematics.set(pose)
-            for k in range(tips if len(self._parts) else 0):
-                best, order, bound = np.inf, orders[row][k], bounds[row][k]
-                for part in order:
-                    if bound[part] >= best:
-                        break
-                    distance = measure(m, d, self.cores[k], self._parts[part], _FAR, ft)
-                    if distance < best:
-                        best = distance
-                        core[row, k, 0], core[row, k, 1:] = distance, ft
-            for own, pairs in ((False, near_links[row]), (True, near_self[row])):
-                for a, b in pairs:
-                    distance = measure(m, d, a, b, margin + 0.005, ft)
-                    if distance < margin:
-                        found.append((row, distance, a, b, own))
-                        ends.append(ft.copy())
-        touches = self._touches(core, radius, x)
+        m, d, measure, ft = self.kinematics.model, self.kinematics.data, self._measure, self._force
+        for row, pose in enumerate(self.kinematics.qpos(poses)):
+            self.kinematics.set(pose)
+            if len(self._parts):
+                self._nearest(core[row], orders[row], bounds[row])
+            for a, b, own in pairs[row]:
+                distance = measure(m, d, a, b, margin + 0.005, ft)
+                if distance < margin:
+                    found.append((row, distance, a, b, own))
+                    ends.append(ft.copy())
+        touches = self._touches(core, CORE * self.kinematics.radii, x)
         return places, touches, self._clearances(found, ends)
+
+    def _nearest(self, core: Array, orders: list[list[int]], bounds: list[list[float]]) -> None:
+        """Write distance and both nearest points (m, 7) of the tips' cores and the object's parts."""
+        m, d, measure, ft = self.kinematics.model, self.kinematics.data, self._measure, self._force
+        for k, (order, bound) in enumerate(zip(orders, bounds, strict=True)):
+            best = np.inf
+            for part in order:
+                if bound[part] >= best:
+                    break
+                distance = measure(m, d, self.cores[k], self._parts[part], _FAR, ft)
+                if distance < best:
+                    best = distance
+                    core[k, 0], core[k, 1:] = distance, ft
 
     def _tip_order(self, x: Array) -> tuple[list[list[list[int]]], list[list[list[float]]]]:
         c = x[:, self.cores]
@@ -144,21 +147,23 @@ class Distances:
         bounds = away - self._bound[self.cores][:, None]
         return np.argsort(bounds, axis=2).tolist(), bounds.tolist()
 
-    def _near_links(self, x: Array, margin: float) -> list[list[tuple[int, int]]]:
+    def _near(self, x: Array, margin: float) -> list[list[tuple[int, int, bool]]]:
+        """List pairs of each pose whose spheres are closer than `margin`, and whether both are the hand's."""
         c = x[:, self.links]
         away = np.linalg.norm(c[:, :, None] - self._spheres[:, :3], axis=3) - self._spheres[:, 3]
         near = away < self._bound[self.links][:, None] + margin
-        pairs: list[list[tuple[int, int]]] = [[] for _ in range(len(x))]
-        for row, g, part in np.argwhere(near).tolist():
-            pairs[row].append((int(self.links[g]), int(self._parts[part])))
-        return pairs
-
-    def _near_self(self, x: Array, margin: float) -> list[list[tuple[int, int]]]:
-        a, b = self._pairs.T
-        near = np.linalg.norm(x[:, a] - x[:, b], axis=2) < self._bound[a] + self._bound[b] + margin
-        pairs: list[list[tuple[int, int]]] = [[] for _ in range(len(x))]
-        for row, pair in np.argwhere(near).tolist():
-            pairs[row].append((int(a[pair]), int(b[pair])))
+        pairs: list[list[tuple[int, int, bool]]] = [[] for _ in range(len(x))]
+        rows, links, parts = np.nonzero(near)
+        for row, a, b in zip(
+            rows.tolist(), self.links[links].tolist(), self._parts[parts].tolist(), strict=True
+        ):
+            pairs[row].append((a, b, False))
+        first, second = self._pairs.T
+        gap = x[:, first] - x[:, second]
+        reach = self._bound[first] + self._bound[second] + margin
+        rows, chosen = np.nonzero(np.einsum("bpi,bpi->bp", gap, gap) < reach**2)
+        for row, a, b in zip(rows.tolist(), first[chosen].tolist(), second[chosen].tolist(), strict=True):
+            pairs[row].append((a, b, True))
         return pairs
 
     def _touches(self, core: Array, radius: Array, x: Array) -> Touches:

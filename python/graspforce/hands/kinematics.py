@@ -9,7 +9,7 @@ import numpy as np
 
 from graspforce._internal.optional_imports import optional
 
-from .poses import rotations
+from .poses import cross, rotations
 from .scene import planning_spec
 
 if TYPE_CHECKING:
@@ -146,8 +146,8 @@ class HandKinematics:
 
         The palm's translation is in m, its rotation in rad about the palm's position, in the object's axes.
         """
-        lever = np.cross(points - places.palm[rows], directions)
-        turn = np.cross(points[:, None] - places.anchors[rows], directions[:, None])
+        lever = cross(points - places.palm[rows], directions)
+        turn = cross(points[:, None] - places.anchors[rows], directions[:, None])
         axes = places.axes[rows]
         joints = np.where(self.hinge, (axes * turn).sum(-1), (axes * directions[:, None]).sum(-1))
         return np.hstack([directions, lever, (joints * self.moves[bodies]) @ self.hand.coupling])

@@ -11,7 +11,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["inverse", "matrix_of", "quaternion_of", "rotation_of", "rotation_vectors", "rotations"]
+__all__ = ["cross", "inverse", "matrix_of", "quaternion_of", "rotation_of", "rotation_vectors", "rotations"]
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return cross products (..., 3); `numpy.cross` takes three times as long for some dozen vectors."""
+    x, y, z = a[..., 0], a[..., 1], a[..., 2]
+    u, v, w = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def matrix_of(position: Array, rotation: Array) -> Array:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .poses import cross
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -127,7 +129,7 @@ def _normal_equations(
             pads = np.einsum("bmij,mj->bmi", places.tip_rotations, kinematics.pads).reshape(-1, 3)
             lack = options.pad + _PAD_RESERVE - facing_of(distances, places, touches).ravel()
             some = lack > 0
-            axes = np.cross(pads, -outward)
+            axes = cross(pads, -outward)
             J = _PAD * kinematics.turning(places, rows[some], bodies[some], axes[some])
             _add(matrix, gradient, rows[some], J, -_PAD * lack[some])
     if len(near.rows):
