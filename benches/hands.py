@@ -18,7 +18,7 @@ import trimesh
 from pybullet_meshes import data_folder
 
 import graspforce as gf
-from graspforce.hands import planner, preset, seeds, shake
+from graspforce.hands import preset, search, seeds, shake
 
 ROWS = {
     "allegro, four fingers": ("allegro-right", None),
@@ -100,9 +100,9 @@ def ablations(hand, fingers, size, objects):
     }
     for name, options in cases.items():
         print(name)
-        planner.contact_seeds = functools.partial(seeds.contact_seeds, reach="no reach" not in name)
+        search.contact_seeds = functools.partial(seeds.contact_seeds, reach="no reach" not in name)
         run(hand, fingers, size, objects, trials=("squeeze",), **options)
-    planner.contact_seeds = seeds.contact_seeds
+    search.contact_seeds = seeds.contact_seeds
 
 
 def main():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,19 +13,17 @@ from graspforce.errors import InvalidInputError, NoGraspError
 from graspforce.planning.problem import deadline_after
 from graspforce.planning.progress import reporting
 
-from .candidates import Candidates, measured
 from .distances import Distances
 from .grasp_problem import PUSHES, GraspProblem
 from .grasped_object import grasped_object
 from .hand import Hand
 from .hand_plan_set import HandPlanSet, SearchEnd
-from .kinematics import HandKinematics, Poses
+from .kinematics import HandKinematics
 from .plan_making import Maker
-from .refinement import refined
-from .seeds import contact_seeds, palm_seeds
-from .snap import SnapOptions, snap
+from .search import Search
 
 if TYPE_CHECKING:
+    from collections import Counter
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
@@ -42,8 +39,6 @@ __all__ = ["plan_hand"]
 
 # Least cosines of pads, round by round: they may look aside only where no plan was found.
 _PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None
-_REFINED = 6
-_ROUNDS, _MOVES = 8, 10
 _POOL = 16
 _HARD = 4.0  # of the preload
 _ROOM = 1.1  # of the hand's opening: a wider object is not tried
@@ -78,7 +73,7 @@ def plan_hand(
     The search samples palms around the object and puts the tips on its surface. It refines the best poses,
     looks for forces that press all fingers, and ranks by the push at which the first contact slips.
 
-    Call it from one thread at a time for each hand; the hand and the mesh are only read.
+    Safe to call from several threads: the hand and the mesh are only read.
 
     Parameters
     ----------
@@ -154,8 +149,8 @@ def plan_hand(
     instance_of("hand", hand, Hand)
     chosen("rank", rank, ("slip onset", "quality"))
     chosen("seeds", seeds, ("palms", "contacts", "both"))
-    starts = whole_number("starts", starts, least=1, most=10_000)
-    samples = whole_number("samples", samples, least=starts, most=1_000_000)
+    starts = whole_number("starts", starts, least=1, most=100_000)
+    samples = whole_number("samples", samples, least=starts, most=200_000)
     best, seed = whole_number("best", best, least=1), whole_number("seed", seed, least=0)
     retreat = real_number("retreat", retreat, positive=True)
     chosen_fingers = _fingers(hand, fingers)
@@ -170,43 +165,37 @@ def plan_hand(
     distances = Distances(kinematics)
     _refuse_wide(kinematics, problem)
     maker = Maker(distances, problem, along, retreat)
-    counts: Counter[str] = Counter()
+    search = Search(distances, problem, seed, deadline)
     plans: list[HandPlan] = []
-    stopped: SearchEnd = "done"
-    generator = np.random.default_rng(seed)
-
-    def expired() -> bool:
-        return time.monotonic() > deadline
-
     with reporting(progress, "planning", "slip onset") as report:
         try:
             for attempt, pad in enumerate(_PADS):
-                poses = _starts(distances, problem, generator, seeds, samples * (1 + attempt), starts)
-                found = _search(distances, problem, poses, generator, pad, counts, expired, refine)
-                order = np.argsort(-found.score, kind="stable")[:_POOL]
+                poses = search.starts(seeds, samples * (1 + attempt), starts)
+                found = search.usable(poses, pad, refine=refine)
+                order = () if found is None else np.argsort(-found.score, kind="stable")[:_POOL]
                 for row in order:
-                    if plans and expired():
-                        break
-                    plan = maker.plan(found, int(row), hand, counts)
+                    plan = None if found is None else maker.plan(found, int(row), hand, search.counts)
                     plans += [] if plan is None else [plan]
+                    if plans and search.ended:
+                        break
                 if report is not None:
                     report(attempt + 1, len(_PADS), max((p.onset for p in plans), default=np.nan))
                 # Passive fingers with little reserve are worth a second look.
                 enough = max((_worth(p) for p in plans), default=-np.inf) >= target or attempt > 0
-                if expired() or (plans and enough):
+                if search.ended or (plans and enough):
                     break
         except KeyboardInterrupt:
             if not plans:
                 raise
-            stopped = "interrupted"
+            search.interrupted = True
     if not plans:
-        raise NoGraspError(_why(counts, expired()))
-    stopped = "time" if stopped == "done" and expired() else stopped
+        raise NoGraspError(_why(search.counts, search.expired))
+    stopped: SearchEnd = "interrupted" if search.interrupted else "time" if search.expired else "done"
     plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
     kept = maker.with_pregrasps(plans[:best])
     # A plan whose pregrasp is not free can be held, but not reached.
     kept.sort(key=lambda p: p.pregrasp_clearance <= 0)
-    return HandPlanSet(tuple(kept), dict(counts), stopped, time.monotonic() - began)
+    return HandPlanSet(tuple(kept), dict(search.counts), stopped, time.monotonic() - began)
 
 
 def _fingers(hand: Hand, given: Sequence[int] | None) -> tuple[int, ...]:
@@ -242,45 +231,6 @@ def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:
             f"mesh: the object is {width * 1e3:.0f} mm wide where it is narrowest, and the tips of "
             f"{hand.name!r} open {opening * 1e3:.0f} mm; check the unit of the mesh"
         )
-
-
-def _starts(
-    distances: Distances,
-    problem: GraspProblem,
-    rng: np.random.Generator,
-    seeds: str,
-    samples: int,
-    starts: int,
-) -> Poses:
-    share = -(-starts // 2) if seeds == "both" else starts
-    parts = []
-    if seeds != "contacts":
-        parts.append(palm_seeds(distances, problem, rng, samples, share))
-    if seeds != "palms":
-        parts.append(contact_seeds(distances, problem, rng, samples, share))
-    return Poses.joined(parts)
-
-
-def _search(
-    distances: Distances, problem: GraspProblem, poses: Poses, rng: np.random.Generator, pad: float | None,
-    counts: Counter[str], expired: Any, refine: bool,
-) -> Candidates:  # fmt: skip
-    found = measured(distances, problem, snap(distances, poses, SnapOptions(pad=pad)), pad)
-    usable = found.usable(pad)
-    counts["tried"] += len(found)
-    reached = found.usable(None) | (found.gap < 3e-4)
-    counts["unreached"] += int((~reached).sum())
-    counts["colliding"] += int((reached & ~found.usable(None)).sum())
-    counts["off their pads"] += int((found.usable(None) & ~usable).sum())
-    counts["usable"] += int(usable.sum())
-    found = found[np.flatnonzero(usable)]
-    if not len(found) or not refine or expired():
-        return found
-    top = np.argsort(-found.score, kind="stable")[:_REFINED]
-    better = refined(
-        distances, problem, found[top], rng, rounds=_ROUNDS, moves=_MOVES, pad=pad, expired=expired
-    )
-    return Candidates.joined([better, found])
 
 
 def _why(counts: Counter[str], expired: bool) -> str:

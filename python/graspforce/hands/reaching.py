@@ -50,7 +50,7 @@ def reach(
     kinematics (mink), then by least squares that also keep links and fingers clear of the object and of each
     other.
 
-    Call it from one thread at a time for each hand.
+    Safe to call from several threads.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _STEPS = 6
 
 def refined(
     distances: Distances, problem: GraspProblem, found: Candidates, rng: np.random.Generator, *, rounds: int,
-    moves: int, pad: float | None, expired: Callable[[], bool],
+    moves: int, pad: float | None, ended: Callable[[], bool],
 ) -> Candidates:  # fmt: skip
     """Return each candidate, or the best grasp that random moves from it reached.
 
@@ -42,7 +42,7 @@ def refined(
     deviations = np.repeat([*_PALM, _JOINT], [3, 3, size - 6])
     options = SnapOptions(steps=_STEPS, posture=0.0, pad=pad)
     for _ in range(rounds):
-        if expired():
+        if ended():
             break
         parents = np.repeat(np.arange(count), moves)
         change = rng.normal(size=(len(parents), size)) * deviations * step[parents, None]

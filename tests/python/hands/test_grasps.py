@@ -179,18 +179,25 @@ def test_a_failure_counts_its_reasons(allegro):
         gf.plan_hand(allegro, cylinder(), [0, 1], starts=20, refine=False, torsion=0.0)
 
 
-def test_time_is_kept_and_an_interrupt_keeps_what_was_found(allegro):
+def test_time_is_kept_and_an_interrupt_keeps_what_was_found(allegro, monkeypatch):
     began = time.monotonic()
     with contextlib.suppress(gf.NoGraspError):
         assert gf.plan_hand(allegro, cylinder(), starts=1000, time_limit=0.3).stopped == "time"
     assert time.monotonic() - began < 10
 
-    def stop(*_):
+    def stop(*_, **__):
         raise KeyboardInterrupt
 
     kept = gf.plan_hand(allegro, cylinder(), starts=30, progress=stop)
     assert kept.stopped == "interrupted"
     assert len(kept) >= 1
+    # Also where the first refinement is interrupted, before there is a plan.
+    monkeypatch.setattr("graspforce.hands.search.refined", stop)
+    kept = gf.plan_hand(allegro, cylinder(), starts=30)
+    assert kept.stopped == "interrupted"
+    monkeypatch.setattr("graspforce.hands.search.snap", stop)
+    with pytest.raises(KeyboardInterrupt):
+        gf.plan_hand(allegro, cylinder(), starts=30)
 
 
 def test_the_load_is_part_of_the_resting_forces(allegro):
