@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["draw_hand", "hand_figure"]
 
 _SKIN = "#b9c0c8"
-_AROUND = 0.1  # m around the object that is shown
+_AROUND = 0.05  # m around the object that is shown
 
 
 def draw_hand(
