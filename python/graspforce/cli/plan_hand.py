@@ -74,7 +74,7 @@ def plan_hand_command(
         found = plan_hand(
             made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
             preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds, starts=starts,
-            samples=max(2000, starts), best=best, time_limit=time_limit, seed=seed,
+            best=best, time_limit=time_limit, seed=seed,
         )  # fmt: skip
     if as_json:
         print_json({"mesh": str(mesh), **found.to_dict()})

@@ -87,6 +87,7 @@ class HandPlanModel(_Strict):
     grasp: GraspArgumentsModel
     criterion: Literal["max", "sum"]
     resting_forces: list[list[_Number]]
+    external_wrench: list[_Number]
     jacobians: list[list[list[_Number]]]
     preload: _NotNegative
     contact_error: _NotNegative

@@ -92,10 +92,11 @@ class Distribution:
         twist = -_TURN_STIFFNESS * rotation_vectors(turned) - _TURN_DAMPING * (R @ velocity[3:])
         # The grasp is that of the planned pose, and turns with the object.
         wanted = np.concatenate([turned.T @ pull, turned.T @ twist])
+        load = (plan.external_wrench.reshape(2, 3) @ turned).ravel()
         try:
             # The forces at rest balance nothing; a balance of less is checked relative to the wrench itself.
             rest = np.abs(wanted).max() < _REST
-            self._forces = plan.resting_forces if rest else self._distributor.solve(-wanted).forces
+            self._forces = plan.resting_forces if rest else self._distributor.solve(load - wanted).forces
         except (InfeasibleWrenchError, NotConvergedError):
             # The last forces hold on; the tick is counted.
             self.infeasible += 1

@@ -48,6 +48,8 @@ class HandPlan(Record):
     resting_forces : numpy.ndarray
         (m, k) contact forces in N, in contact frames, that press at least the preload and balance the
         external wrench of the search.
+    external_wrench : numpy.ndarray
+        (6,) load in N and N m that the resting forces balance, about the object's centre.
     jacobians : numpy.ndarray
         (m, 3, n) velocities of the contacts on the fingers by joint velocities, in m/s per rad/s.
     preload : float
@@ -73,6 +75,7 @@ class HandPlan(Record):
     grasp: Grasp
     quality: Quality
     resting_forces: Array
+    external_wrench: Array
     jacobians: Array
     preload: float
     contact_error: float
@@ -97,6 +100,7 @@ class HandPlan(Record):
         expect_instance("quality", self.quality, Quality)
         expect(self.quality.grasp == self.grasp, "quality", "that of the grasp")
         expect_array("resting_forces", self.resting_forces, (m, self.grasp.force_dim))
+        expect_array("external_wrench", self.external_wrench, (6,))
         expect_array("jacobians", self.jacobians, (m, 3, n))
         for name in _MEASURES:
             expect_number(name, getattr(self, name), least=0)

@@ -26,7 +26,7 @@ __all__ = ["load_plan", "save_plan"]
 _NUMBERS = (
     "preload", "contact_error", "penetration", "self_penetration", "pad_angle", "pregrasp_clearance", "onset",
 )  # fmt: skip
-_ARRAYS = ("palm", "joints", "pregrasp", "resting_forces", "jacobians")
+_ARRAYS = ("palm", "joints", "pregrasp", "resting_forces", "external_wrench", "jacobians")
 
 
 def save_plan(

@@ -74,8 +74,9 @@ class Maker:
         pose = found.poses[[row]]
         joints = hand.joint_positions(pose.driven[0])
         plan = HandPlan(
-            hand, kinematics.fingers, kinematics.palm(pose, 0), joints, joints, grasp, quality, forces, J,
-            preload, float(found.gap[row]), float(found.overlap[row]), float(found.own_overlap[row]),
+            hand, kinematics.fingers, kinematics.palm(pose, 0), joints, joints, grasp, quality, forces,
+            problem.external_wrench, J, preload, float(found.gap[row]),
+            float(found.overlap[row]), float(found.own_overlap[row]),
             float(np.arccos(np.clip(found.facing[row], -1, 1))), 0.0, onset,
         )  # fmt: skip
         self._poses[id(plan)] = pose

@@ -150,7 +150,7 @@ def plan_hand(
     chosen("rank", rank, ("slip onset", "quality"))
     chosen("seeds", seeds, ("palms", "contacts", "both"))
     starts = whole_number("starts", starts, least=1, most=100_000)
-    samples = whole_number("samples", samples, least=starts, most=200_000)
+    samples = max(whole_number("samples", samples, least=1, most=200_000), starts)
     best, seed = whole_number("best", best, least=1), whole_number("seed", seed, least=0)
     retreat = real_number("retreat", retreat, positive=True)
     chosen_fingers = _fingers(hand, fingers)

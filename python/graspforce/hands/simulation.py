@@ -115,9 +115,9 @@ class Simulation:
         self._mujoco.mj_setState(self.model, self.data, state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
         self._mujoco.mj_forward(self.model, self.data)
 
-    def push(self, force: Array, torque: Array) -> None:
-        """Push the object's centre of mass from now on, in N and N m."""
-        self.data.xfrc_applied[self.body, :3], self.data.xfrc_applied[self.body, 3:] = force, torque
+    def push(self, wrench: Array) -> None:
+        """Push the object's centre of mass from now on by a wrench (6,) in N and N m, in the world's axes."""
+        self.data.xfrc_applied[self.body] = wrench
 
     def normal_forces(self) -> Array:
         """(m,) normal forces of the fingers in N."""

@@ -106,10 +106,11 @@ def shake(
 ) -> Trial:
     """Hold an object in simulation and push it along each axis; deterministic.
 
-    Gravity is off. The object is held by the fingers alone, is squeezed for a second and pushed by `mass`
-    times `acceleration`, every time from the same state. Elliptic friction cones, an ``impratio`` of 100,
-    contacts with a time constant of 5 ms and steps of 2 ms make the planned forces arrive: MuJoCo's defaults
-    let a third of them through, or let every grasp creep.
+    Gravity is off; the load that the plan was made for is applied. The fingers squeeze the object for a
+    second. Then it is pushed by `mass` times `acceleration`, every time from the same state.
+
+    Friction cones are elliptic, ``impratio`` is 100, contacts have a time constant of 5 ms, and a step is 2 ms.
+    With MuJoCo's own settings a part of the planned forces does not arrive, and every grasp creeps.
 
     Safe to call from several threads.
 
@@ -243,7 +244,7 @@ def _prepared(
 
 
 def _close(simulation: Simulation, plan: HandPlan, closing: bool) -> None:
-    """Bring the fingers to the object if they start away from it, then squeeze."""
+    """Bring the fingers to the object if they start away from it, then squeeze while the load grows."""
     squeezed = plan.squeeze()
     simulation.place(plan.pregrasp if closing else plan.joints)
     if closing:
@@ -255,18 +256,21 @@ def _close(simulation: Simulation, plan: HandPlan, closing: bool) -> None:
             simulation.step()
     steps = round(_RAMP / TIMESTEP)
     for k in range(steps):
-        simulation.send(plan.joints + (k + 1) / steps * (squeezed - plan.joints))
+        share = (k + 1) / steps
+        simulation.send(plan.joints + share * (squeezed - plan.joints))
+        simulation.push(share * plan.external_wrench)
         simulation.step()
 
 
 def _pushed(simulation: Simulation, run: Controller, wrench: Array, seconds: float) -> tuple[float, float]:
-    simulation.push(wrench[:3], wrench[3:])
+    load = simulation.plan.external_wrench
+    simulation.push(load + wrench)
     for k in range(round(seconds / TIMESTEP)):
         run(simulation)
         simulation.step()
         if k % _CHECKED == 0 and not (simulation.finite() and _is_held(simulation.moved())):
             break
-    simulation.push(np.zeros(3), np.zeros(3))
+    simulation.push(load)
     return simulation.moved() if simulation.finite() else (np.inf, np.inf)
 
 

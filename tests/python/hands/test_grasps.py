@@ -200,10 +200,14 @@ def test_time_is_kept_and_an_interrupt_keeps_what_was_found(allegro, monkeypatch
         gf.plan_hand(allegro, cylinder(), starts=30)
 
 
-def test_the_load_is_part_of_the_resting_forces(allegro):
-    weight = np.array([0, 0, -0.5, 0, 0, 0])
+@pytest.mark.parametrize("control", ["squeeze", "servo"])
+def test_the_load_is_part_of_the_resting_forces_and_of_the_trial(allegro, control):
+    weight = np.array([0, 0, -1.0, 0, 0, 0])
     plan = gf.plan_hand(allegro, cylinder(), external_wrench=weight, starts=30, best=1).best
     np.testing.assert_allclose(plan.grasp.grasp_matrix @ plan.resting_forces.ravel(), -weight, atol=1e-8)
+    trial = shake(plan, cylinder(), control=control, seconds=0.5)
+    assert trial.success
+    assert trial.settled_displacement < 1e-3
 
 
 def test_a_hand_is_drawn(found):

@@ -131,7 +131,7 @@ def hand_plan():
     zero, measures = np.zeros(2), [2.0, 1e-5, 0.0, 0.0, 0.1, 0.005, 1.5]
     return gf.hands.HandPlan(
         small_hand(), (0, 1), np.eye(4), zero, zero, TWO, TWO.quality("max"), np.ones((2, 4)),
-        np.ones((2, 3, 2)), *measures,
+        np.zeros(6), np.ones((2, 3, 2)), *measures,
     )  # fmt: skip
 
 
