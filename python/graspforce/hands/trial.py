@@ -109,7 +109,7 @@ def shake(
     Gravity is off; the load that the plan was made for is applied. The fingers squeeze the object for a
     second. Then it is pushed by `mass` times `acceleration`, every time from the same state.
 
-    Friction cones are elliptic, ``impratio`` is 100, contacts have a time constant of 5 ms, and a step is 2 ms.
+    Friction cones are elliptic, ``impratio`` is 100, contacts have a time constant of 5 ms, a step is 2 ms.
     With MuJoCo's own settings a part of the planned forces does not arrive, and every grasp creeps.
 
     Safe to call from several threads.
