@@ -137,7 +137,7 @@ fn batch(bench: &mut Bench) {
     for criterion in BOTH {
         let options = QualityOptions::<6>::new(criterion);
         group.bench_function(format!("{criterion:?}"), |b| {
-            b.iter(|| quality_batch(0..200, |row| Grasp::new(grasps[row].contacts()), &options).len());
+            b.iter(|| quality_batch(0..200, |row| Grasp::new(grasps[row].contacts()), &options, false).len());
         });
     }
 }

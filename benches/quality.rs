@@ -1,5 +1,6 @@
 //! How long certified quality takes on random grasps, and how it grows: `cargo bench --bench quality`, and
-//! `cargo bench --bench quality -- growth` for the table over contacts and edges, `-- open` for open and closed grasps alone.
+//! `cargo bench --bench quality -- growth` for the table over contacts and edges, `-- open` for open and closed grasps alone,
+//! `-- gradients` for what gradients cost.
 
 use std::time::Instant;
 
@@ -14,9 +15,12 @@ fn main() {
         growth();
     } else if asked("open") {
         open_and_closed();
+    } else if asked("gradients") {
+        gradients();
     } else {
         random_grasps();
         open_and_closed();
+        gradients();
         symmetric_cones();
     }
 }
@@ -105,10 +109,42 @@ fn open_and_closed() {
                 (sum.0, sum.1) = (sum.0 + time, sum.1 + 1);
             }
             let start = Instant::now();
-            let answers = quality_batch(0..contacts.len(), grasp, &options);
+            let answers = quality_batch(0..contacts.len(), grasp, &options, false);
             let rate = answers.len() as f64 / start.elapsed().as_secs_f64();
             let [open, closed] = sums.map(|(time, number)| time / f64::from(number));
             println!("| {count} | {criterion:?} | {} | {closed:.1} | {open:.1} | {rate:.0} |", sums[1].1);
+        }
+    }
+}
+
+/// What a training step pays: numbers and gradients of 1,000 grasps on all cores, the best of several rounds, asked in turn.
+fn gradients() {
+    println!("\n1,000 random grasps on an ellipsoid, with and without gradients, on all cores:\n");
+    println!("| contacts | cone | criterion | numbers ms | numbers and gradients ms | ratio |");
+    println!("|---|---|---|---|---|---|");
+    for (count, edges) in [(4, 8), (8, 8), (4, 0)] {
+        let mut random = support::problems::Random::new(7);
+        let cone = |contact: Contact| if edges == 0 { contact.cone() } else { contact.edges(edges) };
+        let contacts: Vec<Vec<_>> = (0..1000)
+            .map(|_| {
+                support::problems::ellipsoid_contacts(&mut random, count).into_iter().map(cone).collect()
+            })
+            .collect();
+        let grasp = |row: usize| Grasp::<6>::new(&contacts[row]);
+        for criterion in BOTH {
+            let options = QualityOptions::new(criterion);
+            let mut best = [f64::INFINITY; 2];
+            for _ in 0..if edges == 0 { 1 } else { 15 } {
+                for (gradient, best) in [false, true].into_iter().zip(&mut best) {
+                    let start = Instant::now();
+                    let answers = quality_batch(0..contacts.len(), grasp, &options, gradient);
+                    *best = best.min(start.elapsed().as_secs_f64() * 1e3);
+                    assert!(answers.iter().all(|answer| answer.gradient.is_some() == gradient));
+                }
+            }
+            let [alone, both] = best;
+            let cone = if edges == 0 { "true".into() } else { format!("{edges} edges") };
+            println!("| {count} | {cone} | {criterion:?} | {alone:.1} | {both:.1} | {:.2} |", both / alone);
         }
     }
 }

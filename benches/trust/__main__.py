@@ -15,6 +15,7 @@ from benches.trust import (
     nearest,
     nearly_degenerate,
     origin_contacts,
+    priced,
     smooth,
     symmetric_cones,
     tumbles,
@@ -22,6 +23,7 @@ from benches.trust import (
 
 FAMILIES = (
     control,
+    priced,
     nearest,
     nearly_degenerate,
     feet_and_pinches,

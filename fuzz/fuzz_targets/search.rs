@@ -38,7 +38,7 @@ fn examine<const D: usize>(input: &Input) {
         contacts[at].position += step;
         Grasp::<D>::with_options(&contacts, input.grasp.options())
     };
-    let rows = quality_batch(0..count, candidate, &options);
+    let rows = quality_batch(0..count, candidate, &options, false);
     for row in &rows {
         assert_eq!(row.error.is_some(), row.rho.is_nan(), "{row:?}");
         assert!(row.error.is_some() || (row.lower <= row.rho && row.rho <= row.upper), "{row:?}");

@@ -13,7 +13,7 @@ from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
-from . import surfaces
+from . import surfaces, surrogates
 from ._core import (
     ForceBatch,
     ForceDistributor,
@@ -45,6 +45,8 @@ from .errors import (
     ResumeError,
     TooLargeError,
 )
+from .gradients import GradientBatch
+from .grasp_forces import ForceGradients, GraspForces, forces_many
 from .planning import (
     GlobalOptimum,
     Iterate,
@@ -64,12 +66,15 @@ __all__ = [
     "BusyError",
     "ForceBatch",
     "ForceDistributor",
+    "ForceGradients",
     "ForceSolution",
     "ForceSteps",
     "GlobalOptimum",
     "Gradient",
+    "GradientBatch",
     "Grasp",
     "GraspForceError",
+    "GraspForces",
     "GraspWarning",
     "InfeasibleWrenchError",
     "InvalidFileError",
@@ -92,6 +97,7 @@ __all__ = [
     "Status",
     "TooLargeError",
     "__version__",
+    "forces_many",
     "from_drake",
     "from_mujoco",
     "from_pinocchio",
@@ -104,6 +110,7 @@ __all__ = [
     "quality_many",
     "refine",
     "surfaces",
+    "surrogates",
     "torque_limited_forces",
 ]
 

@@ -3,7 +3,7 @@
 use std::ptr;
 
 use graspforce_core as core;
-use graspforce_core::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES};
+use graspforce_core::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, contact_force};
 use nalgebra::Vector3;
 
 use crate::fault::{Fault, Outcome};
@@ -219,13 +219,7 @@ impl Contacts {
         let components: &[usize] = if dim == 2 { &[0, 2] } else { &[0, 1, 2, 3] };
         // SAFETY: the caller's promise.
         let numbers = unsafe { required("extreme_forces", self.extreme_forces, all * components.len()) }?;
-        let mut forces = numbers.chunks_exact(components.len()).map(|row| {
-            let mut force = ContactForce::zeros();
-            for (&component, x) in components.iter().zip(row) {
-                force[component] = *x;
-            }
-            force
-        });
+        let mut forces = numbers.chunks_exact(components.len()).map(|row| contact_force(row, components));
         Ok(rows.iter().map(|&rows| forces.by_ref().take(rows as usize).collect()).collect())
     }
 }

@@ -1,6 +1,6 @@
 //! A distributor with its workspace, whatever the dimension.
 
-use graspforce_core::{ForceDistributor, ForceWorkspace, Grasp, NearestOptions, Wrench};
+use graspforce_core::{ForceDistributor, ForceWorkspace, Grasp, NearestOptions, Wrench, write_components};
 
 use crate::distributor_options::DistributorOptions;
 use crate::fault::{Fault, Outcome};
@@ -126,12 +126,7 @@ where
         };
         let found = found.inspect_err(|error| *solution = error.into())?;
         *solution = (&found).into();
-        let components = distributor.grasp().force_components();
-        for (row, force) in rows.chunks_exact_mut(components.len()).zip(&found.forces) {
-            for (x, &component) in row.iter_mut().zip(components) {
-                *x = force[component];
-            }
-        }
+        write_components(&found.forces, distributor.grasp().force_components(), rows);
         Ok((rows, found.distance))
     }
 

@@ -3,7 +3,7 @@
 use std::ptr;
 
 use graspforce_core as core;
-use graspforce_core::{ContactForce, Criterion, Error, ForceDistributor, Grasp, Metric, NearestOptions};
+use graspforce_core::{Criterion, Error, ForceDistributor, Grasp, Metric, NearestOptions, contact_force};
 use nalgebra::SMatrix;
 
 use crate::fault::{Fault, Outcome};
@@ -144,13 +144,7 @@ impl DistributorOptions {
                 metric("slack", self.slack)?,
             )
         };
-        let reference = reference.chunks_exact(components.len()).map(|row| {
-            let mut force = ContactForce::zeros();
-            for (&component, x) in components.iter().zip(row) {
-                force[component] = *x;
-            }
-            force
-        });
+        let reference = reference.chunks_exact(components.len()).map(|row| contact_force(row, components));
         Ok(core::SquaresOptions {
             reference: reference.collect(),
             weights,

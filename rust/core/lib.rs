@@ -27,8 +27,11 @@
 //! | Section 3.2, Eqs. 16 to 19, Propositions 1 and 2 | quality, closure, gradients | `quality/` |
 //! | Section 3.4 | candidates and boxes of contact planning | `planning/` |
 //! | Section 4, Eqs. 20 to 31, Appendix B | least contact forces | `force/` |
+//! | | numbers that the field optimises in place of the quality | `surrogates/` |
 //! | | small matrices, 32 digits | `linalg/` |
 //! | | every tolerance, with its meaning and origin | `tolerances.rs` |
+//! | | errors, and the status of a row of a batch | `error.rs`, `status.rs` |
+//! | | Ctrl-C, and large allocations that are tried | `interrupt.rs`, `memory.rs` |
 //!
 //! The data's way: [`Contact`]s make a [`Grasp`]; its [`WrenchSet`] answers how far it reaches along a direction; quality
 //! and force distribution ask nothing else.
@@ -47,6 +50,7 @@ mod memory;
 mod planning;
 mod quality;
 mod status;
+mod surrogates;
 #[cfg(test)]
 mod test_numbers;
 mod tolerances;
@@ -56,11 +60,15 @@ pub use convex::expanding_polytope::DEFAULT_MAX_FACETS;
 pub use error::{Error, Result, Unmet};
 pub use force::batch::DistributionBatch;
 pub use force::distributor::ForceDistributor;
+pub use force::gradient::ForceGradient;
+pub use force::grasp_batch::{GraspForceGradients, GraspForces, GraspForcesOptions, forces_batch};
 pub use force::nearest::options::NearestOptions;
 pub use force::solution::{Distribution, DistributionOptions, Method};
 pub use force::squares::options::SquaresOptions;
 pub use force::workspace::ForceWorkspace;
-pub use grasp::contact::{Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES};
+pub use grasp::contact::{
+    Contact, ContactForce, ForceModel, MAX_EDGES, MAX_EXTREME_FORCES, contact_force, write_components,
+};
 pub use grasp::plausibility::implausibility;
 pub use grasp::torque_limits::torque_limited_forces;
 pub use grasp::wrench_norm::Metric;
@@ -75,6 +83,8 @@ pub use quality::closure::Closure;
 pub use quality::gradient::Gradient;
 pub use quality::{Quality, QualityOptions, QualityWorkspace};
 pub use status::Status;
+pub use surrogates::batch::surrogate_batch;
+pub use surrogates::{Surrogate, SurrogateValue};
 pub use tolerances::{FEASIBILITY_TOLERANCE, TIE};
 pub use wrench_set::minkowski_sum::{DEFAULT_MAX_POINTS, MinkowskiSum};
 pub use wrench_set::{ContactReach, Criterion, Support, WrenchSet};

@@ -1,5 +1,7 @@
 //! How one row of a batch ended.
 
+use crate::error::Error;
+
 /// How one row of a batch ended, with the same meaning for forces and for qualities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(i8)]
@@ -12,4 +14,16 @@ pub enum Status {
     Invalid = 2,
     /// The tolerance was not met. Forces are NaN; the bracket of a quality is valid, but wider than asked for.
     NotConverged = 3,
+}
+
+impl Status {
+    /// How a row ended that has no forces for this reason.
+    #[must_use]
+    pub fn of(error: &Error) -> Self {
+        match error {
+            error if error.is_infeasible() => Self::Infeasible,
+            Error::InvalidInput { .. } | Error::InvalidGrasp { .. } => Self::Invalid,
+            _ => Self::NotConverged,
+        }
+    }
 }

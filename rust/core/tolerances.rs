@@ -354,8 +354,9 @@ pub(crate) const SEPARATED_BY_DUAL: f64 = 1e-6;
 /// What rounding leaves of how far a force reaches beyond the face of the nearest one, relative to both lengths.
 pub(crate) const ROUNDED_REACH_OF_FACE: f64 = 1e-13;
 
-/// What a balance with a priced residual may miss, relative to its terms, where the gap is closed nevertheless.
-pub(crate) const PRICED_BALANCE: f64 = 1e-5;
+/// What rounding may make of forces beside a price of the residual, relative to the largest: a tenth of
+/// [`FEASIBILITY_TOLERANCE`]. Where it is more, 32 digits decide.
+pub(crate) const ROUNDED_FORCES_BY_PRICE: f64 = 1e-10;
 
 /// Extreme forces that lose more than this share of the objective cannot take part in the least squares.
 pub(crate) const LOST_OBJECTIVE: f64 = 1e-3;

@@ -17,6 +17,7 @@ mod grasp;
 mod planning;
 mod quality;
 mod runtime;
+mod surrogates;
 
 use pyo3::prelude::*;
 
@@ -40,6 +41,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     // Not among the module's public names.
     module.setattr("unwarned_grasp", wrap_pyfunction!(grasp::unwarned_grasp, module)?)?;
     module.setattr("unwarned_grasp_of", wrap_pyfunction!(grasp::unwarned_grasp_of, module)?)?;
+    module.setattr("forces_many_arrays", wrap_pyfunction!(force::many::forces_many, module)?)?;
+    module.setattr("surrogate_arrays", wrap_pyfunction!(surrogates::surrogate_arrays, module)?)?;
     module.add_function(wrap_pyfunction!(grasp::torque_limits::torque_limited_forces, module)?)?;
     module.add_function(wrap_pyfunction!(quality::batch::quality_many, module)?)
 }

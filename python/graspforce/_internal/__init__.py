@@ -1,1 +1,7 @@
-"""What several parts of the package share and no user needs."""
+"""Helpers that several packages share.
+
+- `checks`: arguments; `restored`: fields of pickles; `optional_imports`: packages of an extra.
+- `to_dict`, `html`: results as dictionaries and as tables of notebooks; `printable`: text that is safe to
+  print.
+- `vectors`: unit vectors, read-only arrays; `normal_limits`: the largest normal forces, for pictures.
+"""

@@ -1,6 +1,6 @@
 """Checks of arguments that Python code receives, with errors that name argument, row and value.
 
-What the extension module receives it checks itself.
+The extension module checks its own arguments.
 """
 
 from __future__ import annotations
@@ -18,22 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable
 
     from numpy.typing import ArrayLike, NDArray
-
-__all__ = [
-    "checked_contacts",
-    "chosen",
-    "finite_array",
-    "finite_vector",
-    "instance",
-    "known_options",
-    "progress_function",
-    "real_array",
-    "real_number",
-    "search_bounds",
-    "strength",
-    "triangles",
-    "whole_number",
-]
 
 
 def chosen(argument: str, value: object, choices: tuple[str, ...]) -> None:
@@ -60,10 +44,7 @@ def progress_function(value: object) -> None:
 def known_options(
     options: Iterable[str], known: Collection[str], function: Callable[..., object] | None = None
 ) -> None:
-    """Refuse keywords that would be passed on to something that does not take them.
-
-    The error lists the keywords that `function` itself takes, too.
-    """
+    """Refuse unknown keywords. The error also lists the keywords of `function` itself."""
     for name in options:
         if name not in known:
             parameters = () if function is None else inspect.signature(function).parameters.values()
@@ -180,13 +161,19 @@ def strength(friction: float | None, max_normal_force: float | None) -> None:
         real_number("max_normal_force", max_normal_force, positive=True)
 
 
+def bounds_array(bounds: ArrayLike) -> NDArray[np.float64]:
+    """Convert bounds to (p, 2) finite numbers, whatever their order."""
+    array = finite_array("bounds", bounds)
+    if array.ndim != 2 or array.shape[1:] != (2,):
+        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    return array
+
+
 def search_bounds(
     bounds: ArrayLike, initial: NDArray[np.float64], argument: str = "initial"
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Split (p, 2) bounds into lower and upper, which must be in order and hold the start."""
-    array = finite_array("bounds", bounds)
-    if array.ndim != 2 or array.shape[1] != 2:
-        raise InvalidInputError(f"bounds: shape {array.shape}, expected (p, 2)")
+    array = bounds_array(bounds)
     if len(array) != initial.size:
         raise InvalidInputError(f"{argument}: {initial.size} parameters, but bounds has {len(array)} rows")
     if beyond := np.argwhere(np.abs(array) > _LARGEST).tolist():

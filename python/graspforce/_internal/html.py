@@ -6,25 +6,16 @@ The classes of the extension module call these functions.
 from __future__ import annotations
 
 import html
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from graspforce.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from graspforce._core import ForceBatch, ForceSolution, Grasp, Quality, QualityBatch
+    from numpy.typing import NDArray
 
-__all__ = [
-    "FORCE_COMPONENTS",
-    "batch_html",
-    "forces_html",
-    "grasp_html",
-    "quality_html",
-    "solution_html",
-    "table",
-    "vector",
-]
+    from graspforce._core import ForceBatch, ForceSolution, Grasp, Quality, QualityBatch
 
 FORCE_COMPONENTS = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}
 """Names of the components of a force in its contact frame, by their number."""
@@ -59,14 +50,7 @@ def forces_html(batch: ForceBatch) -> str:
     """Show the first rows of a batch."""
     rows = [
         (str(i), f"{largest:.6g}", f"{total:.6g}", Status(status).name.lower().replace("_", " "))
-        for i, (largest, total, status) in enumerate(
-            zip(
-                batch.sigma_max[:_ROWS_SHOWN].tolist(),
-                batch.sigma_sum[:_ROWS_SHOWN].tolist(),
-                batch.status[:_ROWS_SHOWN].tolist(),
-                strict=True,
-            )
-        )
+        for i, largest, total, status in _first_rows(batch.sigma_max, batch.sigma_sum, batch.status)
     ]
     if len(batch) > _ROWS_SHOWN:
         rows.append(("...", "", "", f"{len(batch) - _ROWS_SHOWN} more"))
@@ -92,13 +76,17 @@ def batch_html(batch: QualityBatch) -> str:
     errors = batch.errors
     rows = [
         (str(i), f"{epsilon:.6g}", _CLOSURES.get(closure, errors.get(i, "")))
-        for i, (epsilon, closure) in enumerate(
-            zip(batch.epsilon[:_ROWS_SHOWN].tolist(), batch.closure[:_ROWS_SHOWN].tolist(), strict=True)
-        )
+        for i, epsilon, closure in _first_rows(batch.epsilon, batch.closure)
     ]
     if len(batch) > _ROWS_SHOWN:
         rows.append(("...", "", f"{len(batch) - _ROWS_SHOWN} more"))
     return table(repr(batch), ("row", "epsilon", "closure"), rows)
+
+
+def _first_rows(*columns: NDArray[Any]) -> Iterable[tuple[Any, ...]]:
+    """Return the rows that are shown: their numbers, and their entries of each column."""
+    cells = zip(*(column[:_ROWS_SHOWN].tolist() for column in columns), strict=True)
+    return ((i, *row) for i, row in enumerate(cells))
 
 
 def vector(values: Iterable[float]) -> str:

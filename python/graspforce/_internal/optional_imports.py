@@ -7,8 +7,6 @@ from typing import Any
 
 from graspforce.errors import MissingExtraError
 
-__all__ = ["optional"]
-
 
 def optional(module: str, extra: str) -> Any:
     """Import an optional module, or say which extra brings it."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["printable"]
-
 
 def printable(text: str, keep: str = "") -> str:
     r"""Replace what is no visible character (control codes, changes of writing direction) by its escape.

@@ -1,4 +1,4 @@
-"""Checks of what a pickle or a copy claims about a result, before it becomes one.
+"""Checks of the fields of a pickle or a copy, before a result is made of them.
 
 Each class of results has a method ``_check`` that calls these functions. They raise `InvalidInputError` for a
 record that contradicts itself. The results of the extension module check theirs in Rust.
@@ -16,16 +16,6 @@ from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from graspforce.typing import SearchResult
-
-__all__ = [
-    "expect",
-    "expect_array",
-    "expect_instance",
-    "expect_number",
-    "expect_search_result",
-    "expect_tuple",
-    "expect_whole",
-]
 
 
 def expect(holds: object, field: str, expected: str) -> None:

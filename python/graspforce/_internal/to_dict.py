@@ -34,20 +34,6 @@ if TYPE_CHECKING:
         QualityBatch,
     )
 
-__all__ = [
-    "ReadOnly",
-    "Record",
-    "batch_dict",
-    "distributor_dict",
-    "forces_dict",
-    "gradient_dict",
-    "grasp_dict",
-    "grasp_of",
-    "minkowski_dict",
-    "quality_dict",
-    "solution_dict",
-]
-
 
 class ReadOnly:
     """A frozen dataclass whose arrays and dictionaries are read-only, also after a copy."""
@@ -138,99 +124,62 @@ def grasp_of(given: Mapping[str, Any]) -> Grasp:
     return grasp
 
 
+_BRACKET = ("rho", "epsilon", "epsilon_lower", "epsilon_upper", "lower", "upper")
+
+
 def quality_dict(quality: Quality) -> dict[str, Any]:
     """Everything a quality knows but its gradient."""
     return {
-        "criterion": quality.criterion,
-        "external_wrench": _plain(quality.external_wrench),
-        "metric": _plain(quality.metric),
+        **_listed(quality, "criterion", "external_wrench", "metric"),
         "length_scale": quality.grasp.length_scale if quality.metric is None else None,
-        "rtol": quality.rtol,
-        "max_facets": quality.max_facets,
-        "rho": quality.rho,
-        "epsilon": quality.epsilon,
-        "epsilon_lower": quality.epsilon_lower,
-        "epsilon_upper": quality.epsilon_upper,
-        "lower": quality.lower,
-        "upper": quality.upper,
-        "converged": quality.converged,
-        "closure": quality.closure,
-        "direction": quality.direction.tolist(),
-        "wrench": quality.wrench.tolist(),
-        "supports": quality.supports,
-        "hint": quality.hint,
+        **_listed(quality, "rtol", "max_facets", *_BRACKET),
+        **_listed(quality, "converged", "closure", "direction", "wrench", "supports", "hint"),
     }
 
 
 def gradient_dict(gradient: Gradient) -> dict[str, Any]:
     """Both halves of a gradient, and whether it is one."""
-    return {
-        "positions": gradient.positions.tolist(),
-        "normals": gradient.normals.tolist(),
-        "spins": gradient.spins.tolist(),
-        "unique": gradient.unique,
-    }
-
-
-_BATCH_NUMBERS = ("rho", "epsilon", "epsilon_lower", "epsilon_upper", "lower", "upper")
+    return _listed(gradient, "positions", "normals", "spins", "friction", "max_normal_force", "unique")
 
 
 def batch_dict(batch: QualityBatch) -> dict[str, Any]:
     """Columns of a batch; None where a row is no grasp."""
-    numbers = {name: getattr(batch, name) for name in _BATCH_NUMBERS}
     return {
-        **{name: _known(column) for name, column in numbers.items()},
-        "closure": batch.closure.tolist(),
-        "status": batch.status.tolist(),
-        "errors": dict(batch.errors),
+        **{name: _known(getattr(batch, name)) for name in _BRACKET},
+        **_listed(batch, "closure", "status", "errors"),
+        "gradient": _plain(batch.gradient),
     }
 
 
 def minkowski_dict(points: MinkowskiSum) -> dict[str, Any]:
     """All points and the index arrays A and B."""
-    return {
-        name: getattr(points, name).tolist() for name in ("wrenches", "starts", "ends", "contacts", "edges")
-    }
+    return _listed(points, "wrenches", "starts", "ends", "contacts", "edges")
+
+
+_SOLUTION = (
+    "external_wrench", "objective", "weight", "rtol", "value", "sigma_max", "sigma_sum", "max_normal_force",
+    "balanced", "within_limits", "gap", "pivots", "unique", "fell_back", "dual", "residual", "distance",
+    "shares", "forces", "world_forces", "contact_wrenches",
+)  # fmt: skip
 
 
 def solution_dict(solution: ForceSolution) -> dict[str, Any]:
     """Collect the forces of one wrench with their certificate; None for a margin that is not defined."""
-    return {
-        "external_wrench": solution.external_wrench.tolist(),
-        "objective": solution.objective,
-        "weight": solution.weight,
-        "rtol": solution.rtol,
-        "value": solution.value,
-        "sigma_max": solution.sigma_max,
-        "sigma_sum": solution.sigma_sum,
-        "max_normal_force": solution.max_normal_force.tolist(),
-        "balanced": solution.balanced,
-        "within_limits": solution.within_limits,
-        "gap": solution.gap,
-        "pivots": solution.pivots,
-        "unique": solution.unique,
-        "fell_back": solution.fell_back,
-        "dual": solution.dual.tolist(),
-        "residual": solution.residual.tolist(),
-        "distance": solution.distance,
-        "shares": solution.shares.tolist(),
-        "forces": solution.forces.tolist(),
-        "world_forces": solution.world_forces.tolist(),
-        "contact_wrenches": solution.contact_wrenches.tolist(),
-        "slip_margin": _known(solution.slip_margin),
-    }
+    return {**_listed(solution, *_SOLUTION), "slip_margin": _known(solution.slip_margin)}
 
 
 def forces_dict(batch: ForceBatch) -> dict[str, Any]:
     """Rows of a batch; None in place of what has no answer."""
-    solved = batch.status == 0
+
+    def solved(rows: NDArray[np.float64]) -> list[Any]:
+        pairs = zip(rows.tolist(), batch.status == 0, strict=True)
+        return [row if answered else None for row, answered in pairs]
+
     return {
-        "forces": [row if good else None for row, good in zip(batch.forces.tolist(), solved, strict=True)],
+        "forces": solved(batch.forces),
         "sigma_max": _known(batch.sigma_max),
         "sigma_sum": _known(batch.sigma_sum),
-        "residual": [
-            row if good else None for row, good in zip(batch.residual.tolist(), solved, strict=True)
-        ],
+        "residual": solved(batch.residual),
         "balanced": batch.balanced.tolist(),
         "distance": _known(batch.distance),
         "status": batch.status.tolist(),
@@ -239,23 +188,17 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
 
 def distributor_dict(distributor: ForceDistributor) -> dict[str, Any]:
     """Collect what a distributor was made of."""
-    optional = {
-        "min_normal": distributor.min_normal,
-        "samples": distributor.samples,
-        "reference": distributor.reference,
-        "weights": distributor.weights,
-        "slack": distributor.slack,
-    }
     return {
         "grasp": grasp_dict(distributor.grasp),
-        "objective": distributor.objective,
-        "method": distributor.method,
-        "weight": distributor.weight,
-        **{name: _plain(value) for name, value in optional.items()},
-        "limits": distributor.limits,
-        "max_normal_force": distributor.max_normal_force.tolist(),
-        "rtol": distributor.rtol,
+        **_listed(distributor, "objective", "method", "weight", "min_normal", "samples", "reference"),
+        **_listed(distributor, "weights", "slack", "limits", "max_normal_force", "rtol"),
     }
+
+
+def _listed(of: object, *names: str) -> dict[str, Any]:
+    """Attributes by name, arrays as lists."""
+    values = {name: getattr(of, name) for name in names}
+    return {name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in values.items()}
 
 
 def _known(column: NDArray[np.float64]) -> list[float | None]:

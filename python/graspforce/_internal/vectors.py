@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["read_only", "unit"]
-
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Return a view that cannot be written; the array itself stays as it is."""

@@ -1,6 +1,7 @@
 """Grasps from simulators and robot models, read-only: nothing here changes a model or its state.
 
-Each needs its own extra (``mujoco``, ``drake``, ``pinocchio``) and imports it when called.
+Each needs its own extra (``mujoco``, ``drake``, ``pinocchio``) and imports it when called. Their result is a
+`contact_reading`, or a grasp.
 """
 
 from .contact_reading import ContactReading

@@ -15,8 +15,6 @@ from graspforce._internal.vectors import read_only
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ContactReading", "ReadingOptions"]
-
 
 class ReadingOptions(TypedDict, total=False):
     """The options of a grasp that no simulator gives; see `graspforce.Grasp`."""

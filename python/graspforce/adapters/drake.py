@@ -13,8 +13,6 @@ from graspforce.errors import InvalidInputError, NoContactError
 
 from .contact_reading import ContactReading, ReadingOptions
 
-__all__ = ["from_drake"]
-
 
 def from_drake(
     plant: Any,

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-__all__ = ["from_pinocchio"]
-
 
 def from_pinocchio(
     model: Any,

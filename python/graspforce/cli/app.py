@@ -14,8 +14,6 @@ from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFil
 from . import forces, grade, info, plan, plan_hand, quality, reproduce, shake, view
 from .exit_codes import BAD_FILE, FAILED, INFEASIBLE, MEANINGS
 
-__all__ = ["app", "run"]
-
 _EXIT_CODES = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in MEANINGS.items()) + "."
 
 app = typer.Typer(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["BAD_FILE", "DONE", "FAILED", "INFEASIBLE", "MEANINGS", "MISUSED"]
-
 DONE, FAILED, MISUSED, BAD_FILE, INFEASIBLE = range(5)
 
 MEANINGS = {

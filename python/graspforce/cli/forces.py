@@ -10,11 +10,12 @@ import typer
 
 from graspforce._core import ForceDistributor
 from graspforce._internal.html import FORCE_COMPONENTS
+from graspforce._internal.normal_limits import normal_limits
 from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE
 from .grasp_options import about_a_grasp, wrench_of
-from .output import AsJson, Objective, in_a_folder, note, print_json, print_table, rounded, save, vector
+from .output import AsJson, Objective, Plot, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from graspforce._core import ForceSolution
-
-__all__ = ["forces"]
 
 
 @about_a_grasp("friction", "max_normal_force", "edges")
@@ -48,10 +47,7 @@ def forces(
         Path | None,
         typer.Option(metavar="FILE", help="Write all contact forces into FILE (npz).", callback=in_a_folder),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the forces into FILE (png, pdf, svg).", callback=in_a_folder),
-    ] = None,
+    plot: Plot = None,
 ) -> None:
     """Compute the least contact forces that balance one or many external wrenches.
 
@@ -147,8 +143,7 @@ def _many(
         print_table(f"{file.name}: {sought}", ("", ""), rows)
     if plot is not None:
         from graspforce.plotting import trajectory_figure  # noqa: PLC0415 - matplotlib only where it is asked for
-        from graspforce.plotting.planar import limits_of  # noqa: PLC0415 - the same
 
-        limits, title = limits_of(file.grasp), f"{file.name}: {sought}"
+        limits, title = normal_limits(file.grasp), f"{file.name}: {sought}"
         figure = trajectory_figure(found.forces[:, :, 0], limits, times=found.times, title=title)
         save(figure, plot)

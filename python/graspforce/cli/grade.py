@@ -20,8 +20,6 @@ from .progress import throughput
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["grade"]
-
 
 def grade(
     source: Annotated[

@@ -26,11 +26,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "PANEL", "At", "Edges", "Friction", "GraspArgument", "LengthScale", "MaxNormalForce", "Unit",
-    "about_a_grasp", "grasp_from", "is_mesh", "mesh_problem_from", "refuse_with_a_file", "wrench_of",
-]  # fmt: skip
-
 PANEL = "With a mesh in place of a file"
 
 GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from pydantic import BaseModel
@@ -13,8 +12,6 @@ from pydantic import BaseModel
 from graspforce.files.schema import GraspModel, MeshPlanModel, PlanModel
 
 from .output import AsJson, print_json, print_table
-
-__all__ = ["info"]
 
 _PACKAGES = (
     "numpy",
@@ -31,22 +28,13 @@ _PACKAGES = (
 )
 
 
-class _Schema(StrEnum):
-    GRASP = "grasp"
-    PLAN = "plan"
-    MESH_PLAN = "mesh-plan"
-
-
-_MODELS: dict[_Schema, type[BaseModel]] = {
-    _Schema.GRASP: GraspModel,
-    _Schema.PLAN: PlanModel,
-    _Schema.MESH_PLAN: MeshPlanModel,
-}
+_MODELS: dict[str, type[BaseModel]] = {"grasp": GraspModel, "plan": PlanModel, "mesh-plan": MeshPlanModel}
 
 
 def info(
     schema: Annotated[
-        _Schema | None, typer.Option(help="Print the JSON Schema of grasp, plan or mesh-plan files instead.")
+        Literal["grasp", "plan", "mesh-plan"] | None,
+        typer.Option(help="Print the JSON Schema of grasp, plan or mesh-plan files instead."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -23,8 +23,6 @@ from .exit_codes import FAILED, MISUSED
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["main"]
-
 _NEEDED = ("typer", "rich", "pydantic", "yaml")
 _INSTALL = "pip install 'graspforce[cli]'"
 

@@ -23,21 +23,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = [
-    "AsJson",
-    "Criterion",
-    "Objective",
-    "has_folder",
-    "in_a_folder",
-    "note",
-    "print_json",
-    "print_table",
-    "rounded",
-    "save",
-    "save_best",
-    "vector",
-]
-
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 Criterion = Annotated[
     Literal["max", "sum"],
@@ -93,6 +78,12 @@ def in_a_folder(path: Path | None, option: typer.CallbackParam) -> Path | None:
                 message = f"{path}: no picture of a known format; known are {', '.join(known)}"
                 raise typer.BadParameter(printable(message))
     return path
+
+
+Plot = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
+]
 
 
 def has_folder(path: Path) -> None:

@@ -10,11 +10,9 @@ import typer
 from graspforce.files import MeshPlanFile, PlanFile, load_problem
 
 from .grasp_options import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
-from .output import AsJson, Criterion, in_a_folder, print_json, print_table, save, save_best, vector
+from .output import AsJson, Criterion, Plot, in_a_folder, print_json, print_table, save, save_best, vector
 from .plan_mesh import plan_on_mesh
 from .progress import progress
-
-__all__ = ["plan"]
 
 
 def plan(
@@ -29,10 +27,7 @@ def plan(
             callback=in_a_folder,
         ),
     ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
-    ] = None,
+    plot: Plot = None,
     contacts: Annotated[
         int | None, typer.Option(help="Number of contacts.  \\[default: 3]", rich_help_panel=PANEL)
     ] = None,

@@ -19,7 +19,6 @@ from .progress import progress
 if TYPE_CHECKING:
     from graspforce.hands import HandPlanSet
 
-__all__ = ["hand_named", "object_mesh", "plan_hand_command"]
 
 MeshUnit = Annotated[
     Literal["m", "dm", "cm", "mm", "in", "ft"], typer.Option("--unit", help="Unit of the mesh's vertices.")

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from graspforce.planning import PlanSet
     from graspforce.typing import Criterion
 
-__all__ = ["plan_on_mesh"]
-
 
 def plan_on_mesh(
     file: MeshPlanFile, criterion: Criterion, *, as_json: bool, out: Path | None, plot: Path | None

@@ -20,8 +20,6 @@ from rich.progress import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["progress", "throughput"]
-
 _DELAY_SECONDS = 1.0
 _LOG_SECONDS = 10.0
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,10 +11,8 @@ from graspforce.files import GraspFile
 from graspforce.files.wrench_file import COLUMNS
 
 from .grasp_options import about_a_grasp, wrench_of
-from .output import AsJson, in_a_folder, print_json, print_table, save, vector
+from .output import AsJson, Plot, print_json, print_table, save, vector
 from .progress import progress
-
-__all__ = ["quality"]
 
 
 @about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
@@ -31,10 +28,7 @@ def quality(
         float | None, typer.Option(help="Relative width of the bracket at which the computation stops.")
     ] = None,
     as_json: AsJson = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the grasp into FILE (png, pdf, svg).", callback=in_a_folder),
-    ] = None,
+    plot: Plot = None,
 ) -> None:
     """Compute the quality of a grasp by both criteria: the largest wrench it resists in the worst direction.
 

@@ -13,8 +13,6 @@ from graspforce.paper import reproduce as reproduction
 from .output import has_folder, in_a_folder
 from .progress import progress
 
-__all__ = ["reproduce"]
-
 _Example = StrEnum("_Example", list(reproduction.EXAMPLES))  # type: ignore[misc] # choices for the help
 
 

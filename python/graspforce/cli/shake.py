@@ -16,8 +16,6 @@ from .output import AsJson, print_json, print_table
 from .plan_hand import hand_named, object_mesh
 from .progress import progress
 
-__all__ = ["shake_command"]
-
 _DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from graspforce._core import ForceDistributor, ForceSolution
     from graspforce.files import WrenchFile
 
-__all__ = ["Trajectory", "solve_trajectory"]
-
 _REPORT_EVERY = 4096
 
 

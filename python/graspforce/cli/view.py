@@ -13,8 +13,6 @@ from graspforce.files import GraspFile, load_mesh, load_wrenches
 from .grasp_options import about_a_grasp
 from .output import note
 
-__all__ = ["view"]
-
 
 @about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
 def view(

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     Indices = NDArray[np.int64]
     Mask = NDArray[np.bool_]
 
-__all__ = ["Numbers", "Ragged", "first_within", "numbers", "ragged"]
-
 
 @dataclass(frozen=True, slots=True)
 class Ragged:

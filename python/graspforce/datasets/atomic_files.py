@@ -18,12 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["LOCK", "appearing", "clear_leftovers", "is_leftover", "owned", "sync"]
-
 LOCK = ".lock"
 
 _LEFTOVER = re.compile(r"\.(part-\d{6,}\.parquet|_grade\.json)\.[0-9a-f]{4,32}\.tmp")
-"""What `appearing` calls a file before it has its name."""
+"""Temporary names that `appearing` gives to files."""
 
 _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
@@ -58,7 +56,7 @@ def owned(folder: Path) -> Iterator[bool]:
 def appearing(path: Path) -> Iterator[IO[bytes]]:
     """Write a file under a temporary name; rename it if the block succeeds, and delete it otherwise.
 
-    Of two writers of one file, the last to end wins.
+    If two processes write one file, the last to finish replaces the other's.
     """
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.tmp")
     try:

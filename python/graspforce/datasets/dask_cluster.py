@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from .parts import Part, PartReport
 
-__all__ = ["grade_parts_on"]
-
 
 def grade_parts_on(
     client: Any, parts: list[Part], common: dict[str, Any], tell: Callable[[int], None]

@@ -16,10 +16,8 @@ if TYPE_CHECKING:
 
     from .options import GradeOptions
 
-__all__ = ["ROWS_AT_ONCE", "grade_dask", "grade_pandas"]
-
 ROWS_AT_ONCE = 50_000
-"""What is graded at a time of a table in memory: flat copies of its numbers are made of no more."""
+"""Rows of a table in memory that are graded at a time. Flat copies exist for these rows only."""
 
 _TEXT = "string[pyarrow]"
 

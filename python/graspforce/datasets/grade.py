@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from .summary import GradeSummary
 
-__all__ = ["grade"]
-
 _ROWS_PER_PART = 50_000
 
 

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
     from .options import GradeOptions
 
-__all__ = ["CLOSURES", "STATUSES", "grade_batch", "grade_table"]
-
 STATUSES = ("converged", "bracketed", "invalid")
-"""The bracket is as narrow as asked for; the bracket is wider; there is no grasp."""
+"""The bracket is narrow enough; it is too wide; the row is not a grasp."""
 
 CLOSURES = ("none", "partial", "force")
 
@@ -95,8 +93,12 @@ def grade_table(
     pieces: list[list[pa.Array]] = [[] for _ in fields]
     # Only the columns that are graded; all others are passed on unchanged.
     done = 0
+
+    def tell(rows: int) -> None:
+        if progress is not None:
+            progress(done + rows, table.num_rows)
+
     for batch in table.to_batches(max_chunksize=rows_at_once):
-        tell = progress and _reported_in_all(progress, done, table.num_rows)
         for piece, column in zip(pieces, grade_batch(batch, options, tell), strict=True):
             piece.append(column)
         done += batch.num_rows
@@ -111,12 +113,6 @@ def _reported(
     progress: Callable[[int], object], before: float, criteria: int
 ) -> Callable[[int, int], object]:
     return lambda done, _total: progress(int(before + done / criteria))
-
-
-def _reported_in_all(
-    progress: Callable[[int, int], object], before: int, total: int
-) -> Callable[[int], object]:
-    return lambda done: progress(before + done, total)
 
 
 def _words(

@@ -1,4 +1,7 @@
-"""The manifest of a folder of results: the options and the source of its parts."""
+"""The manifest of a folder of results: the options and the source of its parts.
+
+The digest of the manifest identifies the run. Each part stores it.
+"""
 
 from __future__ import annotations
 
@@ -22,29 +25,28 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .parquet_source import SourceFile
 
-__all__ = ["Workplace", "identity", "prepare", "publish", "refuse_other_folder"]
-
 _MANIFEST = "_grade.json"
-"""Readers of Parquet folders pass over names that begin with an underscore or a dot."""
+"""Readers of Parquet folders skip names that begin with an underscore or a dot."""
 
 _FORMAT = 2
-_MAX_TOLD = 5
+_MAX_DIFFERENCES = 5
+"""Largest number of differences that an error message lists."""
 
 
 @dataclass(frozen=True, slots=True)
-class Workplace:
-    """Where a run writes.
+class RunFolder:
+    """The folder into which a run writes.
 
     Attributes
     ----------
     folder : pathlib.Path
-        For its parts: the folder of results, or one within it while an earlier run's results are kept.
+        Folder of the parts: the folder of results, or a hidden one in it if the run replaces older results.
     run : str
-        What tells this run from others.
+        Identity of the run: the digest of its manifest.
     replaces : bool
-        Whether the parts take the place of an earlier run's when all are done.
+        True if the parts replace those of an earlier run when all are done.
     recovered : bool
-        Whether a replacement that a killed run had begun was completed first.
+        True if a replacement that a killed run had begun was completed first.
     """
 
     folder: Path
@@ -54,8 +56,8 @@ class Workplace:
 
 
 def refuse_other_folder(out: Path) -> None:
-    """Refuse a folder that holds something and no run's results, before anything is written there."""
-    if out.is_dir() and not is_folder(finished(out)) and not _is_there(out / _MANIFEST):
+    """Refuse a folder that holds files but no results of a run, before anything is written there."""
+    if out.is_dir() and not is_folder(finished(out)) and not _exists(out / _MANIFEST):
         _refuse(out, _others(out, set()))
 
 
@@ -68,8 +70,11 @@ def prepare(
     *,
     overwrite: bool,
     writable: bool,
-) -> Workplace:
-    """Make the folder ready for a run with these options on this source, or refuse it and change nothing."""
+) -> RunFolder:
+    """Prepare the folder for a run with these options on this source.
+
+    A folder that does not fit is refused, and nothing in it changes.
+    """
     asked = {
         "format": _FORMAT,
         "graspforce": __version__,
@@ -79,23 +84,23 @@ def prepare(
     }
     begun = is_folder(finished(out))
     begun_manifest = finished(out) / _MANIFEST
-    manifest = begun_manifest if begun and _is_there(begun_manifest) else out / _MANIFEST
+    manifest = begun_manifest if begun and _exists(begun_manifest) else out / _MANIFEST
     waiting = in_work(out) if is_folder(in_work(out)) else None
     goes_on = waiting is not None and _holds(waiting, asked)
-    replaces = goes_on or (overwrite and _is_there(manifest))
-    if not _is_there(manifest):
+    replaces = goes_on or (overwrite and _exists(manifest))
+    if not _exists(manifest):
         _refuse(out, _others(out, set()))
     elif not replaces:
         _compare(out, _read(manifest), asked)
     elif not goes_on and not is_regular(manifest):
-        raise ResumeError(f"{manifest}: not a regular file, so not of a graded dataset; name another folder")
+        raise ResumeError(f"{manifest}: not a regular file, so no run wrote it; name another folder")
     if begun or replaces:
         _refuse_foreign(out, manifest, *([] if waiting is None or not replaces else [waiting]))
     folder = in_work(out) if replaces else out
     if not writable:
-        if begun or replaces or not _is_there(manifest):
-            raise InvalidInputError(f"out: {out} cannot be written to")
-        return Workplace(out, _digest(manifest.read_bytes()), replaces=False, recovered=False)
+        if begun or replaces or not _exists(manifest):
+            raise InvalidInputError(f"out: {out} is not writable")
+        return RunFolder(out, _digest(manifest.read_bytes()), replaces=False, recovered=False)
     if begun:
         _complete(out)
     clear_leftovers(out)
@@ -109,12 +114,14 @@ def prepare(
             stream.write(json.dumps(asked, indent=1).encode())
     run = identity(folder)
     if run is None:
-        raise ResumeError(f"{folder / _MANIFEST}: has vanished; another program works in this folder")
-    return Workplace(folder, run, replaces=replaces, recovered=begun)
+        raise ResumeError(
+            f"{folder / _MANIFEST}: deleted while the run started; another program uses this folder"
+        )
+    return RunFolder(folder, run, replaces=replaces, recovered=begun)
 
 
-def publish(out: Path, place: Workplace) -> None:
-    """Let the finished parts of a run take the place of an earlier run's."""
+def publish(out: Path, place: RunFolder) -> None:
+    """Replace the parts of an earlier run by the finished parts of this one."""
     if place.replaces:
         others = _others(out, _own_parts(out, {out / _MANIFEST}))
         _refuse(out, set(filter(is_part_name, others)))
@@ -124,7 +131,7 @@ def publish(out: Path, place: Workplace) -> None:
 
 
 def identity(out: Path) -> str | None:
-    """Return what tells the run that a folder is of from others; None where it is of none."""
+    """Return the identity of the run whose manifest a folder holds; None if it holds no manifest."""
     try:
         return _digest((out / _MANIFEST).read_bytes())
     except FileNotFoundError:
@@ -150,32 +157,33 @@ def _num_parts(found: dict[str, Any]) -> int:
 
 
 def _own_parts(folder: Path, manifests: set[Path]) -> set[str]:
-    """Return the names of the parts of the runs that the manifests are of."""
-    there = [path for path in manifests if is_regular(path)]
-    runs = {_digest(path.read_bytes()) for path in there}
-    return own_parts(folder, runs, any_run=not all(map(_is_readable, there)))
+    """Return the names of the parts in a folder that the runs of these manifests wrote."""
+    known = [path for path in manifests if is_regular(path)]
+    runs = {_digest(path.read_bytes()) for path in known}
+    return own_parts(folder, runs, any_run=not all(map(_is_readable, known)))
 
 
-def _is_there(path: Path) -> bool:
-    # Also a link that leads nowhere: it is not ours to write over.
+def _exists(path: Path) -> bool:
+    # A link to a file that is gone counts: a run must not overwrite it.
     return path.exists() or path.is_symlink()
 
 
 def _others(folder: Path, ours: set[str]) -> set[str]:
-    """Return the names in a folder that no run has written."""
+    """Return the names in a folder that belong to no run."""
     names = {path.name for path in folder.iterdir() if not is_leftover(path.name)}
     return names - ours - {LOCK, _MANIFEST, *HIDDEN}
 
 
 def _refuse(folder: Path, others: set[str]) -> None:
     if others:
-        raise ResumeError(
-            f"{folder}: holds {min(others)}, which is not of a graded dataset; name another folder"
-        )
+        raise ResumeError(f"{folder}: holds {min(others)}, which no run of grade wrote; name another folder")
 
 
 def _refuse_foreign(out: Path, manifest: Path, *of_runs: Path) -> None:
-    """Refuse strangers' files beside results, where hidden ones may stay, and in a run's own folders."""
+    """Refuse files that no run wrote, beside the results and in the hidden folders.
+
+    Hidden files beside the results may stay.
+    """
     others = _others(out, _own_parts(out, {manifest, out / _MANIFEST}))
     _refuse(out, {name for name in others if not name.startswith(".")})
     if is_folder(finished(out)):
@@ -204,14 +212,14 @@ def _read(manifest: Path) -> dict[str, Any]:
             raise ResumeError(f"{manifest}: not a regular file; name another folder")
         found = json.loads(manifest.read_text("utf-8"))
     except (ValueError, RecursionError) as error:
-        raise ResumeError(f"{manifest}: {_anew(error)}") from error
+        raise ResumeError(f"{manifest}: {_with_advice(error)}") from error
     if not _is_manifest(found):
-        raise ResumeError(f"{manifest}: {_anew('not what a run writes')}")
+        raise ResumeError(f"{manifest}: {_with_advice('not the manifest of a run')}")
     result: dict[str, Any] = found
     return result
 
 
-def _anew(problem: object) -> str:
+def _with_advice(problem: object) -> str:
     return f"{problem}; name another folder, or start over with overwrite=True (--overwrite)"
 
 
@@ -233,11 +241,11 @@ def _is_manifest(found: Any) -> bool:
 def _compare(out: Path, found: dict[str, Any], asked: dict[str, Any]) -> None:
     differences = [*_differences(found, asked)]
     if differences:
-        told = "; ".join(differences[:_MAX_TOLD])
-        left = len(differences) - _MAX_TOLD
+        listed = "; ".join(differences[:_MAX_DIFFERENCES])
+        left = len(differences) - _MAX_DIFFERENCES
         more = f"; and {left} more" if left > 0 else ""
         raise ResumeError(
-            f"{out}: holds the results of another run: {told}{more}. Name another folder, or replace "
+            f"{out}: holds the results of another run: {listed}{more}. Name another folder, or replace "
             "them with overwrite=True (--overwrite)"
         )
 
@@ -254,13 +262,9 @@ def _differences(found: dict[str, Any], asked: dict[str, Any]) -> Iterator[str]:
     now = {file["name"]: file for file in asked["files"]}
     for name in sorted(before.keys() | now.keys()):
         if name not in now:
-            yield f"{name} is gone"
+            yield f"{name} is missing"
         elif name not in before:
             yield f"{name} is new"
         elif before[name] != now[name]:
-            yield f"{name} has changed{_or_anew(before[name], now[name])}"
-
-
-def _or_anew(before: dict[str, Any], now: dict[str, Any]) -> str:
-    alike = {**before, "modified": None} == {**now, "modified": None}
-    return ", or was written or copied anew" if alike else ""
+            alike = {**before[name], "modified": None} == {**now[name], "modified": None}
+            yield f"{name} has changed{', or was written or copied again' if alike else ''}"

@@ -1,4 +1,4 @@
-"""Files that match a pattern, each once, also if several links lead to it."""
+"""Files that match a pattern. A file to which several links lead is found once."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-
-__all__ = ["once", "paths_matching"]
 
 _MAGIC = re.compile(r"[*?\[]")
 
@@ -40,7 +38,7 @@ def paths_matching(pattern: str) -> list[Path]:
 
 
 def once(paths: Iterable[Path]) -> list[Path]:
-    """Leave out paths to files that an earlier path leads to. Files come before links to them."""
+    """Keep one path to each file; a path that is no link is preferred."""
     seen: set[tuple[int, int]] = set()
     kept = []
     for path in sorted(paths, key=lambda path: (path.is_symlink(), path)):

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from graspforce.typing import Criterion
 
-__all__ = ["GradeOptions"]
-
 
 @dataclass(frozen=True, slots=True)
 class GradeOptions:

@@ -1,4 +1,4 @@
-"""The Parquet files of a dataset: found, looked at, and told apart from other ones."""
+"""The Parquet files of a dataset: how they are found, checked, and recognised after a change."""
 
 from __future__ import annotations
 
@@ -23,27 +23,26 @@ from .schema import GRASP_COLUMNS, check_schema
 if TYPE_CHECKING:
     from .options import GradeOptions
 
-__all__ = ["FileState", "SourceFile", "changed", "find_files", "look_at", "state_of"]
-
 _FOOTER_END = 8
 """Bytes after the footer: its length and a magic number."""
 
 _CLOCK_TICK = 0.02
-"""In s: two writes within one tick of a file system's clock leave the same time of change."""
+"""In s. Two writes within one tick of a file system's clock give a file the same time of change."""
 
 
 @dataclass(frozen=True, slots=True)
 class FileState:
-    """What tells a file from the same file after a change.
+    """Size, times and footer of a file. They differ after a change of the file.
 
     Attributes
     ----------
     bytes : int
-        How large it is.
+        Size of the file.
     modified, status_changed : int
-        When its content and its status were last changed, in ns. Programs can set the first, not the second.
+        Times in ns at which its content and its status last changed. Programs can set the first, not the
+        second.
     footer : str
-        Digest of the footer, which holds the least and largest value of every column in every row group.
+        Digest of the footer. The footer holds the least and largest value of every column in every row group.
     """
 
     bytes: int
@@ -54,16 +53,17 @@ class FileState:
 
 @dataclass(frozen=True, slots=True)
 class SourceFile:
-    """A Parquet file as its footer tells.
+    """A Parquet file and what its footer says.
 
     Attributes
     ----------
     path : pathlib.Path
-        Where it is.
+        The file.
     rows : int
-        How many it holds.
+        Number of its rows.
     state : FileState
-        Between least and largest values a footer tells nothing apart; times of change do.
+        Its size, times and footer. The times are needed: other values between the same least and largest ones
+        leave the footer unchanged.
     schema : pyarrow.Schema
         Its columns.
     """
@@ -74,17 +74,17 @@ class SourceFile:
     schema: pa.Schema
 
     def identity(self, root: Path) -> dict[str, Any]:
-        """Return what must be the same when a run goes on."""
+        """Return what must be unchanged when a run is continued."""
         name = self.path.relative_to(root).as_posix()
         size = {"rows": self.rows, "bytes": self.state.bytes}
         return {"name": name, **size, "modified": self.state.modified, "footer": self.state.footer}
 
 
 def find_files(source: str | os.PathLike[str], out: Path) -> tuple[Path, list[Path]]:
-    """Return the folder that holds all files of a source, and the files, in the order of their names.
+    """Return the folder that holds all files of a source, and the files in the order of their names.
 
-    What a pattern finds in the folder of results are the parts of a run before, not sources. Several links to
-    one file are one file.
+    A pattern may match files in the folder of results. These are parts of an earlier run, and are left out.
+    Several links to one file count once.
     """
     given = Path(source)
     if given.is_file():
@@ -101,15 +101,19 @@ def find_files(source: str | os.PathLike[str], out: Path) -> tuple[Path, list[Pa
     }
     files = once(path.absolute() for path in found if path.parent not in ours and path.is_file())
     if ours and not files:
-        raise InvalidInputError(f"out: {out} holds all files of the source; its parts would become sources")
+        raise InvalidInputError(
+            f"out: {out} holds all files of the source, where its parts would be read as source files; name "
+            "another folder"
+        )
     if not files:
-        raise InvalidFileError(given, "no such file, and no folder or pattern with Parquet files")
+        raise InvalidFileError(given, "not a file, and not a folder or pattern of Parquet files")
     root = Path(os.path.commonpath([path.parent for path in files]))
     for path in files:
         for folder in path.relative_to(root).parts[:-1]:
             if "=" in folder:
                 raise InvalidFileError(
-                    path, f"the value of a column is the name of its folder, {folder}: grade folder by folder"
+                    path,
+                    f"the name of its folder, {folder}, holds the value of a column; grade each folder alone",
                 )
     return root, files
 
@@ -127,17 +131,17 @@ def look_at(paths: list[Path], options: GradeOptions) -> list[SourceFile]:
         if not file.schema.equals(first.schema):
             pairs = zip_longest(_described(file.schema), _described(first.schema), fillvalue="nothing")
             difference = next(f"{own} here, {other} there" for own, other in pairs if own != other)
-            raise InvalidFileError(file.path, f"columns are not those of {first.path}: {difference}")
+            raise InvalidFileError(file.path, f"columns differ from those of {first.path}: {difference}")
     return files
 
 
 def _look_at_one(path: Path) -> SourceFile:
     try:
-        # A change within the same tick could not be told later.
+        # A change within the same tick would leave the same time.
         age = time.time() - path.stat().st_mtime
         if 0 <= age < _CLOCK_TICK:
             time.sleep(_CLOCK_TICK - age)
-        # Before it is read: what is written meanwhile makes another file of it.
+        # The state is taken first, so that a change during the reading shows.
         state = state_of(path)
         with pq.ParquetFile(path) as file:
             metadata, schema = file.metadata, file.schema_arrow
@@ -148,7 +152,7 @@ def _look_at_one(path: Path) -> SourceFile:
 
 
 def state_of(path: Path) -> FileState:
-    """Look at a file's times and footer; raises OSError."""
+    """Read a file's times and footer; raises OSError."""
     with path.open("rb") as stream:
         found = os.fstat(stream.fileno())
         stream.seek(max(0, found.st_size - _FOOTER_END))
@@ -159,16 +163,16 @@ def state_of(path: Path) -> FileState:
 
 
 def changed(path: Path) -> InvalidFileError:
-    """Return the error of a source that does not stay as it is."""
+    """Return the error of a source that changed during the run."""
     return InvalidFileError(
         path,
-        "it has changed while it was graded, and the unfinished part is dropped. When nothing writes to "
-        "it any more, grade it into another folder, or start over with overwrite=True (--overwrite)",
+        "changed while it was graded; the unfinished part is dropped. When no program writes to it any "
+        "more, grade it into another folder, or start over with overwrite=True (--overwrite)",
     )
 
 
 def _check_counts(path: Path, metadata: pq.FileMetaData) -> None:
-    """Refuse a footer whose numbers of rows contradict each other: some would be missing, or never come."""
+    """Refuse a footer whose numbers of rows contradict each other: rows would be missing."""
     columns = {
         k: metadata.schema.column(k).max_repetition_level > 0
         for k in range(metadata.num_columns)
@@ -184,11 +188,11 @@ def _check_counts(path: Path, metadata: pq.FileMetaData) -> None:
                 raise InvalidFileError(
                     path,
                     f"row group {number} claims {group.num_rows} rows, but {values} values of "
-                    f"{group.column(k).path_in_schema}; write the file anew",
+                    f"{group.column(k).path_in_schema}; write the file again",
                 )
     if total != metadata.num_rows:
         raise InvalidFileError(
-            path, f"claims {metadata.num_rows} rows, but its row groups hold {total}; write the file anew"
+            path, f"claims {metadata.num_rows} rows, but its row groups hold {total}; write the file again"
         )
 
 

@@ -1,4 +1,4 @@
-"""The files of parts: their names, and the run that each says it is of."""
+"""The files of parts: their names, and the run that wrote each of them."""
 
 from __future__ import annotations
 
@@ -15,22 +15,11 @@ if TYPE_CHECKING:
     from collections.abc import Collection
     from pathlib import Path
 
-__all__ = [
-    "ORIGIN",
-    "READERS",
-    "graded_parts",
-    "is_part_name",
-    "is_regular",
-    "origin_of",
-    "own_parts",
-    "part_name",
-]
-
 ORIGIN = b"graspforce"
-"""Key of a part's metadata that says of which run, and of which rows, it is."""
+"""Key of a part's metadata that names its run and its rows."""
 
 READERS = 16
-"""Files looked at in parallel: on network file systems it is their latency that counts."""
+"""Number of files read in parallel: network file systems have a long latency for each file."""
 
 _PARTS = "part-*.parquet"
 _PART_NAME = re.compile(r"part-\d{6,}\.parquet")
@@ -47,7 +36,7 @@ def is_part_name(name: str) -> bool:
 
 
 def is_regular(path: Path) -> bool:
-    """Whether a regular file is there: a run writes neither links nor pipes."""
+    """Whether the path is a regular file: a run writes neither links nor pipes."""
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except FileNotFoundError:
@@ -60,7 +49,7 @@ def graded_parts(out: Path) -> list[Path]:
 
 
 def origin_of(schema: pa.Schema) -> dict[str, Any]:
-    """Return what a part says of itself; empty where it says nothing."""
+    """Return the run and the rows that a part's metadata names; empty if it names none."""
     try:
         found = json.loads((schema.metadata or {}).get(ORIGIN, b"{}"))
     except (ValueError, RecursionError):
@@ -69,9 +58,9 @@ def origin_of(schema: pa.Schema) -> dict[str, Any]:
 
 
 def own_parts(out: Path, runs: Collection[str], *, any_run: bool) -> set[str]:
-    """Return the names of the parts that one of these runs has written, by what is inside them.
+    """Return the names of the parts that one of these runs wrote, by their metadata.
 
-    With `any_run`, where a manifest does not say which run it is of, the parts of one other run count, too.
+    `any_run` is True if a manifest cannot be read. Then the parts of one other run are included.
     """
     paths = graded_parts(out)
     with ThreadPoolExecutor(READERS) as pool:

@@ -1,6 +1,7 @@
-"""Parts: bounded stretches of rows of the source's files, each graded into one file of its own.
+"""Parts: ranges of rows of the source's files. Each is graded into a file of its own.
 
-A part is what an interruption loses, what a machine of a cluster grades, and what memory holds at a time.
+An interruption loses at most the part in work. A machine of a cluster grades one part at a time, and memory
+holds the result of one.
 """
 
 from __future__ import annotations
@@ -35,28 +36,26 @@ if TYPE_CHECKING:
     from .options import GradeOptions
     from .parquet_source import FileState, SourceFile
 
-__all__ = ["Part", "PartReport", "grade_part", "report_of", "shifted", "split"]
-
 _BATCH_BYTES = 20 << 20
-"""Of decoded rows in memory at a time, for rows that carry pictures or point clouds."""
+"""Decoded rows in memory at a time: rows may hold pictures or point clouds."""
 
 _READ_BUFFER_BYTES = 1 << 20
-"""Of each column, so that a row group is never in memory whole."""
+"""Buffer of each column, so that memory never holds a whole row group."""
 
 _LINUX_STATUS = Path("/proc/self/status")
 
-_SEEN = "source_changed"
-"""In a part's origin: when the status of its source was last changed, in ns."""
+_SOURCE_CHANGED = "source_changed"
+"""Key in a part's origin: time in ns at which the status of its source last changed."""
 
 _MAX_PARTS = 1_000_000
-"""Files in one folder; more are a mistake, or a file that lies about its rows."""
+"""Largest number of files in one folder. More are a mistake, or a footer claims rows that do not exist."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Rows of one source file, and the number of the part among all of them.
+    """Rows of one source file, and the number of the part among all parts.
 
-    `state` is that of the file when the run began; None where nobody has looked.
+    `state` is the state of the file when the run began; None if it is unknown.
     """
 
     index: int
@@ -67,11 +66,11 @@ class Part:
 
     @property
     def name(self) -> str:
-        """Of the file that holds its grades."""
+        """Name of the file that holds its grades."""
         return part_name(self.index)
 
     def origin(self, run: str) -> dict[str, str | int]:
-        """Return what the file of the part says of itself: the run, its number and its rows."""
+        """Return what the metadata of the part's file names: the run, the number and the rows."""
         return {"run": run, "part": self.index, "start": self.start, "rows": self.rows}
 
 
@@ -82,9 +81,9 @@ class PartReport:
     Attributes
     ----------
     statuses, closures : collections.Counter
-        How many rows have each.
+        Numbers of rows of each status and closure.
     peak_bytes : int
-        The most memory the process has had so far; 0 where the system does not say.
+        Largest memory of the process so far; 0 if the system does not report it.
     """
 
     statuses: Counter[str] = field(default_factory=Counter)
@@ -100,19 +99,19 @@ class PartReport:
 
 
 def split(files: list[SourceFile], rows_per_part: int) -> list[Part]:
-    """Split files; an empty one has one part, for its columns."""
+    """Split files into parts. An empty file has one part, which holds its columns."""
     count = sum(max(1, -(-file.rows // rows_per_part)) for file in files)
     if count > _MAX_PARTS:
         raise InvalidInputError(
             f"rows_per_part: {rows_per_part} makes {count} parts of {sum(file.rows for file in files)} rows, "
-            f"more than {_MAX_PARTS}; take more rows per part, if the source has so many"
+            f"more than {_MAX_PARTS}; take more rows per part, or check that the source has so many rows"
         )
-    stretches = (
+    ranges = (
         (file.path, start, min(rows_per_part, file.rows - start), file.state)
         for file in files
         for start in range(0, max(file.rows, 1), rows_per_part)
     )
-    return [Part(index, *stretch) for index, stretch in enumerate(stretches)]
+    return [Part(index, *rows) for index, rows in enumerate(ranges)]
 
 
 def grade_part(
@@ -126,14 +125,17 @@ def grade_part(
 ) -> PartReport:
     """Grade the rows of a part into its file, for the run of this identity."""
     if version != __version__:
-        raise GraspForceError(f"graspforce {__version__} here, {version} where the run was started")
+        raise GraspForceError(
+            f"this machine has graspforce {__version__}, the one that started the run {version}; install one "
+            "version on all"
+        )
     report = PartReport()
     before = _looked_at(part.source)
     if part.state not in (None, before[0]):
         raise changed(part.source)
     with _opened(part.source) as file, appearing(out / part.name) as stream:
         schema = graded_schema(file.schema_arrow, options)
-        origin = {**part.origin(run), _SEEN: before[0].status_changed}
+        origin = {**part.origin(run), _SOURCE_CHANGED: before[0].status_changed}
         schema = schema.with_metadata({**(schema.metadata or {}), ORIGIN: json.dumps(origin).encode()})
         at_once = _rows_at_once(file, part)
         with pq.ParquetWriter(stream, schema) as writer:
@@ -145,22 +147,22 @@ def grade_part(
                 writer.write_batch(graded, row_group_size=at_once)
                 report += _counted(pa.Table.from_batches([graded]))
                 done += batch.num_rows
-        # Before rows are counted: of a file that has changed they say nothing.
+        # First, because the rows of a changed file prove nothing.
         if _looked_at(part.source) != before:
             raise changed(part.source)
         if done != part.rows:
             raise InvalidFileError(
                 part.source,
-                f"{done} rows from row {part.start} on, not the {part.rows} it claims; write the file anew",
+                f"holds {done} rows from row {part.start} on, but claims {part.rows}; write the file again",
             )
-        # A machine that lost its client may end when the folder is another run's already.
+        # A machine that lost its client may finish after another run took over the folder.
         if identity(out) != run:
-            raise GraspForceError(f"{out}: not, or no longer, the folder of this run")
+            raise GraspForceError(f"{out}: belongs to another run now; the part is dropped")
     return report + PartReport(peak_bytes=_peak_bytes())
 
 
 def report_of(part: Part, out: Path, run: str) -> PartReport:
-    """Count the rows of a part that was graded before, if they are its own."""
+    """Count the rows of a part that was graded before; refuse a file that holds other rows."""
     path = out / part.name
     try:
         with pq.ParquetFile(path) as file:
@@ -169,25 +171,25 @@ def report_of(part: Part, out: Path, run: str) -> PartReport:
             rows = report.statuses.total()
             if rows != part.rows:
                 raise ResumeError(
-                    f"{path}: holds {rows} rows, not {part.rows}; delete it, and they are graded again"
+                    f"{path}: holds {rows} rows, expected {part.rows}; delete it, and they are graded again"
                 )
-            seen = origin.pop(_SEEN, None)
+            seen = origin.pop(_SOURCE_CHANGED, None)
             own = origin == part.origin(run)
-            # The source may have been copied with its time, or changed and given its time again.
+            # Somebody may have copied the source with its time, or changed it and restored the time.
             if own and part.state is not None and seen != part.state.status_changed:
                 own = _same_rows(part, file)
     except (pa.ArrowException, OSError, KeyError) as error:
         raise InvalidFileError(path, f"{error}; delete it, and its rows are graded again") from error
     if not own:
         raise ResumeError(
-            f"{path}: holds other rows than those from row {part.start} of {part.source.name} on; delete it, "
-            "and these are graded again"
+            f"{path}: does not hold the rows from row {part.start} of {part.source.name} on; delete it, and "
+            "they are graded again"
         )
     return report
 
 
 def _same_rows(part: Part, graded: pq.ParquetFile) -> bool:
-    """Whether the part holds what its rows of the source are now: it was written batch by batch."""
+    """Whether the part holds the rows that its source has now. Both are read batch by batch."""
     with _opened(part.source) as file:
         names = file.schema_arrow.names
         batches = _batches(file, part, _rows_at_once(file, part))
@@ -211,12 +213,12 @@ def _content(table: pa.Table) -> bytes:
 
 
 def shifted(progress: Callable[[int], object], before: int) -> Callable[[int], object]:
-    """Return a function to say how many of some later rows are done."""
+    """Return a progress function for rows after the first `before` ones."""
     return lambda done: progress(before + done)
 
 
 def _looked_at(path: Path) -> tuple[FileState, tuple[int, int]]:
-    """Return the state of a file, and which file it is."""
+    """Return the state of a file, and its device and number."""
     try:
         state, found = state_of(path), path.stat()
     except OSError as error:
@@ -226,7 +228,7 @@ def _looked_at(path: Path) -> tuple[FileState, tuple[int, int]]:
 
 def _opened(path: Path) -> pq.ParquetFile:
     try:
-        # Buffering ahead, as pyarrow does by default, would read whole row groups.
+        # By default pyarrow buffers ahead, and so reads whole row groups.
         return pq.ParquetFile(path, buffer_size=_READ_BUFFER_BYTES, pre_buffer=False)
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
@@ -252,7 +254,7 @@ def _batches(file: pq.ParquetFile, part: Part, at_once: int) -> Iterator[pa.Reco
 
 
 def _levels(column: pa.Array) -> int:
-    """Count what Parquet stores for a column: its numbers, and one entry for each list that holds none."""
+    """Count what Parquet stores for a column: its numbers, and one entry for each empty list."""
     empty = 0
     while is_list(column.type):
         lengths = pc.list_value_length(column).fill_null(0)
@@ -262,7 +264,7 @@ def _levels(column: pa.Array) -> int:
 
 
 def _check_levels(file: pq.ParquetFile, path: Path, groups: list[int], levels: int) -> None:
-    """Refuse row groups that hold more rows than they claim: those would be dropped."""
+    """Refuse row groups that hold more rows than they claim: the rest would be lost."""
     schema = file.metadata.schema
     leaf = next(
         k for k in range(file.metadata.num_columns) if schema.column(k).path.partition(".")[0] == "positions"
@@ -272,8 +274,8 @@ def _check_levels(file: pq.ParquetFile, path: Path, groups: list[int], levels: i
         rows = sum(file.metadata.row_group(group).num_rows for group in groups)
         raise InvalidFileError(
             path,
-            f"its row groups claim {rows} rows, which hold {levels} values of positions, but {stored} are "
-            "stored; write the file anew",
+            f"its row groups claim {rows} rows with {levels} values of positions, but {stored} values are "
+            "stored; write the file again",
         )
 
 
@@ -297,7 +299,7 @@ def _decoded(file: pq.ParquetFile, path: Path, at_once: int, groups: list[int]) 
     try:
         for batch in file.iter_batches(at_once, row_groups=groups):
             yield batch
-            # The pool keeps pages of earlier batches: without this, as much as several of them.
+            # The pool would keep the memory of several earlier batches.
             pa.default_memory_pool().release_unused()
     except (pa.ArrowException, OSError) as error:
         raise InvalidFileError(path, str(error)) from error
@@ -306,14 +308,14 @@ def _decoded(file: pq.ParquetFile, path: Path, at_once: int, groups: list[int]) 
 def _rows_at_once(file: pq.ParquetFile, part: Part) -> int:
     groups = [file.metadata.row_group(group) for group in range(file.metadata.num_row_groups)]
     heaviest = max((group.total_byte_size / max(group.num_rows, 1) for group in groups), default=1.0)
-    # Values of a dictionary, however long, take a few bits of each row in the file, but not in memory.
+    # In the file, a value of a dictionary takes a few bits of each row; in memory it takes its length.
     first_row = islice(_decoded(file, part.source, 1, _groups_of(file, part)[1][:1]), 1)
     heaviest = max(heaviest, *map(_bytes_of, first_row), 1.0)
     return max(1, min(part.rows, int(_BATCH_BYTES / heaviest)))
 
 
 def _bytes_of(row: pa.RecordBatch) -> int:
-    # Rows of a column that stays a dictionary share its values.
+    # In a column that stays a dictionary, rows share the values.
     return sum(
         (column.indices if pa.types.is_dictionary(column.type) else column).get_total_buffer_size()
         for column in row.columns
@@ -329,7 +331,7 @@ def _counted(table: pa.Table) -> PartReport:
 
 
 def _peak_bytes() -> int:
-    # What getrusage says on Linux is that of the process before, where a large one started this one.
+    # On Linux, getrusage reports the peak of the parent process if that was larger.
     if _LINUX_STATUS.exists():
         lines = _LINUX_STATUS.read_text("ascii", "replace").splitlines()
         return next((1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM:")), 0)

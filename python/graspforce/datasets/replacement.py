@@ -1,13 +1,14 @@
-"""A finished run takes the place of an earlier one in its folder.
+"""Replacement of the results of an earlier run by those of a new one.
 
-The new run is written into a hidden folder beside the old parts, which stay as they are. When it is finished:
+The new run writes into a hidden folder beside the old parts. When it is finished:
 
-1. the hidden folder is renamed; from here on the new run counts,
-2. its parts replace the old ones, one by one,
-3. old parts without a successor are deleted,
-4. its manifest replaces the old one, and the hidden folder is removed.
+1. The hidden folder is renamed. From here on the new run is the valid one.
+2. Its parts replace the old ones, one by one.
+3. Old parts without a successor are deleted.
+4. Its manifest replaces the old one, and the hidden folder is removed.
 
-A run that is killed before the first step leaves the old results; later, `complete` does what is left.
+If a run is killed before step 1, the old results stay. If it is killed later, `complete` does the remaining
+steps.
 """
 
 from __future__ import annotations
@@ -22,39 +23,38 @@ from .atomic_files import clear_leftovers, sync
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["HIDDEN", "complete", "discard", "finished", "in_work", "is_folder"]
-
 _IN_WORK = ".graspforce-new"
 _FINISHED = ".graspforce-finished"
 HIDDEN = (_IN_WORK, _FINISHED)
-"""Names in a folder of results that are a run's own, beside its parts and manifest."""
+"""Names of the hidden folders that a run may make in a folder of results."""
 
 
 def in_work(out: Path) -> Path:
-    """Where a run that is to replace another one writes."""
+    """Folder of a run that will replace another one and is not finished."""
     return out / _IN_WORK
 
 
 def finished(out: Path) -> Path:
-    """Where a run waits that is finished and counts from now on."""
+    """Folder of a finished run whose parts have not all replaced the old ones."""
     return out / _FINISHED
 
 
 def is_folder(path: Path) -> bool:
-    """Whether a run's own folder is there; anything else of its name is refused."""
+    """Whether this hidden folder of a run exists; anything else of its name is refused."""
     try:
         mode = path.lstat().st_mode
     except FileNotFoundError:
         return False
     if not stat.S_ISDIR(mode):
-        raise ResumeError(f"{path}: not a folder that a run has made; delete or rename it")
+        raise ResumeError(f"{path}: not a folder, so no run made it; delete or rename it")
     return True
 
 
 def complete(out: Path, manifest: str, parts: list[Path], old: list[Path]) -> None:
-    """Put the finished run in the place of the old one, from whichever step on.
+    """Do the steps of a replacement that are left.
 
-    `parts` are those of the finished folder, `old` the earlier run's that have no successor.
+    `parts` are the parts in the folder of the finished run. `old` are parts of the earlier run without a
+    successor.
     """
     source = finished(out)
     for path in parts:
@@ -70,7 +70,7 @@ def complete(out: Path, manifest: str, parts: list[Path], old: list[Path]) -> No
 
 
 def discard(out: Path, manifest: str, parts: list[Path]) -> None:
-    """Delete a run that was to replace another one and was never finished."""
+    """Delete the unfinished run that should have replaced another one."""
     folder = in_work(out)
     for path in parts:
         path.unlink()

@@ -1,6 +1,6 @@
 """Rows of a dataset as batches of grasps with equally many contacts.
 
-What is wrong with the shape of a row is found here; what is wrong with its values, the core finds.
+This module checks the shapes of rows. The core checks their values.
 """
 
 from __future__ import annotations
@@ -23,33 +23,31 @@ if TYPE_CHECKING:
     Indices = NDArray[np.int64]
     Mask = NDArray[np.bool_]
 
-__all__ = ["Faults", "Rows"]
-
 _VECTORS = ("positions", "normals", "tangents")
 _NUMBERS = ("friction", "max_normal_force", "torsion")
 
 
 class Faults:
-    """The first thing wrong with each row, in words."""
+    """The first fault of each row, in words."""
 
     def __init__(self, rows: int) -> None:
         self.bad: Mask = np.zeros(rows, bool)
         self.messages: dict[int, str] = {}
 
     def add(self, wrong: Mask, message: Callable[[int], str]) -> None:
-        """Give the wrong rows their message, if they have none yet."""
+        """Add a message to the wrong rows that have none yet."""
         for row in np.flatnonzero(wrong & ~self.bad).tolist():
             self.messages[row] = message(row)
         self.bad |= wrong
 
     def compare(self, message: str, found: Indices, expected: Indices) -> None:
-        """Refuse the rows where two counts differ; the message has a place for each."""
+        """Refuse the rows where two counts differ; the message has a placeholder for each count."""
         self.add(found != expected, lambda row: message.format(found[row], expected[row]))
 
 
 @dataclass(frozen=True, slots=True)
 class _Vectors:
-    """A column of one vector for each contact, with as many coordinates as the row's first."""
+    """A column of one vector for each contact. All vectors of a row have equally many coordinates."""
 
     contacts: Ragged
     coordinates: Ragged
@@ -66,7 +64,7 @@ class _Vectors:
         null = first_within(starts, ends, coordinates.null)
         faults.add(null >= 0, lambda row: f"{name}, contact {null[row]}: null")
         lengths = coordinates.lengths
-        # Where the last rows are empty their first contact would lie past the end.
+        # The first contact of empty last rows would lie past the end.
         dims = np.append(lengths, 0)[np.minimum(starts, len(lengths))]
 
         def size(row: int, contact: int) -> str:
@@ -121,7 +119,7 @@ class Rows:
     Attributes
     ----------
     faults : Faults
-        Rows that cannot be given to the core, and why.
+        Rows that the core cannot take, with the reasons.
     """
 
     def __init__(self, batch: pa.RecordBatch) -> None:
@@ -160,7 +158,7 @@ class Rows:
         return origins, values.values
 
     def groups(self) -> Iterator[tuple[Indices, dict[str, Array]]]:
-        """Yield rows with equally many contacts and coordinates, with arguments of `quality_many`."""
+        """Yield groups of rows of equal shape, with their arguments for `quality_many`."""
         good = np.flatnonzero(~self.faults.bad)
         shapes = np.stack([self._counts[good], self._dims[good]], axis=1)
         for count, dim in np.unique(shapes, axis=0).tolist():

@@ -17,16 +17,6 @@ if TYPE_CHECKING:
 
     from .options import GradeOptions
 
-__all__ = [
-    "GRASP_COLUMNS",
-    "check_names",
-    "check_schema",
-    "check_type",
-    "graded_schema",
-    "is_list",
-    "result_fields",
-]
-
 _VECTORS = "a list of lists of 2 or 3 numbers"
 _NUMBERS = "a number, or a list of one for each contact"
 

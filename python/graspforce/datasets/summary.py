@@ -10,8 +10,6 @@ from graspforce._internal.to_dict import Record
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["GradeSummary"]
-
 
 @dataclass(frozen=True, slots=True)
 class GradeSummary(Record):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidFileError, InvalidInputError, MissingExtraError
 from graspforce.surfaces import MeshSurface
+from graspforce.surfaces.mesh_parts import components
 
 from .mesh_file import load_mesh
 from .safe_read import beside
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from .schema import ContactModel, GraspModel, MeshModel
     from .yaml_document import Document
-
-__all__ = ["contact_places", "load_surface", "mesh_path"]
 
 MAX_PARTS = 256
 """Largest number of closed parts of a mesh. Each pair of parts is checked for overlap, which takes time."""
@@ -75,11 +73,7 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
 
 def _num_parts(faces: NDArray[np.int64]) -> int:
     """Count groups of faces (F, 3) that share no vertex."""
-    sparse = importlib.import_module("scipy.sparse")
-    ends = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
-    size = int(faces.max()) + 1
-    graph = sparse.coo_matrix((np.ones(len(ends[0]), bool), ends), (size, size))
-    labels = importlib.import_module("scipy.sparse.csgraph").connected_components(graph, directed=False)[1]
+    labels = components(int(faces.max()) + 1, np.concatenate([faces[:, :2], faces[:, 1:]]))
     return len(np.unique(labels[faces[:, 0]]))
 
 

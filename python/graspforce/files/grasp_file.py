@@ -31,14 +31,15 @@ if TYPE_CHECKING:
 
     from graspforce.surfaces import MeshSurface
 
-__all__ = ["MAX_ARRAY_BYTES", "GraspFile", "from_document", "grasp_of", "load_grasp"]
-
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Limit of NumPy files, before and after decompression."""
 
 _NPY = b"\x93NUMPY"
 _ARRAYS = [name for name in GRASP_ARGUMENTS if name != "extreme_forces"]
-_FIELDS = {"positions": "position", "normals": "normal", "tangents": "tangent"}
+CONTACT_FIELDS = {
+    "positions": "position", "normals": "normal", "tangents": "tangent", "extreme_forces": "extreme_forces",
+}  # fmt: skip
+"""Fields of a contact, by the arguments of `graspforce.Grasp` that hold them for all contacts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,7 +208,9 @@ def _located(document: Document, error: InvalidGraspError) -> InvalidFileError:
         return document.error((found[1],), message.removeprefix(f"{found[1]}: "))
     contact = int(found[2])
     by_arguments = found[1] in document.data
-    field = (found[1], contact) if by_arguments else ("contacts", contact, _FIELDS.get(found[1], found[1]))
+    field = (
+        (found[1], contact) if by_arguments else ("contacts", contact, CONTACT_FIELDS.get(found[1], found[1]))
+    )
     return document.error(field, message.partition(": ")[2])
 
 

@@ -8,8 +8,6 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from .schema import GraspArgumentsModel, _NotNegative, _Number, _Planar, _Positive, _Spatial, _Strict
 
-__all__ = ["HandFileModel", "HandPlanModel", "HandSourceModel", "SavedObjectModel"]
-
 
 class FingertipModel(_Strict):
     """A fingertip: the sphere or capsule of a body, geom or site, or one given in the body's frame."""

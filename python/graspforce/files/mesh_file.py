@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["FORMATS", "MAX_MESH_BYTES", "load_mesh"]
-
 MAX_MESH_BYTES = 64 * 1024 * 1024
 FORMATS = ("obj", "off", "ply", "stl")
 _MAX_PLY_HEADER_BYTES = 64 * 1024

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from .schema import MeshModel
     from .yaml_document import Document
 
-__all__ = ["MeshPlanFile", "mesh_problem", "of_file"]
-
 _BRACKET = 1e-4
 """Narrow enough to tell grasps apart while the search runs."""
 

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from graspforce.planning import Plan
     from graspforce.typing import Criterion
 
-__all__ = ["PlanFile", "load_problem"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanFile(ReadOnly):

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-__all__ = ["reasons", "shortened", "spelled"]
-
 _MAX_SHOWN = 60
 
 _KINDS = {

@@ -12,8 +12,6 @@ from graspforce.errors import InvalidFileError
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["beside", "limited_bytes"]
-
 
 def limited_bytes(path: Path, limit: int) -> bytes:
     """Read a regular file that may not be larger than `limit` bytes."""

@@ -12,21 +12,12 @@ from typing import TYPE_CHECKING, Any
 from graspforce._core import Grasp
 from graspforce.errors import InvalidFileError, InvalidInputError
 
-from .grasp_file import from_document
+from .grasp_file import CONTACT_FIELDS, from_document
 from .yaml_document import MAX_TEXT_BYTES, document_of
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
-
-__all__ = ["save_grasp"]
-
-_FIELDS = {
-    "positions": "position",
-    "normals": "normal",
-    "tangents": "tangent",
-    "extreme_forces": "extreme_forces",
-}
 
 
 def save_grasp(
@@ -106,7 +97,7 @@ def _fields(grasp: Grasp) -> dict[str, Any]:
     """Return the fields of a grasp file: what contacts have in common, and the rest contact by contact."""
     given = grasp.to_dict()
     shared = {name: given[name] for name in ("origin", "length_scale", "friction_margin")}
-    own = {field: given[name] for name, field in _FIELDS.items() if given[name] is not None}
+    own = {field: given[name] for name, field in CONTACT_FIELDS.items() if given[name] is not None}
     numbers = ["friction", "max_normal_force"]
     if any(given["torsion"]):
         numbers.append("torsion")

@@ -12,22 +12,6 @@ try:
 except ModuleNotFoundError as error:
     raise MissingExtraError("cli", error) from error
 
-__all__ = [
-    "ContactModel",
-    "CylinderModel",
-    "EllipseModel",
-    "EllipsoidModel",
-    "GraspArgumentsModel",
-    "GraspModel",
-    "LineModel",
-    "MeshModel",
-    "MeshPlanModel",
-    "PlanContactModel",
-    "PlanModel",
-    "PlaneModel",
-    "of_each_contact",
-]
-
 _MAX_EDGES = 65_536
 """The limit of `graspforce.Grasp`; that of contacts is the size of a file."""
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Triangles = tuple[NDArray[np.float64], NDArray[np.int64]]
 
-__all__ = ["READERS", "checked_faces"]
-
 _OFF = re.compile(rb"\s*(ST)?C?N?OFF(?=[\s\d]|$)")
 _STL_HEADER = 84
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["COLUMNS", "MAX_CSV_BYTES", "WrenchFile", "load_wrenches", "parse_wrench"]
-
 MAX_CSV_BYTES = 64 * 1024 * 1024
 """Hours of wrenches at control rate; in memory they take eight times as much."""
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-__all__ = ["MAX_TEXT_BYTES", "Document", "document_of", "is_grasp", "is_plan", "read_document"]
-
 MAX_TEXT_BYTES = 1_000_000
 """A grasp of a hundred contacts takes twenty thousand."""
 

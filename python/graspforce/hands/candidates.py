@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["GAP", "OVERLAP", "Candidates", "measured"]
 
 GAP = 3e-4
 """Largest gap in m of a tip that touches."""

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["pregrasps"]
 
 _ON_THE_WAY = 0.25, 0.5, 0.75, 1.0  # of the way from the grasp to the pregrasp
 _OVERLAP = 4e-4  # m

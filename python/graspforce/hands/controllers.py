@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Control", "Controller", "controller"]
 
 Control: TypeAlias = Literal["squeeze", "servo", "torque"]
 """A fixed squeeze; distributed forces on top of position servos; or distributed forces as pure torques."""

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Triangles = tuple[Array, NDArray[np.int64]]
 
-__all__ = ["convex_parts", "hull_of"]
 
 _CUTS = (0.2, 0.35, 0.5, 0.65, 0.8)
 _SLIVER = 1e-4  # of the solid's volume: a smaller piece is dropped

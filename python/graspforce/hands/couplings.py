@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["coupling_matrix", "driven_limits"]
-
 
 def coupling_matrix(
     joints: Sequence[str], relations: Sequence[tuple[str, str, float, float]], given: Any

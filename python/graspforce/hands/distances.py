@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["Clearances", "Distances", "Touches"]
-
 
 _FAR = 1.0  # m: beyond this the direction to the object is that to its middle
 

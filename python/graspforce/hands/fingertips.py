@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Fingertip", "find_fingertips"]
 
 _SPHERE, _CAPSULE = 2, 3  # mjtGeom
 _GIVEN = ("name", "radius", "position", "axis", "half_length", "pad")

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PUSHES", "GraspProblem"]
 
 PUSHES = np.hstack([np.vstack([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]], np.zeros((6, 3))])
 """(6, 6) unit pushes along +x, -x, +y, -y, +z and -z."""

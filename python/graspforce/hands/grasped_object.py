@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["GraspedObject", "grasped_object"]
 
 _EXCESS = 0.03
 _MOST_PARTS = 32
@@ -105,11 +104,11 @@ def grasped_object(mesh: Any) -> GraspedObject:
         checked = checked_mesh(mesh, 1.0, check_watertight=True, check_size=True)
     except InvalidInputError as error:
         # The checks name arguments of other functions.
-        message = str(error).removeprefix("unit: ").replace(", or pass check_watertight=False", "")
-        message = message.partition("; say which unit")[0] + (
-            "; scale it to m" if "; say which unit" in message else ""
-        )
-        raise InvalidInputError(message if message.startswith("mesh") else f"mesh: {message}") from None
+        argument, _, message = str(error).partition(": ")
+        if argument == "unit":
+            message = f"{message.rpartition(';')[0]}; scale it to m"
+        message = message.replace(", or pass check_watertight=False", "")
+        raise InvalidInputError(f"{'mesh' if argument == 'unit' else argument}: {message}") from None
     boundary = checked.boundary
     triangles = boundary.vertices[boundary.faces]
     center = center_of_mass(triangles)

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Hand"]
-
 
 class Hand(HandData):
     """A multifingered hand with a free wrist, as planning and simulation see it.

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HandData"]
 
 _FULL_TORQUE = 0.25  # rad: a servo of unknown stiffness reaches its torque limit at this error
 

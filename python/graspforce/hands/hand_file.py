@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from graspforce.files.yaml_document import Document
 
-__all__ = ["HandFile", "read_hand_file"]
 
 _ALONE = ("model", "package_dirs", "fingertips")
 

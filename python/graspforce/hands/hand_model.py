@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["BodyPart", "HandModel", "Joint", "Shape", "named", "read_hand"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyPart(ReadOnly):

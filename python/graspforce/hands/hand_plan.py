@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HandPlan", "loaded_plan"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandPlan(Record):

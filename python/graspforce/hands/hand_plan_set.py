@@ -14,7 +14,6 @@ from .hand_plan import HandPlan
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["HandPlanSet", "SearchEnd"]
 
 SearchEnd: TypeAlias = Literal["done", "time", "interrupted"]
 """Why a search ended."""

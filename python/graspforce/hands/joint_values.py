@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["joint_limits", "joint_numbers"]
-
 
 def joint_numbers(
     argument: str, given: Any, joints: Sequence[str], known: Sequence[float], *, positive: bool = False

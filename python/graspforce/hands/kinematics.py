@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["HandKinematics", "Places", "Poses"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:

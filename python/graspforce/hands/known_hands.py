@@ -13,7 +13,6 @@ from .hand import Hand
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["preset", "presets"]
 
 _ALLEGRO = "share/example-robot-data/robots/allegro_hand_description/urdf/allegro_{side}_hand.urdf"
 # Thumb, then the finger next to it. On the left hand the same joints come in the opposite order.

@@ -13,7 +13,6 @@ from graspforce.errors import InvalidFileError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["spec_from_file"]
 
 _MAX_BYTES = 16 * 1024 * 1024
 _ENTITY = re.compile(r"<!(DOCTYPE|ENTITY)", re.IGNORECASE)

@@ -21,7 +21,6 @@ from .known_hands import preset
 if TYPE_CHECKING:
     from graspforce.files.yaml_document import Document
 
-__all__ = ["load_plan", "save_plan"]
 
 _NUMBERS = (
     "preload", "contact_error", "penetration", "self_penetration", "pad_angle", "pregrasp_clearance", "onset",

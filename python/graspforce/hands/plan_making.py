@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Maker"]
 
 _EDGES = 8
 _LEAST_SHARE = 0.25  # of the preload: torque limits that allow less leave no grasp

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["plan_hand"]
 
 # Least cosines of pads, round by round: they may look aside only where no plan was found.
 _PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HandPose"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandPose(Record):

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["cross", "inverse", "matrix_of", "quaternion_of", "rotation_of", "rotation_vectors", "rotations"]
-
 
 def cross(a: Array, b: Array) -> Array:
     """Return cross products (..., 3); `numpy.cross` takes three times as long for some dozen vectors."""

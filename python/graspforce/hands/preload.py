@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["finger_stiffness", "joint_torques", "least_forces", "resting_forces", "slip_onset"]
 
 _RIGID = 1e-6  # m/N: a finger that joints cannot move along some direction yields that much
 _PER_PRELOAD = 100.0

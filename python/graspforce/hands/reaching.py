@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["reach"]
 
 _SHAPES = 60
 _JITTER = 0.3  # rad

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["refined"]
 
 _PALM = 0.005, 0.08  # m and rad: standard deviations of a move at the first step size
 _JOINT = 0.08  # rad

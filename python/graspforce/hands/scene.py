@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CORE", "add_couplings", "add_hand", "add_object", "link_shapes", "planning_spec"]
 
 CORE = 0.2
 """Radius of a tip's core as a share of the tip's: the way to the object is known also where both touch."""

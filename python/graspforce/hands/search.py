@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from .distances import Distances
     from .grasp_problem import GraspProblem
 
-__all__ = ["Search"]
 
 _REFINED = 6
 _ROUNDS, _MOVES = 8, 10

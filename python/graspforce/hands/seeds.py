@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["contact_seeds", "palm_seeds"]
 
 _SHAPES = 48
 _JITTER = 0.25  # rad, of joints about the hand's posture

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["TIMESTEP", "Simulation"]
 
 TIMESTEP = 2e-3  # s
 # MuJoCo's default contacts are so soft that 17 to 76% of a planned normal force arrives; with an impratio of

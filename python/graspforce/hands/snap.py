@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SnapOptions", "facing_of", "nearest_axis_points", "snap"]
 
 _PER_METRE = 1e3  # residuals are in mm
 _PAD = 10.0  # a pad that lacks 0.1 of its cosine counts like 1 mm

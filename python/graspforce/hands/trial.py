@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Trial", "largest_pushes", "shake"]
 
 _HELD = 0.05, np.deg2rad(15.0)  # m, rad: beyond this an object is lost
 _CLOSE, _RAMP, _SETTLE = 0.6, 0.3, 0.7  # s

@@ -2,7 +2,11 @@
 
 Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifingered grasping", Mechanism and
 Machine Theory 41 (2006) 1243-1257, section 5.
-`examples` holds the printed numbers. `racket`, `tile` and `tile_forces` compute them again.
+
+- `examples`: the printed inputs and results.
+- `racket`; `tile` and `tile_forces`: the same, computed. `..._report`: as text; `..._drawing`,
+  `racket_outline`: drawn.
+- `reproduce`: prints an example; `completed`: refuses an interrupted search.
 """
 
 from .examples import (

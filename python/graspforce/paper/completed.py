@@ -1,4 +1,4 @@
-"""Searches of which every iterate is compared with the printed ones."""
+"""Check that a search was not interrupted: its iterates are compared with the printed ones."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from graspforce.planning import Plan
-
-__all__ = ["completed"]
 
 
 def completed(found: Plan) -> Plan:

@@ -16,21 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "RACKET",
-    "RACKET_WRENCH",
-    "TABLE_1",
-    "TILE",
-    "TILE_FORCE_MILLISECONDS",
-    "TILE_WRENCHES",
-    "DynamicWrench",
-    "PlanningProblem",
-    "PublishedForces",
-    "PublishedPlan",
-    "TileProblem",
-    "tile_side",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class PublishedPlan:
@@ -65,7 +50,7 @@ class PlanningProblem:
 
 @dataclass(frozen=True, slots=True)
 class PublishedForces:
-    """One row of Table 1: a grasp, and (max, sum, CPU ms) of its normalised normal forces by objective."""
+    """One row of Table 1: a grasp, and for each objective (max, sum, CPU ms) of normalised normal forces."""
 
     problem: str
     params: tuple[float, ...]
@@ -102,7 +87,7 @@ _THREE_FINGERS = PlanningProblem(
     ),
 )
 
-# The text does not say so, but the paper's contacts 1 and 2 press outward from inside the head.
+# The paper's contacts 1 and 2 press outward from inside the head. The figure shows it, not the text.
 _FOUR_FINGERS = PlanningProblem(
     name="four fingers",
     curves=(
@@ -267,4 +252,4 @@ TILE_WRENCHES: Mapping[int, DynamicWrench] = MappingProxyType(
 TILE_FORCE_MILLISECONDS: Mapping[tuple[int, Literal["max", "sum"]], float] = MappingProxyType(
     {(6, "max"): 62.10, (7, "sum"): 46.20, (7, "max"): 65.64}
 )
-"""CPU time (ms) of the forces at one time by figure and objective, as far as printed; "max" on 275 points."""
+"""Printed CPU time in ms of the forces against one wrench, by figure and objective; "max" used 275 points."""

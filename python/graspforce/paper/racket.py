@@ -24,22 +24,21 @@ if TYPE_CHECKING:
 
     from graspforce.typing import Criterion
 
-__all__ = ["NOTES", "REPEATS", "PlanRun", "RacketRun", "TableCell", "TableRow", "run_racket"]
-
 _T = TypeVar("_T")
 
-_AGREES = "Rows d and e agree with print, and so do both three-finger plans."
-_TIES = (
-    "The printed end of the four-finger sum plan is one of many equally good ones; the tie rule here ends "
-    "at another. The printed end of the max plan lies beside the computed one, and is worse."
-)
-_DIFFERS = (
-    "Rows k and n do not follow from the printed inputs, whichever way the normals point, nor with any one "
-    "or two of the printed constants changed that were tried. Both columns are shown; neither is claimed for "
-    "the other."
-)
 REPEATS = 5
-NOTES = (_AGREES, _TIES, _DIFFERS)
+NOTES = (
+    "Rows d and e agree with the printed table. Both three-finger plans agree with the printed ones.",
+    (
+        "The four-finger sum plan has many equally good ends. The tie rule here ends at another one than the "
+        "printed end. The printed end of the four-finger max plan is near the computed one, and is worse."
+    ),
+    (
+        "Rows k and n do not follow from the printed inputs. Other directions of the normals do not give "
+        "them either, nor do changes of one or two printed constants, as far as they were tried. The report "
+        "shows both columns, and does not explain the difference."
+    ),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from .racket import PlanRun, RacketRun
 
-__all__ = ["plan_figure", "save_plan_figures"]
-
 
 def plan_figure(run: PlanRun) -> Figure:
     """Return one panel for each iterate of a racket plan, with the least forces against Table 1's wrench.

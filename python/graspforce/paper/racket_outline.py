@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-__all__ = ["draw_racket", "label_contacts"]
-
 _FRAME, _EDGE, _STRING = "#ded8c9", "#30343b", "#e9e9ea"
 _LABEL_DISTANCE = 0.011
 

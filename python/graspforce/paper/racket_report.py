@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from .racket import PlanRun, RacketRun, TableRow
 
-__all__ = ["racket_report"]
-
 
 def racket_report(run: RacketRun) -> str:
     """Return the whole report, lines of at most 100 characters."""

@@ -1,4 +1,4 @@
-"""Both examples, printed beside the published numbers. Only the pictures need an optional package."""
+"""Prints both examples beside the published numbers. Only the pictures need an optional package."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from graspforce._internal.optional_imports import optional
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
-
-__all__ = ["EXAMPLES", "reproduce"]
 
 
 def reproduce(example: str, *, json_file: Path | None = None, out: Path | None = None) -> None:

@@ -2,7 +2,7 @@
 
 With the printed friction of 0.2 neither printed end is force closure, and the search ends elsewhere. With
 friction near 0.68 the printed psi_1 are local optima, and the forces behave as in Figs. 6 and 7. This
-friction is inferred, and results that use it say so.
+friction is inferred; results that use it are labelled "inferred".
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from graspforce.typing import Criterion
-
-__all__ = ["INFERRED_FRICTION", "TilePlanRun", "TileRun", "run_tile", "tile_grasp"]
 
 INFERRED_FRICTION = 0.68
 

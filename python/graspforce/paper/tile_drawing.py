@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from .tile import TilePlanRun, TileRun
 
-__all__ = ["draw_tile", "save_tile_figures", "tile_plan_figure"]
-
 _PANELS = 8
 _GRID = 24
 _CONE = 0.08

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = ["TrajectoryForces", "tile_forces", "trajectory_forces"]
-
 RATE = 1000
 _JSON_EVERY = 100
 

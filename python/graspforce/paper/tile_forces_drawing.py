@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from .tile_forces import TrajectoryForces
 
-__all__ = ["save_tile_forces_figures", "tile_forces_figure"]
-
 _INK, _LIMIT = "#30343b", "#c0392b"
 _LINES = {"sum": ("#c8742c", "--", "least sum"), "max": ("#1f5f99", "-", "least maximum")}
 _PANELS = (

@@ -16,15 +16,13 @@ if TYPE_CHECKING:
 
     from .tile import TilePlanRun, TileRun
 
-__all__ = ["SECTIONS", "tile_report"]
-
 _NOTES = """\
-As printed, with friction 0.2, neither printed end is force closure: rho is positive there, and no forces
-at the first balance the wrenches of Figs. 6 and 7 at any time. The search finds force closure elsewhere, and
-takes about twice the printed number of iterations.
+With the printed friction of 0.2, neither printed end is force closure: rho is positive there. At the end
+for the maximum, no forces balance the wrenches of Figs. 6 and 7 at any time. The search finds force closure
+elsewhere, after about twice the printed number of iterations.
 
-Friction 0.68 is inferred: with it the printed psi_1 are local optima, and least forces behave as in Figs. 6
-and 7. The computed ends are still not the printed ones; neither column is claimed for the other."""
+Friction 0.68 is inferred. With it the printed psi_1 are local optima, and least forces behave as in Figs. 6
+and 7. The computed ends still differ from the printed ones. The report does not explain the difference."""
 
 
 def tile_report(run: TileRun) -> str:

@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from graspforce._core import BoxBound
-from graspforce._internal.checks import finite_array, finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.checks import (
+    bounds_array,
+    finite_array,
+    finite_vector,
+    real_number,
+    search_bounds,
+    whole_number,
+)
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
@@ -35,8 +42,6 @@ if TYPE_CHECKING:
     from .global_optimum import Ended
 
     Array = NDArray[np.float64]
-
-__all__ = ["plan_global"]
 
 _MAX_PARAMS = 4
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
@@ -129,12 +134,10 @@ def plan_global(
     >>> gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3, curvature=bends).stopped
     'tolerance'
     """
-    box = finite_array("bounds", bounds)
-    if box.ndim != 2 or box.shape[1:] != (2,) or not len(box):
-        raise InvalidInputError(f"bounds: shape {box.shape}, expected (p, 2)")
-    if len(box) > _MAX_PARAMS:
+    box = bounds_array(bounds)
+    if not 1 <= len(box) <= _MAX_PARAMS:
         raise InvalidInputError(
-            f"bounds: {len(box)} parameters, at most {_MAX_PARAMS} are possible; fix some of them, or use "
+            f"bounds: {len(box)} parameters, 1 to {_MAX_PARAMS} are possible; fix some of them, or use "
             "graspforce.plan_multistart"
         )
     middle = box[:, 0] / 2 + box[:, 1] / 2

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CandidateSource"]
-
 
 class CandidateSource:
     """Candidates from parameters: the surface's contacts, checked, and the best of the feasible ones."""

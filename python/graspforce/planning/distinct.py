@@ -1,4 +1,4 @@
-"""Distinct grasps: two grasps are the same if their contacts, matched with each other, nearly coincide."""
+"""Distinct grasps. Two grasps are the same if their contacts, once matched, nearly coincide."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from .candidates import CandidateSource
     from .plan_result import Plan
-
-__all__ = ["default_distance", "distinct_plans", "interchangeable_contacts"]
 
 
 def default_distance(positions: NDArray[np.float64]) -> float:

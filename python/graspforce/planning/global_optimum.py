@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp, Quality
 
-__all__ = ["Ended", "GlobalOptimum"]
-
 Ended: TypeAlias = Literal["tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"]
 
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Refinement", "RefinementStopped", "refine"]
-
 RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
 
 _DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Unpack, cast, get_args
 import numpy as np
 
 from graspforce._core import quality_many
-from graspforce._internal.checks import finite_array, real_number, search_bounds, whole_number
+from graspforce._internal.checks import bounds_array, finite_array, real_number, search_bounds, whole_number
 from graspforce._internal.html import table, vector
 from graspforce._internal.optional_imports import optional
 from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number, expect_tuple
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from .placement_noise import PlacementNoise
 
     Array = NDArray[np.float64]
-
-__all__ = ["PlanSet", "plan_multistart"]
 
 # Draws by start before the search for feasible starts gives up.
 _DRAWS = 50
@@ -248,9 +246,7 @@ def plan_multistart(
 
 
 def _feasible_starts(source: CandidateSource, bounds: ArrayLike, starts: Starts, seed: int) -> Array:
-    box = finite_array("bounds", bounds)
-    if box.ndim != 2 or box.shape[1:] != (2,):
-        raise InvalidInputError(f"bounds: shape {box.shape}, expected (p, 2)")
+    box = bounds_array(bounds)
     lower, upper = search_bounds(box, np.minimum(box[:, 0], box[:, 1]))
     if not isinstance(starts, int | np.integer):
         points = finite_array("starts", starts)

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["pattern_search", "plan"]
-
 
 def plan(
     surface: Surface,

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlacementNoise", "PlacementQuality"]
-
 # Noisy grasps measured at a time: a batch of candidates by samples fits in memory whatever its size.
 _ROWS = 65_536
 

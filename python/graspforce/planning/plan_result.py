@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from graspforce._core import Grasp, Quality
     from graspforce.typing import Criterion
 
-__all__ = ["Blocks", "Iterate", "Plan"]
-
 Blocks: TypeAlias = tuple[tuple[int, ...], ...]
 
 

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from graspforce._core import Grasp, Quality
     from graspforce.typing import Feasible, Surface
 
-__all__ = ["SearchProblem", "deadline_after", "read_only_copy"]
-
 
 @dataclass(frozen=True, slots=True)
 class SearchProblem:

@@ -12,8 +12,6 @@ from graspforce.errors import InvalidInputError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Report", "reporting"]
-
 Report: TypeAlias = Callable[[int, int, float], object]
 """Called as ``report(done, total, epsilon)``."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Contacts = dict[str, Array]
 
-__all__ = ["Choice", "EpsilonScore", "Score", "SearchCounts"]
-
 
 @dataclass(frozen=True, slots=True)
 class SearchCounts(Record):

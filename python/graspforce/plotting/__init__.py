@@ -1,8 +1,11 @@
-"""Figures of grasps, wrench sets, forces and searches, in one restrained style.
+"""Figures of grasps, wrench sets, forces and searches.
 
-Needs matplotlib (the ``plot`` extra). Functions ``draw_...`` take axes and return what they drew; functions
-``..._figure`` make a whole figure. Figures are made without pyplot: nothing here opens a window or needs a
-display, and a caller's own plots stay as they are.
+Needs matplotlib (the ``plot`` extra). Functions ``draw_...`` take axes and return the artists that they drew.
+Functions ``..._figure`` make a whole figure. They do not use pyplot: no window opens, no display is needed,
+and the caller's own plots do not change.
+
+- `figures`: whole figures; `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over
+  time; `statistics`: searches and latencies; `scene`: meshes and views; `style`: colours and lines.
 """
 
 from graspforce.errors import MissingExtraError

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 from graspforce._core import Grasp
 from graspforce._internal.checks import instance
 from graspforce.planning import Plan
+from graspforce.typing import CRITERIA
 
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
-
-__all__ = ["grasp_figure", "history_figure", "polytope_figure", "quality_figure", "trajectory_figure"]
 
 _MAX_DRAWN_CONTACTS = 7
 
@@ -47,8 +46,7 @@ def grasp_figure(
     1
     """
     instance("grasp", grasp, Grasp)
-    figure = new_figure(5.6, 5.0)
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure = new_figure(5.6, 5.0, title)
     if grasp.wrench_dim == 3:
         _planar(figure.subplots(), grasp, forces, outline)
     else:
@@ -61,8 +59,7 @@ def polytope_figure(grasp: Grasp, *, title: str = "") -> Figure:
 
     For one thread at a time, as all of matplotlib.
     """
-    figure = new_figure(5.6, 5.0)
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure = new_figure(5.6, 5.0, title)
     draw_wrench_polytopes(_solid(figure, 111), grasp)
     return figure
 
@@ -81,12 +78,11 @@ def quality_figure(
     instance("grasp", grasp, Grasp)
     if not _has_polytopes(grasp):
         return grasp_figure(grasp, title=title, outline=outline, mesh=mesh)
-    figure = new_figure(9.6, 4.8)
-    epsilon = [grasp.quality("max").epsilon, grasp.quality("sum").epsilon]
-    numbers = (
-        rf"$\epsilon_\mathrm{{max}}$ = {epsilon[0]:.6g} N, $\epsilon_\mathrm{{sum}}$ = {epsilon[1]:.6g} N"
+    numbers = ", ".join(
+        rf"$\epsilon_\mathrm{{{criterion}}}$ = {grasp.quality(criterion).epsilon:.6g} N"
+        for criterion in CRITERIA
     )
-    figure.suptitle(f"{title}   {numbers}", fontsize=10, color=INK)
+    figure = new_figure(9.6, 4.8, f"{title}   {numbers}")
     _planar(figure.add_subplot(121), grasp, None, outline)
     draw_wrench_polytopes(_solid(figure, 122), grasp)
     return figure
@@ -99,8 +95,7 @@ def trajectory_figure(
 
     For one thread at a time, as all of matplotlib.
     """
-    figure = new_figure(7.2, 3.6)
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure = new_figure(7.2, 3.6, title)
     draw_forces(figure.subplots(), normal_forces, max_normal_force, times=times)
     return figure
 
@@ -112,8 +107,7 @@ def history_figure(plan: Plan, *, title: str = "", outline: ArrayLike | None = N
     """
     instance("plan", plan, Plan)
     planar = plan.grasp.wrench_dim == 3
-    figure = new_figure(8.8 if planar else 5.2, 4.0)
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure = new_figure(8.8 if planar else 5.2, 4.0, title)
     draw_plan_history(figure.add_subplot(121 if planar else 111), plan)
     if planar:
         _planar(figure.add_subplot(122), plan.grasp, None, outline)

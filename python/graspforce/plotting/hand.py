@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
 
-__all__ = ["draw_hand", "hand_figure"]
 
 _SKIN = "#b9c0c8"
 _AROUND = 0.05  # m around the object that is shown

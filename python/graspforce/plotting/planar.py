@@ -9,19 +9,20 @@ from matplotlib.patches import Polygon
 
 from graspforce._core import Grasp, unwarned_grasp
 from graspforce._internal.checks import finite_array, instance
+from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import InvalidInputError
 
 from .style import CONE, FORCE, INK, OBJECT, OVERLOAD
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["LONGEST", "checked_forces", "cone_fans", "draw_planar_grasp", "limits_of"]
-
 LONGEST = 1.5
-"""How many limits a force past its limit is drawn at most."""
+"""Largest length of a drawn force, in limits."""
 
 _CONE_EDGES = 16
 _CONE_SHARE = 0.35
@@ -36,10 +37,10 @@ def draw_planar_grasp(
     outline: ArrayLike | None = None,
     metres_per_newton: float | None = None,
 ) -> list[Artist]:
-    """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
+    """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
-    A cone is as long as its normal force may be and an arrow as long as its force is, on one scale, so an
-    arrow that leaves its cone's end is past the limit: it is red, and cut at one and a half limits.
+    The length of a cone is the limit of the normal force. The length of an arrow is the force, on the same
+    scale. A force past its limit is red, and is cut at one and a half limits.
 
     For one thread at a time, as all of matplotlib.
 
@@ -79,7 +80,7 @@ def draw_planar_grasp(
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 3:
         raise InvalidInputError("grasp: spatial; draw_spatial_grasp draws it")
-    where, limits = grasp.positions, limits_of(grasp)
+    where, limits = grasp.positions, normal_limits(grasp)
     if metres_per_newton is None:
         metres_per_newton = _CONE_SHARE * size_of(where) / float(limits.max())
     artists: list[Artist] = []
@@ -94,13 +95,9 @@ def draw_planar_grasp(
         # A frictionless cone has no area; its edge still shows.
         edge = CONE if len(fan) == 1 else "none"
         artists.append(axes.add_patch(Polygon(wedge, facecolor=CONE, edgecolor=edge, zorder=2)))
-    for i, force in enumerate(() if forces is None else checked_forces(forces, grasp)):
-        share = force[0] / limits[i]
-        if share <= 1e-9:
-            continue
-        tail = where[i] - min(1.0, LONGEST / share) * metres_per_newton * force @ grasp.frames[i]
-        arrow: dict[str, Any] = {**_ARROW, "color": OVERLOAD if share > 1 + 1e-9 else FORCE}
-        artists.append(axes.annotate("", where[i], tail, arrowprops=arrow, zorder=3))
+    for point, tail, color in force_lines(grasp, forces, limits, metres_per_newton):
+        arrow: dict[str, Any] = {**_ARROW, "color": color}
+        artists.append(axes.annotate("", (*point,), (*tail,), arrowprops=arrow, zorder=3))
         # An annotation does not widen the limits of axes.
         axes.update_datalim([tail])
     artists += axes.plot(*where.T, "o", ms=3.4, color=INK, zorder=4)
@@ -148,25 +145,25 @@ def _turn(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
-def limits_of(grasp: Grasp) -> NDArray[np.float64]:
-    """Largest normal force (m,) of each contact in N; of general extreme forces, the largest among them."""
-    if (grasp.num_edges == 0).any():
-        return grasp.max_normal_force
-    starts = np.cumsum(grasp.num_edges) - grasp.num_edges
-    largest = np.maximum.reduceat(grasp.extreme_forces[:, 0], starts)
-    return np.where(largest > 0, largest, grasp.max_normal_force)
-
-
 def size_of(points: NDArray[np.float64]) -> float:
     """Largest extent of points, or one where they coincide."""
     extent = float(np.ptp(points, axis=0).max())
     return extent if extent > 0 else 1.0
 
 
-def checked_forces(forces: ArrayLike, grasp: Grasp) -> NDArray[np.float64]:
-    """Return forces as an array (m, k) of numbers, or say which shape it should be."""
-    array = finite_array("forces", forces)
-    if array.shape != (grasp.num_contacts, grasp.force_dim):
-        expected = (grasp.num_contacts, grasp.force_dim)
+def force_lines(
+    grasp: Grasp, forces: ArrayLike | None, limits: NDArray[np.float64], metres_per_newton: float
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], str]]:
+    """Yield contact, tail and colour of each force that presses; those past their limit are red and cut."""
+    if forces is None:
+        return
+    array, expected = finite_array("forces", forces), (grasp.num_contacts, grasp.force_dim)
+    if array.shape != expected:
         raise InvalidInputError(f"forces: shape {array.shape}, expected {expected}")
-    return array
+    dim = grasp.positions.shape[1]
+    for point, frame, force, share in zip(
+        grasp.positions, grasp.frames, array, array[:, 0] / limits, strict=True
+    ):
+        if share > 1e-9:
+            length = min(1.0, LONGEST / share) * metres_per_newton
+            yield point, point - length * force[:dim] @ frame, OVERLOAD if share > 1 + 1e-9 else FORCE

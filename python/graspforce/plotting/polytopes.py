@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import Grasp
 
-__all__ = ["draw_wrench_polytopes"]
-
 
 def draw_wrench_polytopes(
     axes: Axes3D, grasp: Grasp, *, ball: Literal["max", "sum"] | None = "max"

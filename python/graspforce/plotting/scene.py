@@ -1,4 +1,4 @@
-"""What surrounds a spatial grasp: the object's mesh, and the box it is looked at in."""
+"""The mesh of the object and the view of a spatial drawing."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike, NDArray
-
-__all__ = ["draw_mesh", "equal_box", "frame_view", "shaded"]
 
 _LIGHT = np.array([0.3, -0.5, 0.8])
 

@@ -9,18 +9,17 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._core import Grasp
 from graspforce._internal.checks import instance, triangles
+from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import InvalidInputError
 
-from .planar import LONGEST, checked_forces, cone_fans, limits_of, size_of
+from .planar import cone_fans, force_lines, size_of
 from .scene import draw_mesh, equal_box
-from .style import CONE, FORCE, INK, OVERLOAD
+from .style import CONE, FORCE, INK
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike
-
-__all__ = ["draw_spatial_grasp"]
 
 _CONE_SHARE = 0.3
 
@@ -35,7 +34,7 @@ def draw_spatial_grasp(
     labels: bool = False,
     color: str = CONE,
 ) -> list[Artist]:
-    """Draw contacts as fingers see them: cones and forces lie outside the object, their tips at the contacts.
+    """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
     For one thread at a time, as all of matplotlib.
 
@@ -53,7 +52,7 @@ def draw_spatial_grasp(
     metres_per_newton : float, optional
         Length at which one newton is drawn; by default the longest cone is about a third of the grasp's size.
     labels : bool
-        Whether to number the contacts, from 0 as errors and tables do.
+        True numbers the contacts, from 0 as errors and tables do.
     color : str
         Of the cones.
 
@@ -80,7 +79,7 @@ def draw_spatial_grasp(
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 6:
         raise InvalidInputError("grasp: planar; draw_planar_grasp draws it")
-    where, limits = grasp.positions, limits_of(grasp)
+    where, limits = grasp.positions, normal_limits(grasp)
     mesh = None if mesh is None else triangles("mesh", mesh)
     corners = where if mesh is None else np.vstack([where, mesh[0]])
     if metres_per_newton is None:
@@ -97,13 +96,8 @@ def draw_spatial_grasp(
             outside = point - 1.25 * (point - rim.mean(axis=0))
             artists.append(axes.text(*outside, str(number), fontsize=8, color=INK, ha="center", zorder=12))
         corners = np.vstack([corners, rim])
-    for i, force in enumerate(() if forces is None else checked_forces(forces, grasp)):
-        share = force[0] / limits[i]
-        if share <= 1e-9:
-            continue
-        tail = where[i] - min(1.0, LONGEST / share) * metres_per_newton * force[:3] @ grasp.frames[i]
-        colour = OVERLOAD if share > 1 + 1e-9 else FORCE
-        artists += axes.plot(*np.stack([tail, where[i]]).T, color=colour, lw=2.0, zorder=10)
+    for point, tail, colour in force_lines(grasp, forces, limits, metres_per_newton):
+        artists += axes.plot(*np.stack([tail, point]).T, color=colour, lw=2.0, zorder=10)
         corners = np.vstack([corners, tail])
     artists += axes.plot(*where.T, "o", ms=4, color=INK, zorder=11)
     equal_box(axes, corners)

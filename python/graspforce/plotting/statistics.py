@@ -1,4 +1,4 @@
-"""Numbers about runs: how a search descends, how long calls take."""
+"""Drawings of the iterates of a search, and of the durations of calls."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from graspforce.planning import Plan
-
-__all__ = ["draw_latencies", "draw_plan_history"]
 
 
 def draw_plan_history(axes: Axes, plan: Plan) -> list[Artist]:

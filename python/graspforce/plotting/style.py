@@ -1,4 +1,4 @@
-"""The one style of all figures: few colours, thin lines, no frames that say nothing."""
+"""Colours, lines and axes of all figures."""
 
 from __future__ import annotations
 
@@ -9,22 +9,19 @@ from matplotlib.figure import Figure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "CONE", "CONTACTS", "FORCE", "INK", "MINKOWSKI", "MUTED", "OBJECT", "OVERLOAD", "UNION", "new_figure",
-    "plain_axes",
-]  # fmt: skip
-
 INK, MUTED = "#30343b", "#8a9099"
 OBJECT, CONE = "#ded8c9", "#a9cdea"
 FORCE, OVERLOAD = "#1f5f99", "#c0392b"
 UNION, MINKOWSKI = "#d1762b", "#1f5f99"
 CONTACTS = ("#1f5f99", "#d1762b", "#4a8f5c", "#8a5a9e", "#b0413e", "#6b7280", "#b8912f", "#3b8ea5")
-"""One colour for each contact, again from the first after the last."""
+"""One colour for each contact; after the last colour the first is used again."""
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float, title: str) -> Figure:
     """Return an empty figure of a size in inches, laid out so that nothing overlaps."""
-    return Figure(figsize=(width, height), dpi=130, layout="constrained")
+    figure = Figure(figsize=(width, height), dpi=130, layout="constrained")
+    figure.suptitle(title, fontsize=10, color=INK)
+    return figure
 
 
 def plain_axes(axes: Axes, xlabel: str, ylabel: str) -> None:

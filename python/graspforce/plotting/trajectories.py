@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike
 
-__all__ = ["draw_forces"]
-
 
 def draw_forces(
     axes: Axes, normal_forces: ArrayLike, max_normal_force: ArrayLike, *, times: ArrayLike | None = None

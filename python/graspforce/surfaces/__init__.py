@@ -2,7 +2,12 @@
 
 A curve maps parameters (B,) to points and unit normals (B, 2), a surface (B, 2), a mesh points in space (B,
 3). `contacts_on` puts one contact on each of several; `tied` and `mirrored` make contacts depend on each
-other. Any function of the form that `graspforce.plan` takes does as well: what is here is a convenience.
+other. `graspforce.plan` takes any function of this form, not only these surfaces.
+
+- `curves`, `parametric`: curves and surfaces; `finite_differences`: their normals; `contact_layouts`:
+  arrangements.
+- `mesh`: `MeshSurface`; `mesh_checks`: its checks; `mesh_parts` and `mesh_union`: its parts and the boundary
+  of their union; `mesh_normals`; `mesh_sharpness`: places too sharp for a contact.
 """
 
 from .contact_layouts import Arrangement, contacts_on, mirrored, tied

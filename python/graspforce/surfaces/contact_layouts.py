@@ -17,25 +17,23 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Arrangement", "Place", "contacts_on", "mirrored", "tied"]
-
 
 class Place(Protocol):
-    """Where one contact can go: a curve, a surface or a mesh."""
+    """A curve, a surface or a mesh on which one contact can lie."""
 
     @property
     def num_params(self) -> int:
-        """How many parameters say where."""
+        """Number of parameters of a contact."""
         ...
 
     @property
     def friction(self) -> float | None:
-        """Friction coefficient there, if it is the place that knows."""
+        """Friction coefficient there; None if the place has none."""
         ...
 
     @property
     def max_normal_force(self) -> float | None:
-        """Limit in N there, if it is the place that knows."""
+        """Limit of the normal force in N there; None if the place has none."""
         ...
 
     def contacts(self, params: Array) -> tuple[Array, Array]:

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PlanarCurve", "ellipse", "line"]
-
 
 @dataclass(frozen=True, slots=True)
 class PlanarCurve:

@@ -1,8 +1,8 @@
 """Directions of curves and surfaces by differences of their points, where no derivative was given.
 
-A direction counts as known where central and both one-sided differences, at two step sizes, agree about it
-within 2.5 degrees. At a cusp or a kink, or where the points turn faster than the steps, they do not: such a
-parameter is reported, not guessed at. At the end of what a function is defined on, one side is enough.
+Central and both one-sided differences are computed at two step sizes. A direction is accepted if all agree
+within 2.5 degrees. They disagree at a cusp or a kink, and where the points turn faster than the steps. Such a
+parameter raises an error. At the end of a function's domain one side suffices.
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-
-__all__ = ["curve_tangents", "surface_normals"]
 
 _STEP = 6e-6  # near the cube root of the machine epsilon, where truncation and rounding balance
 _SECOND = 0.382  # the other step as a share of it: no simple ratio, which a periodic curve could hide behind
@@ -53,7 +51,7 @@ def _directions(
         found += [combine(kind) for kind in zip(*slopes, strict=True)]
     ways = unit(found)
     agree = ((ways[0] * ways[1:]).sum(axis=-1) >= _AGREE).all(axis=0)
-    # Points that are not finite pass: who checks them can say which contact they belong to.
+    # Points that are not finite pass here: a later check names the contact that they belong to.
     singular = ~agree & np.isfinite(here).all(axis=-1)
     if singular.any():
         at = params[int(np.argmax(singular))]

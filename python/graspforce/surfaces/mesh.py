@@ -28,17 +28,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MeshSurface"]
-
 _FAR = 2.0
-"""Times the extent of the mesh: a contact further away than this is in other units, or another frame."""
+"""Largest distance of a contact, in extents of the mesh. Beyond it the units or the frame are wrong."""
 
 
 class MeshSurface:
-    """The surface of a closed triangle mesh; a contact's three parameters are a point, projected on it.
+    """The surface of a closed triangle mesh. The three parameters of a contact are a point in space.
 
-    The surface of a mesh of several closed parts is the boundary of their union. A part whose normals point
-    inward is a cavity of the part around it.
+    The contact is the nearest point of the surface. A mesh of several closed parts has the boundary of their
+    union as its surface. A part whose normals point inward is a cavity of the part around it.
 
     Parameters
     ----------
@@ -78,8 +76,9 @@ class MeshSurface:
     Raises
     ------
     InvalidInputError
-        The mesh is empty, has holes, is inside out or has an inconsistent orientation. Its extent does not
-        fit the unit. No face is left. The message names the part of several.
+        The mesh is empty, has holes, is inside out, or its faces are oriented differently. Its extent does
+        not fit the unit. No face remains that contacts may touch. If the mesh has several parts, the message
+        names the part.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 
@@ -90,7 +89,7 @@ class MeshSurface:
 
     Notes
     -----
-    Nothing of it changes once it is made: threads may share it. It can be copied and pickled.
+    It is immutable. Threads may share it; it can be copied and pickled.
 
     Examples
     --------
@@ -154,7 +153,8 @@ class MeshSurface:
         self.allowed = read_only(np.bincount(self._owner, minlength=len(self.faces)) > 0)
         if not self.allowed.any():
             raise InvalidInputError(
-                f"max_curvature: {max_curvature} and `allowed` leave none of {len(self.faces)} faces"
+                f"max_curvature: none of {len(self.faces)} faces remains: each is excluded by `allowed`, or "
+                f"too near to an edge or corner that is sharper than {max_curvature} rad/m"
             )
         self._tree = self._new_tree()
         self._corner_normals: Array | None = None
@@ -164,7 +164,7 @@ class MeshSurface:
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_made" in vars(self):
-            raise AttributeError(f"{name}: a MeshSurface does not change; make another one")
+            raise AttributeError(f"{name}: a MeshSurface is immutable; make another one")
         super().__setattr__(name, value)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -197,8 +197,8 @@ class MeshSurface:
                 mesh = mesh.to_mesh()
             # Corners that differ only in texture or stored normals are one corner of the surface.
             mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        except Exception as error:  # whatever a parser of someone else's makes of a broken file
-            raise InvalidInputError(f"path: {path} is not a mesh that can be read: {error}") from error
+        except Exception as error:  # parsers of other packages raise any kind on a broken file
+            raise InvalidInputError(f"path: {path} cannot be read as a mesh: {error}") from error
         try:
             return cls(mesh, **options)
         except InvalidInputError as error:
@@ -210,7 +210,7 @@ class MeshSurface:
         return points, self._inward(self._owner[rows], points)
 
     def nearest(self, positions: Array) -> tuple[Array, Array]:
-        """Contacts nearest to positions (m, 3) in m, as of `contacts`, if the positions are near the object.
+        """Return what `contacts` does, for positions (m, 3) in m that must be near the object.
 
         Raises
         ------
@@ -223,7 +223,7 @@ class MeshSurface:
             at = int(np.argmax(away > _FAR * extent))
             distance = f"{away[at]:.4g} m away from the mesh, which is {extent:.4g} m long"
             raise InvalidInputError(
-                f"positions, contact {at}: {distance}: is it in metres, and the mesh's `unit` right?"
+                f"positions, contact {at}: {distance}; give positions in m, and check the mesh's `unit`"
             )
         return points, normals
 
@@ -244,15 +244,15 @@ class MeshSurface:
         normals : array_like, optional
             (m, 3) into the object, of any length, for positions that stay where they are.
         check_normals : bool
-            Whether to refuse given normals that point out of the object.
+            True refuses given normals that point out of the object.
         **grasp_options
-            As for `graspforce.Grasp`; friction and limits are by default the surface's own.
+            As for `graspforce.Grasp`; friction and limits are by default those of the surface.
 
         Raises
         ------
         InvalidInputError
-            A normal points out of the object, or a position without normal is further from it than twice its
-            extent; the message names the contact and the value.
+            A normal points out of the object. A position without a normal is further from the object than
+            twice its extent. The message names the contact and the value.
         InvalidGraspError
             As for `graspforce.Grasp`.
 
@@ -285,7 +285,8 @@ class MeshSurface:
         """Refuse normals (m, 3) of contacts at positions (m, 3) that point out of the object.
 
         A normal is compared with the outward normals of the faces nearest to its contact, `allowed` or not.
-        On an edge or a corner the inward normals of all faces there pass, and what lies between them.
+        On an edge or a corner, the inward normals of all faces there are accepted, and all directions between
+        them.
 
         Raises
         ------
@@ -307,7 +308,7 @@ class MeshSurface:
         Raises
         ------
         InvalidInputError
-            There is no such face, contacts may not touch it there, or weights are no place on it.
+            A face does not exist, contacts may not touch it at this point, or weights are not barycentric.
         """
         rows, shares = np.asarray(faces), finite_array("weights", weights)
         _check_places(rows, shares, len(self.faces))
@@ -352,7 +353,7 @@ class MeshSurface:
 
 
 def _check_places(faces: NDArray[Any], weights: Array, count: int) -> None:
-    """Refuse numbers of faces (B,) and weights (B, 3) that are no places on them."""
+    """Refuse numbers of faces (B,) that do not exist, and weights (B, 3) that are not barycentric."""
     if faces.ndim != 1 or faces.dtype.kind not in "iu" or weights.shape != (len(faces), 3):
         raise InvalidInputError(
             f"faces and weights: {faces.dtype} of shape {faces.shape} and {weights.shape}, "
@@ -360,8 +361,8 @@ def _check_places(faces: NDArray[Any], weights: Array, count: int) -> None:
         )
     for row, (face, share) in enumerate(zip(faces, weights, strict=True)):
         if not 0 <= face < count:
-            raise InvalidInputError(f"faces, row {row}: {face} is none of {count} faces")
+            raise InvalidInputError(f"faces, row {row}: {face}, expected 0 to {count - 1}")
         if share.min() < 0 or abs(share.sum() - 1) > 1e-6:
             raise InvalidInputError(
-                f"weights, row {row}: {share.tolist()} are not barycentric: none negative, with sum 1"
+                f"weights, row {row}: {share.tolist()} must not be negative, and must have the sum 1"
             )

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CheckedMesh", "checked_mesh", "metres", "outer_surface"]
-
 _UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
-# No hand holds a smaller or larger object: the unit of such a mesh is wrong.
+# In m. No hand holds a smaller or larger object, so the unit of such a mesh is wrong.
 _SIZES = (1e-3, 5.0)
 
 
@@ -48,7 +46,7 @@ def metres(unit: str | float) -> float:
 
 
 def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: bool) -> CheckedMesh:
-    """Return the mesh in m with its parts checked and united; raise an error for an unsound mesh."""
+    """Return the mesh in m with its parts checked and united; raise an error if it is not solid."""
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")) or len(mesh.faces) == 0:
         raise InvalidInputError(f"mesh: {mesh!r} has no triangles")
     vertices, faces = _triangles(mesh)
@@ -58,7 +56,7 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
     if check_size and not _SIZES[0] <= extent <= _SIZES[1]:
         raise InvalidInputError(
             f"unit: the mesh would be {extent:.4g} m long, outside {_SIZES[0]:g} m to {_SIZES[1]:g} m; "
-            "say which unit its vertices are in, or pass check_size=False"
+            "give the unit of its vertices, or pass check_size=False"
         )
     parts = parts_of(vertices, faces)
     if not parts:
@@ -82,7 +80,7 @@ def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: boo
 def outer_surface(vertices: ArrayLike, faces: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
     """Return vertices and faces of the union of a mesh's parts; those given if some part is not solid.
 
-    For drawings, and for contacts that are moved by hand: an unsound mesh is drawn, too.
+    Drawings use it, and contacts that are dragged: both also work on a mesh that is not solid.
     """
     points, triangles = np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
     try:
@@ -112,6 +110,6 @@ def _triangles(mesh: Any) -> tuple[Array, NDArray[np.int64]]:
     if bad.any():
         row = int(np.argwhere(bad)[0, 0])
         raise InvalidInputError(
-            f"mesh: face {row}: {faces[row].tolist()} are not numbers of {len(vertices)} vertices"
+            f"mesh: face {row}: {faces[row].tolist()} must be whole numbers from 0 to {len(vertices) - 1}"
         )
     return vertices.astype(np.float64), faces.astype(np.int64)

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["barycentric", "center_of_mass", "corner_normals", "refuse_outward", "unit_normals"]
-
-_TIE = 1e-6  # of the extent, for faces that are equally near; and the cosine of a normal along a face
+_TIE = (
+    1e-6  # faces within this share of the extent are equally near; also the cosine of a normal along a face
+)
 
 
 def unit_normals(triangles: Array) -> Array:
@@ -91,7 +91,7 @@ def refuse_outward(
     around = tree.closest((nearest[:, None] + steps).reshape(-1, 3))[1].reshape(-1, len(steps))
     beside = outward[real[np.column_stack([rows, around])]]
     cosines = np.einsum("mkd,md->mk", beside, unit(given))
-    # At an edge, the inward normal of one face is less against the other face than along its own.
+    # At an edge, the inward normal of one face points into its own face more than out of the other.
     # Normals of zero length give NaN here; the grasp refuses them.
     wrong = cosines.max(axis=1) + cosines.min(axis=1) > _TIE
     for contact in np.flatnonzero(wrong):

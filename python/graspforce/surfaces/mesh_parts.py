@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["Part", "components", "parts_of"]
-
 _FLAT = 1e-12  # of the cube of the largest extent: a smaller volume is rounding
 _SAME_ANGLE = 1e-7  # rad: faces around an edge that differ by less lie in one plane
 
@@ -39,7 +37,7 @@ class Part:
     twisted: bool
     """Whether two of its faces are oriented differently."""
     volume: float
-    """In m^3, negative where its normals point inward; of an open part without meaning."""
+    """In m^3, negative where its normals point inward; meaningless for an open part."""
 
     @property
     def extent(self) -> float:
@@ -57,7 +55,7 @@ class Part:
         if self.open_edges:
             return f"not watertight: {self.open_edges} of {self.edges} edges do not have two faces"
         if self.twisted:
-            return "faces are not oriented alike, so normals have no side; see trimesh.repair.fix_winding"
+            return "faces are oriented differently; call trimesh.repair.fix_winding first"
         if self.flat:
             return f"flat: it encloses no volume ({self.volume:.3g} m^3)"
         return None
@@ -130,7 +128,7 @@ def _around(
     vertices: Array, corners: Integers, directed: Integers, forward: NDArray[np.bool_], owner: Integers,
     around: Integers,
 ) -> Integers:  # fmt: skip
-    """Pairs of rows of `around`, the faces at one edge, that enclose a wedge of the inside."""
+    """Return pairs of rows of `around`, the faces at one edge. Each pair encloses a wedge of the inside."""
     first, second = np.sort(directed[around[0]])
     axis = vertices[second] - vertices[first]
     axis = axis / np.linalg.norm(axis)
@@ -151,7 +149,7 @@ def _around(
     steps = np.append(0, np.cumsum(np.mod(np.diff(angles[rank]), 2 * np.pi) > _SAME_ANGLE))
     plane = np.empty(len(rank), dtype=np.int64)
     plane[rank] = steps
-    # An edge used in its own direction ends the inside (angles grow about the axis), and ends come first.
+    # Angles grow about the axis: a face that runs along it ends the inside. In one plane, ends come first.
     closes = forward[around]
     rank = np.lexsort((owner[around], ~closes, plane))
     depth = np.cumsum(np.where(closes[rank], -1, 1))

@@ -17,13 +17,11 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["SharpPlaces", "sharp_places"]
-
-_COPLANAR = 1e-4  # rad: what single precision leaves between faces of one plane
-_FAIR = 0.6  # rad, 34 degrees: a larger angle between faces is an edge, not a coarse tessellation
-_FINEST = 32  # pieces of a face that is cut are at most this share of the distance across
-_PIECES = 400_000  # bounds the work of cutting
-_HULL = 64  # corners of a facet beyond which its width is taken from its extremes alone
+_COPLANAR = 1e-4  # rad: single precision leaves less between faces of one plane
+_SHARP_ANGLE = 0.6  # rad, 34 degrees: a larger angle is an edge, a smaller one may be a coarse tessellation
+_FINEST = 32  # cut faces end in pieces of at most a 32nd of the distance
+_MAX_PIECES = 400_000  # beyond it no piece is cut further
+_MAX_CORNERS = 64  # of a facet; of more corners, the outermost ones give its width
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,7 +66,7 @@ class SharpPlaces:
             sides = np.linalg.norm(np.roll(open_, -1, axis=1) - open_, axis=2)
             longest = sides.argmax(axis=1)
             small = sides.max(axis=1) <= finest
-            if len(open_) > _PIECES:
+            if len(open_) > _MAX_PIECES:
                 small[:] = True
             ends = open_[small]
             if len(ends):
@@ -94,7 +92,7 @@ def sharp_places(
     edges, pairs, crowded = _adjacency(faces, len(vertices))
     turns = _angles(normals[pairs[:, 0]], normals[pairs[:, 1]])
     facets = components(len(faces), pairs[turns <= _COPLANAR])
-    sharp = turns > _FAIR
+    sharp = turns > _SHARP_ANGLE
     unsure = np.flatnonzero((turns > _COPLANAR) & ~sharp)
     widths = np.minimum(
         *(_widths(vertices, faces, facets, edges[unsure], facets[pairs[unsure, side]]) for side in (0, 1))
@@ -171,11 +169,11 @@ def _corners_of_facets(vertices: Array, faces: Integers, facets: Integers) -> tu
     owner, corners = np.divmod(keys, len(vertices))
     count = int(facets.max()) + 1
     sizes = np.bincount(owner, minlength=count)
-    if sizes.max() > _HULL:
-        turns = np.random.default_rng(0).normal(size=(_HULL, 3))
-        keep = sizes[owner] <= _HULL
+    if sizes.max() > _MAX_CORNERS:
+        turns = np.random.default_rng(0).normal(size=(_MAX_CORNERS, 3))
+        keep = sizes[owner] <= _MAX_CORNERS
         starts = np.append(0, np.cumsum(sizes))
-        for facet in np.flatnonzero(sizes > _HULL):
+        for facet in np.flatnonzero(sizes > _MAX_CORNERS):
             own = np.arange(starts[facet], starts[facet + 1])
             keep[own[(vertices[corners[own]] @ turns.T).argmax(axis=0)]] = True
         owner, corners = owner[keep], corners[keep]
@@ -201,7 +199,7 @@ def _sharp_corners(
         np.unique(corners * (int(facets.max()) + 1) + facets[owner]) // (int(facets.max()) + 1),
         minlength=len(vertices),
     )
-    limit = np.minimum(_FAIR, max_curvature * lengths)
+    limit = np.minimum(_SHARP_ANGLE, max_curvature * lengths)
     return np.flatnonzero((meeting >= 3) & (turns > np.maximum(limit, _COPLANAR)))
 
 

@@ -27,9 +27,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["Boundary", "boundary_of"]
-
-_CRACK = 2e-7  # of the extent: corners that single precision wrote are off by less
+_CRACK = 2e-7  # of the extent: single precision moves corners by less
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +45,8 @@ class Boundary:
 def boundary_of(vertices: Array, faces: Integers, parts: Sequence[Part]) -> Boundary:
     """Return the boundary of the union of all parts.
 
-    Parts whose normals point inward are cavities of the smallest part around them. A part that is not solid
-    stays as it is, with a warning that says why.
+    A part whose normals point inward is a cavity of the smallest part around it. A part that is not solid is
+    not united with others; a warning gives the reason.
     """
     as_given = Boundary(vertices, faces, np.arange(len(faces)), all(part.fault is None for part in parts))
     if len(parts) == 1:
@@ -57,7 +55,7 @@ def boundary_of(vertices: Array, faces: Integers, parts: Sequence[Part]) -> Boun
     loose = [part for part in parts if part.fault is not None]
     for part in loose:
         message = (
-            f"{part}: not solid ({part.fault}): it is not joined with the others, and may lie inside one"
+            f"{part}: not solid ({part.fault}); it is not joined with the others, and may lie inside one"
         )
         warnings.warn(message, GraspWarning, stacklevel=4)
     bodies = [part for part in solids if part.volume > 0]

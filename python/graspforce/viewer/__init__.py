@@ -1,7 +1,10 @@
 """A viewer of spatial grasps in the browser: mesh, contacts, cones, forces over time, the worst wrench.
 
-Needs viser (the ``viewer`` extra). Sliders change friction and limits, contacts can be dragged, the quality
-follows.
+Needs viser (the ``viewer`` extra). Sliders change friction and limits. Contacts can be dragged. The page
+shows the quality of the changed grasp.
+
+- `scene`: the page; `state`: the grasp that it shows; `guard`: token and limits of connections; `messages`:
+  what clients may send.
 """
 
 from .scene import Viewer, view

@@ -33,16 +33,6 @@ if TYPE_CHECKING:
 
     from .messages import Filter
 
-__all__ = [
-    "MAX_CONNECTIONS",
-    "MAX_HANDSHAKES",
-    "MAX_MESSAGE_BYTES",
-    "Guard",
-    "GuardedHost",
-    "guarded",
-    "is_loopback",
-]
-
 MAX_MESSAGE_BYTES = 1 << 16
 """Largest size of one message in bytes. Messages of viser's page have a few hundred."""
 

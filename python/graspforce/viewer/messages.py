@@ -14,8 +14,6 @@ import msgspec
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-__all__ = ["Filter", "one_of", "within"]
-
 _Vector = tuple[float, float, float]
 _Quaternion = tuple[float, float, float, float]
 _Pixels = Annotated[int, msgspec.Meta(ge=0, le=1 << 20)]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce._core import Grasp, unwarned_grasp
+from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import GraspForceError, MissingExtraError
 
 from .state import ViewState
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import ForceSolution
-
-__all__ = ["Viewer", "view"]
 
 _OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
 _UNBALANCED = (209, 118, 43)
@@ -58,8 +57,8 @@ def view(
     grasp, mesh, wrenches
         As for `ViewState`.
     host : str, optional
-        The address to listen at. By default only this machine can reach it. Any other address brings a
-        warning: what is sent, the token included, is not encrypted.
+        The address to listen at. By default only this machine can reach it. Any other address raises a
+        warning, because nothing is encrypted, not even the token.
     port : int, optional
         The port; the next free one where it is taken.
 
@@ -96,7 +95,7 @@ def exposure(host: str) -> str:
 
 
 class Viewer:
-    """A running viewer. A thread of its own answers what clients change; the newest values count.
+    """A running viewer. Its own thread applies what clients change; of several values the newest counts.
 
     Attributes
     ----------
@@ -105,7 +104,7 @@ class Viewer:
     port : int
         Where the page is served.
     address : str
-        The page's address with the token without which the viewer answers nobody.
+        The page's address with the token. The viewer refuses requests without the token.
     """
 
     def __init__(self, state: ViewState, *, host: str = "127.0.0.1", port: int = 8080) -> None:
@@ -208,7 +207,7 @@ class Viewer:
         self._changed.set()
 
     def _follow(self) -> None:
-        """Answer what clients have changed: many changes while one is answered are answered as one."""
+        """Apply what clients have changed. Changes that arrive meanwhile are applied together."""
         while self._changed.wait() and not self._stopped.is_set():
             self._changed.clear()
             with self._turn:
@@ -233,38 +232,22 @@ class Viewer:
             for contact in released:
                 self._handles[contact].position = tuple(self.state.grasp.positions[contact])
 
-    def _normal_limits(self) -> NDArray[np.float64]:
-        """Of each contact the largest normal force in N: its limit, or that of the forces given for it."""
-        grasp = self.state.grasp
-        if self.state.has_cones:
-            return grasp.max_normal_force
-        normals = np.split(grasp.extreme_forces[:, 0], np.cumsum(grasp.num_edges)[:-1])
-        return np.array([of_contact.max(initial=0.0) for of_contact in normals])
-
     def _draw_cones(self) -> None:
-        grasp, limits = self.state.grasp, self._normal_limits()
+        grasp, limits = self.state.grasp, normal_limits(self.state.grasp)
         # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
         cones = unwarned_grasp(
-            grasp.positions,
-            grasp.normals,
-            grasp.friction,
-            edges=_CONE_EDGES,
+            grasp.positions, grasp.normals, grasp.friction, edges=_CONE_EDGES,
             friction_margin=grasp.friction_margin,
-        )
-        lengths = _LONGEST * self._size * limits / (limits.max() or 1.0)
+        )  # fmt: skip
+        lengths = _LONGEST * self._size * limits / limits.max()
         fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
         parts = zip(fans, cones.frames, cones.positions, lengths, strict=True)
         for i, (fan, frame, tip, length) in enumerate(parts):
             rim = tip - length * fan @ frame
             count = len(rim)
-            triangles = [(0, 1 + h, 1 + (h + 1) % count) for h in range(count)]
+            triangles = np.array([(0, 1 + h, 1 + (h + 1) % count) for h in range(count)])
             self._server.scene.add_mesh_simple(
-                f"/cones/{i}",
-                np.vstack([tip, rim]),
-                np.array(triangles),
-                color=_CONE,
-                opacity=0.35,
-                side="double",
+                f"/cones/{i}", np.vstack([tip, rim]), triangles, color=_CONE, opacity=0.35, side="double"
             )
 
     def _draw_forces(self, solution: ForceSolution | None) -> None:

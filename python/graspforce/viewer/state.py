@@ -1,4 +1,4 @@
-"""What the viewer shows, apart from how: a grasp that can be varied, its quality, and forces over time."""
+"""The grasp that a viewer shows: how it is varied, its quality, and forces over time."""
 
 from __future__ import annotations
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from graspforce._core import ForceSolution, Quality
     from graspforce.typing import Criterion
-
-__all__ = ["ViewState"]
 
 
 class ViewState:
@@ -87,7 +85,7 @@ class ViewState:
 
     @property
     def has_cones(self) -> bool:
-        """Whether friction and limits are what bounds the contacts, and not forces given one by one."""
+        """Whether contacts have friction cones; False if their extreme forces were given."""
         return self._given["extreme_forces"] is None
 
     def scale(self, friction: float, limits: float) -> None:

@@ -156,10 +156,8 @@ impl<const D: usize> ForceDistributor<D> {
             };
             status[k] = match &solved {
                 Ok(_) => Status::Solved,
-                Err(error) if error.is_infeasible() => Status::Infeasible,
-                Err(Error::InvalidInput { .. }) => Status::Invalid,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(_) => Status::NotConverged,
+                Err(error) => Status::of(error),
             };
             if solved.is_err() {
                 row.fill(f64::NAN);

@@ -4,7 +4,7 @@
 use crate::error::{Error, Result, Unmet};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
-use crate::grasp::{ContactMap, REPRESENTABLE, Wrench};
+use crate::grasp::{ContactMap, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
 
@@ -68,17 +68,12 @@ impl ContactForces {
     ) -> Result<Certificate<D>> {
         let (largest, sum) = self.totals();
         let sigma = required.objective.value(largest, sum);
-        if sigma > 0.0 && !REPRESENTABLE.contains(&sigma) {
-            let reason = format!(
-                "forces of {sigma:e} times their limits lie outside 1e-140 to 1e140; check the units"
-            );
-            return Err(Error::input("external_wrench", reason));
-        }
+        check_size(sigma)?;
         // The bound is that of the wrench which the forces balance: no other says anything of these forces.
-        let rest = required.maps.iter().zip(&self.forces).fold(-required.b, |rest, (map, f)| rest + map * f);
+        let contacts = required.maps.iter().zip(self.forces.iter().copied());
+        let rest = residual(required.b, contacts.clone());
         let gap = (1.0 - (bound + dual.dot(&rest)) / sigma).abs();
         let short = required.least.iter().zip(&self.shares).map(|(least, n)| least - n).fold(0.0, f64::max);
-        let contacts = required.maps.iter().zip(self.forces.iter().copied());
         let missing = imbalance(required.b, required.units, required.held, contacts);
         let allowed = FEASIBILITY_TOLERANCE;
         let unmet = if missing > allowed {
@@ -92,6 +87,21 @@ impl ContactForces {
         };
         Err(Error::NotConverged { solver, iterations: pivots, unmet })
     }
+}
+
+/// The error that no forces balance a wrench, with a direction of any length as its witness.
+pub(crate) fn infeasible<const D: usize>(direction: &Wrench<D>) -> Error {
+    Error::InfeasibleWrench { direction: unit(direction).as_slice().to_vec(), lower_bounds: false }
+}
+
+/// Refuses forces whose objective is too large or too small to compute with.
+pub(crate) fn check_size(sigma: f64) -> Result<()> {
+    if sigma > 0.0 && !REPRESENTABLE.contains(&sigma) {
+        let reason =
+            format!("forces of {sigma:e} times their limits lie outside 1e-140 to 1e140; check the units");
+        return Err(Error::input("external_wrench", reason));
+    }
+    Ok(())
 }
 
 /// The gap that counts as solved: multipliers of this size, beside an objective of one, cannot be written down any
@@ -139,6 +149,14 @@ pub(crate) fn imbalance<'a, const D: usize>(
         left = exact_rest(b, contacts).component_mul(units).lp_norm(1);
     }
     share(force_left, force).max(torque_share).max(share(left, size))
+}
+
+/// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
+pub(crate) fn residual<'a, const D: usize>(
+    b: &Wrench<D>,
+    contacts: impl Iterator<Item = (&'a ContactMap<D>, ContactForce)>,
+) -> Wrench<D> {
+    contacts.fold(-b, |rest, (map, force)| rest + map * force)
 }
 
 /// What forces leave of `b`, free of rounding.

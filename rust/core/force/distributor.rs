@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result, digits};
-use crate::force::limits::Limited;
+use crate::force::limits::{Limited, Request};
 use crate::force::nearest::options::NearestOptions;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
@@ -162,15 +162,15 @@ impl<const D: usize> ForceDistributor<D> {
         Ok(())
     }
 
-    /// The limits that [`Self::set_limits`] was given last; `None` where the grasp's are in force.
-    pub fn set_of_limits(&self) -> Option<Vec<f64>> {
+    /// The limits that [`Self::set_limits`] was given last, in N; `None` where the grasp's are in force.
+    pub fn changed_limits(&self) -> Option<Vec<f64>> {
         self.limited.as_ref().map(|limited| limited.limits.clone())
     }
 
     /// The upper bounds of the normal forces that are in force, in N.
     pub fn limits(&self) -> Vec<f64> {
         let own = || self.grasp().contacts().iter().map(|contact| contact.max_normal_force).collect();
-        self.set_of_limits().unwrap_or_else(own)
+        self.changed_limits().unwrap_or_else(own)
     }
 
     /// The grasp whose forces are distributed.
@@ -209,7 +209,9 @@ impl<const D: usize> ForceDistributor<D> {
         self.claim(workspace);
         match &self.limited {
             None => self.problem.solve(&mut workspace.all, external_wrench),
-            Some(limited) => limited.solve(&mut workspace.limited, external_wrench),
+            Some(limited) => {
+                limited.answer(self.grasp(), &mut workspace.limited, external_wrench, Request::Balance)
+            }
         }
     }
 
@@ -228,7 +230,8 @@ impl<const D: usize> ForceDistributor<D> {
         match &self.limited {
             None => self.problem.solve_into(&mut workspace.all, external_wrench, forces),
             Some(limited) => {
-                limited.solve_into(self.grasp(), &mut workspace.limited, external_wrench, forces)
+                let request = Request::Balance;
+                limited.answer_into(self.grasp(), &mut workspace.limited, external_wrench, request, forces)
             }
         }
     }
@@ -267,7 +270,10 @@ impl<const D: usize> ForceDistributor<D> {
         self.claim(workspace);
         match &self.limited {
             None => self.problem.nearest(&mut workspace.all, external_wrench, options),
-            Some(limited) => limited.nearest(self.grasp(), &mut workspace.limited, external_wrench, options),
+            Some(limited) => {
+                let request = Request::Nearest(options);
+                limited.answer(self.grasp(), &mut workspace.limited, external_wrench, request)
+            }
         }
     }
 
@@ -284,8 +290,8 @@ impl<const D: usize> ForceDistributor<D> {
         match &self.limited {
             None => self.problem.nearest_into(&mut workspace.all, external_wrench, options, forces),
             Some(limited) => {
-                let of = self.grasp();
-                limited.nearest_into(of, &mut workspace.limited, external_wrench, options, forces)
+                let request = Request::Nearest(options);
+                limited.answer_into(self.grasp(), &mut workspace.limited, external_wrench, request, forces)
             }
         }
     }

@@ -8,9 +8,10 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::{Error, Result};
-use crate::force::simplex::primal::Target;
+use crate::force::certificate::infeasible;
+use crate::force::simplex::primal::RightHandSide;
 use crate::grasp::contact::Contact;
-use crate::grasp::{Grasp, REPRESENTABLE, unit};
+use crate::grasp::{Grasp, REPRESENTABLE};
 use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::{RANK_TOLERANCE, ROUNDED_TORQUE, UNBALANCED_WRENCH};
 
@@ -28,7 +29,7 @@ pub(crate) struct Equilibration<const D: usize> {
 /// A wrench in equilibrated coordinates: `T b = scale * target`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reachable<const D: usize> {
-    pub(crate) target: Target<D>,
+    pub(crate) target: RightHandSide<D>,
     pub(crate) scale: f64,
 }
 
@@ -76,13 +77,15 @@ impl<const D: usize> Equilibration<D> {
         // Rounding in the wrench grows where a weak direction was strengthened, and only there.
         let rounding = 4.0 * f64::EPSILON * unscaled / size;
         let tolerance = self.lengths.map(|length| UNBALANCED_WRENCH + rounding / length);
-        Ok(Reachable { target: Target { wrench: wrench / size, rank, tolerance }, scale: largest * size })
+        Ok(Reachable {
+            target: RightHandSide { wrench: wrench / size, rank, tolerance },
+            scale: largest * size,
+        })
     }
 
     /// The error for a wrench that this multiplier separates from all the grasp can balance.
     pub(crate) fn infeasible(&self, multiplier: &SVector<f64, D>) -> Error {
-        let direction = unit(&self.dual(multiplier));
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+        infeasible(&self.dual(multiplier))
     }
 
     /// Reciprocals of the largest force and torque of one contact.

@@ -4,17 +4,27 @@
 //! wrenches taught it goes on: the last basis while the same contacts are on, and the multipliers of least squares
 //! always. Bases of sets of contacts that were on before are kept for their return.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::force::certificate::infeasible;
 use crate::force::nearest::options::NearestOptions;
 use crate::force::problem::{Problem, ProblemWorkspace};
 use crate::force::program::Program;
 use crate::force::solution::{Distribution, check_wrench};
 use crate::force::squares::options::SquaresOptions;
 use crate::grasp::contact::{Contact, ContactForce, ForceModel};
-use crate::grasp::{Grasp, GraspOptions, Wrench, unit};
+use crate::grasp::{Grasp, GraspOptions, Wrench};
 
 /// Sets of contacts whose bases are kept.
 const KEPT_SETS: usize = 8;
+
+/// Which forces are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Request<'a, const D: usize> {
+    /// Those that balance the wrench.
+    Balance,
+    /// Those whose wrench comes nearest to balance.
+    Nearest(&'a NearestOptions<D>),
+}
 
 /// The contacts that are on, with the limits in force.
 #[derive(Debug, Clone)]
@@ -125,69 +135,45 @@ impl<const D: usize> Limited<D> {
         known
     }
 
-    pub(crate) fn solve(
-        &self,
-        workspace: &mut Remembered<D>,
-        external_wrench: &Wrench<D>,
-    ) -> Result<Distribution<D>> {
-        let Some(problem) = &self.problem else {
-            check_off(external_wrench)?;
-            return Ok(self.off(external_wrench, 0.0));
-        };
-        let inner = &mut self.claim(problem, workspace).active;
-        Ok(self.expanded(problem.solve(inner, external_wrench)?))
-    }
-
-    pub(crate) fn nearest(
+    /// Forces of all contacts; those of `grasp` that are off have none.
+    pub(crate) fn answer(
         &self,
         grasp: &Grasp<D>,
         workspace: &mut Remembered<D>,
         external_wrench: &Wrench<D>,
-        options: &NearestOptions<D>,
+        request: Request<'_, D>,
     ) -> Result<Distribution<D>> {
         let Some(problem) = &self.problem else {
-            check_wrench(external_wrench)?;
-            return Ok(self.off(external_wrench, options.metric_of(grasp).norm(external_wrench)));
+            let distance = distance_without_contacts(grasp, external_wrench, request)?;
+            let none = Distribution::without_forces(self.limits.len(), 0.0);
+            return Ok(Distribution { residual: *external_wrench, distance, ..none });
         };
         let inner = &mut self.claim(problem, workspace).active;
-        Ok(self.expanded(problem.nearest(inner, external_wrench, options)?))
+        Ok(self.expanded(match request {
+            Request::Balance => problem.solve(inner, external_wrench),
+            Request::Nearest(options) => problem.nearest(inner, external_wrench, options),
+        }?))
     }
 
-    /// Writes the components that `grasp` has; returns the objective.
-    pub(crate) fn solve_into(
+    /// Writes the components that `grasp` has; returns the objective, or the distance of the nearest forces.
+    pub(crate) fn answer_into(
         &self,
         grasp: &Grasp<D>,
         workspace: &mut Remembered<D>,
         external_wrench: &Wrench<D>,
+        request: Request<'_, D>,
         forces: &mut [f64],
     ) -> Result<f64> {
         let Some(problem) = &self.problem else {
-            check_off(external_wrench)?;
+            let distance = distance_without_contacts(grasp, external_wrench, request)?;
             forces.fill(0.0);
-            return Ok(0.0);
+            return Ok(distance);
         };
         let LimitedWorkspace { active, rows, .. } = self.claim(problem, workspace);
-        let value = problem.solve_into(active, external_wrench, rows)?;
-        self.spread(rows, &problem.grasp, grasp, forces);
-        Ok(value)
-    }
-
-    /// Writes the components that `grasp` has; returns the distance.
-    pub(crate) fn nearest_into(
-        &self,
-        grasp: &Grasp<D>,
-        workspace: &mut Remembered<D>,
-        external_wrench: &Wrench<D>,
-        options: &NearestOptions<D>,
-        forces: &mut [f64],
-    ) -> Result<f64> {
-        let Some(problem) = &self.problem else {
-            check_wrench(external_wrench)?;
-            forces.fill(0.0);
-            return Ok(options.metric_of(grasp).norm(external_wrench));
-        };
-        let LimitedWorkspace { active, rows, .. } = self.claim(problem, workspace);
-        let value = problem.nearest_into(active, external_wrench, options, rows)?;
+        let value = match request {
+            Request::Balance => problem.solve_into(active, external_wrench, rows),
+            Request::Nearest(options) => problem.nearest_into(active, external_wrench, options, rows),
+        }?;
         self.spread(rows, &problem.grasp, grasp, forces);
         Ok(value)
     }
@@ -206,12 +192,6 @@ impl<const D: usize> Limited<D> {
         }
     }
 
-    /// The answer where all contacts are off.
-    fn off(&self, external_wrench: &Wrench<D>, distance: f64) -> Distribution<D> {
-        let none = Distribution::without_forces(self.limits.len(), 0.0);
-        Distribution { residual: *external_wrench, distance, ..none }
-    }
-
     /// The same forces among all contacts.
     fn expanded(&self, mut found: Distribution<D>) -> Distribution<D> {
         let contacts = self.limits.len();
@@ -224,14 +204,20 @@ impl<const D: usize> Limited<D> {
     }
 }
 
-/// Without contacts only the zero wrench is balanced.
-fn check_off<const D: usize>(external_wrench: &Wrench<D>) -> Result<()> {
+/// How far a wrench is from balance where all contacts are off. Only the zero wrench is balanced.
+fn distance_without_contacts<const D: usize>(
+    grasp: &Grasp<D>,
+    external_wrench: &Wrench<D>,
+    request: Request<'_, D>,
+) -> Result<f64> {
     check_wrench(external_wrench)?;
-    if external_wrench.amax() > 0.0 {
-        let direction = unit(&-external_wrench).as_slice().to_vec();
-        return Err(Error::InfeasibleWrench { direction, lower_bounds: false });
+    if let Request::Nearest(options) = request {
+        return Ok(options.metric_of(grasp).norm(external_wrench));
     }
-    Ok(())
+    if external_wrench.amax() > 0.0 {
+        return Err(infeasible(&-external_wrench));
+    }
+    Ok(0.0)
 }
 
 /// The contact with another limit.

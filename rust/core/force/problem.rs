@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::force::certificate::{Certificate, ContactForces, exact_rest};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest, residual};
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::program::{Program, Solver};
 use crate::force::share_program::ShareProgram;
@@ -90,6 +90,21 @@ impl<const D: usize> Problem<D> {
         Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), None))
     }
 
+    /// The same without the last resorts of least squares, which tell why no forces balance a wrench.
+    pub(crate) fn try_solve(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        external_wrench: &Wrench<D>,
+    ) -> Result<Distribution<D>> {
+        if self.needs_no_forces(external_wrench) {
+            return self.solve(workspace, external_wrench);
+        }
+        self.claim(workspace);
+        let b = -external_wrench;
+        let answer = workspace.solve_once(&b)?;
+        Ok(self.distribution(&b, &workspace.forces, &answer, workspace.totals(&b), None))
+    }
+
     /// The same, written as rows of [`Grasp::force_components`]; returns the objective.
     pub(crate) fn solve_into(
         &self,
@@ -146,7 +161,7 @@ impl<const D: usize> Problem<D> {
         (0..self.grasp.num_contacts()).map(|i| (least(i), 1.0)).collect()
     }
 
-    /// What forces leave of `b`, with the sign of the external wrench: `sum_i G_i f_i - b`.
+    /// What forces leave of `b`, with the sign of the external wrench: free of rounding where they are large.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
         self.residual_of(b, forces.iter().copied())
     }
@@ -159,10 +174,7 @@ impl<const D: usize> Problem<D> {
     ) -> Wrench<D> {
         let largest = forces.clone().fold(0.0_f64, |largest, force| largest.max(force.amax()));
         let contacts = self.grasp.maps().iter().zip(forces);
-        if largest > LARGE_FORCES * b.amax() {
-            return -exact_rest(b, contacts);
-        }
-        contacts.fold(-b, |rest, (map, force)| rest + map * force)
+        if largest > LARGE_FORCES * b.amax() { -exact_rest(b, contacts) } else { residual(b, contacts) }
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.

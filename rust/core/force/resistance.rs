@@ -72,7 +72,7 @@ impl<const D: usize> Grasp<D> {
             }
             interrupt::check()?;
             match constant {
-                None => alone(&distributor, &mut workspace, direction),
+                None => Ok(Cut::of(&distributor, &mut workspace, direction)?.1.recip()),
                 Some(wrench) => on_top(&distributor, &mut workspace, wrench, direction),
             }
         };
@@ -84,18 +84,6 @@ impl<const D: usize> Grasp<D> {
     }
 }
 
-fn alone<const D: usize>(
-    distributor: &ForceDistributor<D>,
-    workspace: &mut ForceWorkspace<D>,
-    direction: &Wrench<D>,
-) -> Result<f64> {
-    match distributor.solve(workspace, direction) {
-        Ok(forces) => Ok(forces.sigma.recip()),
-        Err(Error::InfeasibleWrench { .. }) => Ok(0.0),
-        Err(error) => Err(error),
-    }
-}
-
 /// Newton's method on `sigma(constant + s direction) = 1` from above: every `s` is at least the largest multiple,
 /// because each dual z proves `sigma(w) >= -w . z`, and each witness e that forces balance no w with `-w . e > 0`.
 fn on_top<const D: usize>(
@@ -104,7 +92,7 @@ fn on_top<const D: usize>(
     constant: &Wrench<D>,
     direction: &Wrench<D>,
 ) -> Result<f64> {
-    let mut cut = Cut::of(distributor, workspace, direction)?;
+    let (mut cut, _) = Cut::of(distributor, workspace, direction)?;
     let mut most = f64::INFINITY;
     let mut excess = f64::INFINITY;
     for _ in 0..MAX_CUTS {
@@ -118,16 +106,14 @@ fn on_top<const D: usize>(
         if most == 0.0 {
             return Ok(0.0);
         }
-        let wrench = constant + most * direction;
-        cut = match distributor.solve(workspace, &wrench) {
-            Ok(forces) if forces.sigma <= 1.0 + AT_LIMIT => return Ok(most),
-            Ok(forces) => {
-                excess = forces.sigma - 1.0;
-                Cut { normal: forces.dual, bound: 1.0 }
-            }
-            Err(Error::InfeasibleWrench { direction, .. }) => Cut::separating(&direction),
-            Err(error) => return Err(error),
-        };
+        let (next, sigma) = Cut::of(distributor, workspace, &(constant + most * direction))?;
+        if sigma <= 1.0 + AT_LIMIT {
+            return Ok(most);
+        }
+        if sigma.is_finite() {
+            excess = sigma - 1.0;
+        }
+        cut = next;
     }
     Err(stuck(excess))
 }
@@ -144,20 +130,19 @@ struct Cut<const D: usize> {
 }
 
 impl<const D: usize> Cut<D> {
+    /// What a wrench proves, and its objective: infinite where no forces balance it.
     fn of(
         distributor: &ForceDistributor<D>,
         workspace: &mut ForceWorkspace<D>,
         wrench: &Wrench<D>,
-    ) -> Result<Self> {
+    ) -> Result<(Self, f64)> {
         match distributor.solve(workspace, wrench) {
-            Ok(forces) => Ok(Self { normal: forces.dual, bound: 1.0 }),
-            Err(Error::InfeasibleWrench { direction, .. }) => Ok(Self::separating(&direction)),
+            Ok(forces) => Ok((Self { normal: forces.dual, bound: 1.0 }, forces.sigma)),
+            Err(Error::InfeasibleWrench { direction, .. }) => {
+                Ok((Self { normal: Wrench::from_column_slice(&direction), bound: 0.0 }, f64::INFINITY))
+            }
             Err(error) => Err(error),
         }
-    }
-
-    fn separating(direction: &[f64]) -> Self {
-        Self { normal: Wrench::from_column_slice(direction), bound: 0.0 }
     }
 
     /// The multiple at which `constant + s direction` leaves the half-space; NaN where it runs along it.

@@ -177,30 +177,26 @@ pub(crate) const MAX_RTOL: f64 = 1e-3;
 const MAX_WEIGHT: f64 = 1e6;
 
 pub(crate) fn check_options(options: &DistributionOptions, objective: Criterion) -> Result<()> {
-    let weight = options.weight;
+    let (weight, rtol) = (options.weight, options.rtol);
+    let wrong = |argument, reason: String| Err(Error::input(argument, reason));
     if !(weight >= 0.0 && weight.is_finite()) {
-        return Err(Error::input("weight", format!("{} must be finite and not negative", digits(weight))));
+        return wrong("weight", format!("{} must be finite and not negative", digits(weight)));
     }
     if weight > MAX_WEIGHT {
-        let reason = format!("{weight:e} leaves nothing of the maximum; minimise the \"sum\" instead");
-        return Err(Error::input("weight", reason));
+        return wrong(
+            "weight",
+            format!("{weight:e} leaves nothing of the maximum; minimise the \"sum\" instead"),
+        );
     }
     if weight > 0.0 && objective == Criterion::Sum {
-        let reason = format!(
-            "{} needs the objective \"max\": it adds weight * sigma_sum to sigma_max",
-            digits(weight)
-        );
-        return Err(Error::input("weight", reason));
+        let needs = "needs the objective \"max\": it adds weight * sigma_sum to sigma_max";
+        return wrong("weight", format!("{} {needs}", digits(weight)));
     }
     if !options.samples.is_empty() && options.method != Method::Reduced {
-        return Err(Error::input("samples", "only the method \"reduced\" chooses points by them"));
+        return wrong("samples", "only the method \"reduced\" chooses points by them".into());
     }
-    let rtol = options.rtol;
     if !(rtol > 0.0 && rtol <= MAX_RTOL) {
-        return Err(Error::input(
-            "rtol",
-            format!("{} must lie above 0 and be at most {MAX_RTOL}", digits(rtol)),
-        ));
+        return wrong("rtol", format!("{} must lie above 0 and be at most {MAX_RTOL}", digits(rtol)));
     }
     Ok(())
 }

@@ -172,9 +172,16 @@ impl Contact {
         Ok((o - n * n.dot(&o)).normalize())
     }
 
-    /// What the first tangent is projected from where none is given, once the normal is a unit vector.
-    pub(crate) fn default_seed(&self) -> Vector3<f64> {
-        default_seed(&self.normal)
+    /// Of a contact without friction: how far its first friction would let a unit normal force reach along `v`, which is
+    /// given in the contact frame, for each unit of the coefficient.
+    pub(crate) fn slope_of_first_friction(&self, planar: bool, v: &Vector3<f64>) -> f64 {
+        match self.forces {
+            ForceModel::Extreme(_) => 0.0,
+            ForceModel::Edges(edges) if !planar => {
+                circle(edges).map(|(c, s)| c * v[1] + s * v[2]).fold(f64::NEG_INFINITY, f64::max)
+            }
+            _ => v[1].hypot(v[2]),
+        }
     }
 
     /// How many extreme forces the contact has in a grasp that accepts it; none with a true cone.
@@ -235,7 +242,8 @@ fn hard_edges(limit: f64, mu: f64, edges: usize) -> Vec<ContactForce> {
 
 /// A force of which only some `components` exist, as callers see them.
 #[inline]
-pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
+#[must_use]
+pub fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
     let mut force = ContactForce::zeros();
     for (&component, x) in components.iter().zip(row) {
         force[component] = *x;
@@ -243,9 +251,18 @@ pub(crate) fn contact_force(row: &[f64], components: &[usize]) -> ContactForce {
     force
 }
 
+/// Which rows of `[f_n, f_o, f_t, torsion]` the `k` components are that callers see.
+pub(crate) fn force_components(k: usize) -> &'static [usize] {
+    match k {
+        2 => &[0, 2],
+        3 => &[0, 1, 2],
+        _ => &[0, 1, 2, 3],
+    }
+}
+
 /// Writes rows of the `components` that exist, as callers see them.
 #[inline]
-pub(crate) fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {
+pub fn write_components(forces: &[ContactForce], components: &[usize], rows: &mut [f64]) {
     for (row, force) in rows.chunks_mut(components.len()).zip(forces) {
         for (x, &component) in row.iter_mut().zip(components) {
             *x = force[component];
@@ -309,11 +326,13 @@ fn checked_forces(forces: &[ContactForce], index: usize) -> Result<Vec<ContactFo
     Ok(extreme)
 }
 
-/// The unit vector along `v`, safe against overflow and underflow of the squares.
-fn default_seed(n: &Vector3<f64>) -> Vector3<f64> {
+/// What becomes the first tangent of a contact with this unit normal, once it is projected on the tangent plane, where the
+/// caller gives none.
+pub(crate) fn default_seed(n: &Vector3<f64>) -> Vector3<f64> {
     if n.x.abs() > 0.7 { Vector3::y() } else { Vector3::x() }
 }
 
+/// The unit vector along `v`, safe against overflow and underflow of the squares.
 fn unit(v: &Vector3<f64>) -> Option<Vector3<f64>> {
     let scale = v.amax();
     if !(scale > 0.0 && scale.is_finite()) {

@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 
+use crate::grasp::contact::default_seed;
 use crate::grasp::{ContactMap, Grasp};
 use crate::linalg::double_double::DoubleDouble;
 
@@ -75,7 +76,7 @@ fn unit(v: &Vector32) -> Vector32 {
 fn first_tangent<const D: usize>(grasp: &Grasp<D>, i: usize, n: &Vector32) -> Vector32 {
     let seed = match &grasp.contacts()[i].tangent {
         Some(tangent) => unit(&exact(tangent)),
-        None => exact(&grasp.contacts()[i].default_seed()),
+        None => exact(&default_seed(&grasp.contacts()[i].normal)),
     };
     unit(&combined(&seed, n, -dot(n, &seed)))
 }

@@ -9,11 +9,13 @@
 //! | [`contact`] | a contact, its frame and its extreme forces (Eq. 3) |
 //! | [`wrench`] | wrenches, and the map from contact forces to them (Eq. 8) |
 //! | [`exact_map`] | that map in 32 digits |
+//! | [`derivative`] | how it changes as a contact moves |
 //! | [`wrench_norm`] | the norm of wrenches in which quality is measured |
 //! | [`torque_limits`] | extreme forces that joint torques allow |
 //! | [`plausibility`] | contacts that look like mistakes |
 
 pub(crate) mod contact;
+pub(crate) mod derivative;
 pub(crate) mod exact_map;
 pub(crate) mod plausibility;
 pub(crate) mod torque_limits;
@@ -29,7 +31,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result, digits};
-use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count};
+use crate::grasp::contact::{
+    Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, check_count, force_components,
+};
 use crate::memory::{check_room, room};
 
 /// What a grasp is measured about and with.
@@ -49,31 +53,25 @@ impl Default for GraspOptions {
     }
 }
 
+/// Products of four smaller coefficients could not be represented.
+const LEAST_COEFFICIENT: f64 = 1e-60;
+
 impl GraspOptions {
     /// Refuses what is not finite, not positive, or a margin below 1.
     pub fn check(&self) -> Result<()> {
-        if self.origin.iter().any(|x| !x.is_finite()) {
-            let reason = format!("{:?} is not finite", self.origin.as_slice());
-            return Err(Error::grasp("origin", reason));
-        }
         let (scale, margin) = (self.length_scale, self.friction_margin);
+        let wrong = |argument, reason: String| Err(Error::grasp(argument, reason));
+        if self.origin.iter().any(|x| !x.is_finite()) {
+            return wrong("origin", format!("{:?} is not finite", self.origin.as_slice()));
+        }
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(Error::grasp(
-                "length_scale",
-                format!("{} must be finite and positive", digits(scale)),
-            ));
+            return wrong("length_scale", format!("{} must be finite and positive", digits(scale)));
         }
         if !REPRESENTABLE.contains(&scale) {
-            return Err(Error::grasp(
-                "length_scale",
-                format!("{scale:e} lies outside 1e-140 to 1e140; check the units"),
-            ));
+            return wrong("length_scale", format!("{scale:e} lies outside 1e-140 to 1e140; check the units"));
         }
         if !(margin >= 1.0 && margin.is_finite()) {
-            return Err(Error::grasp(
-                "friction_margin",
-                format!("{} must be finite and at least 1", digits(margin)),
-            ));
+            return wrong("friction_margin", format!("{} must be finite and at least 1", digits(margin)));
         }
         Ok(())
     }
@@ -171,6 +169,10 @@ impl<const D: usize> Grasp<D> {
                     format!("{coefficient:e} times the arm {arm:e} must lie below 1e140; check the units");
                 return Err(Error::contact(argument, index, reason));
             }
+            if coefficient > 0.0 && coefficient < LEAST_COEFFICIENT {
+                let reason = format!("{coefficient:e} must be zero, or at least {LEAST_COEFFICIENT:e}");
+                return Err(Error::contact(argument, index, reason));
+            }
         }
         let reach = match contact.forces {
             ForceModel::Extreme(_) => 0.0,
@@ -238,11 +240,7 @@ impl<const D: usize> Grasp<D> {
 
     /// Which rows of `[f_n, f_o, f_t, torsion]` the `k` components are.
     pub fn force_components(&self) -> &'static [usize] {
-        match self.force_dim {
-            2 => &[0, 2],
-            3 => &[0, 1, 2],
-            _ => &[0, 1, 2, 3],
-        }
+        force_components(self.force_dim)
     }
 
     /// Whether every contact has finitely many extreme forces.

@@ -84,25 +84,18 @@ fn check(jacobian: &[Vector3<f64>], lower: &[f64], upper: &[f64]) -> Result<()> 
         return Err(Error::input("torque_limits", reason));
     }
     for (joint, (column, (low, high))) in jacobian.iter().zip(lower.iter().zip(upper)).enumerate() {
+        let (size, shown) = (column.amax(), column.as_slice());
+        let wrong =
+            |argument, reason: String| Err(Error::input(argument, format!("joint {joint}: {reason}")));
         if column.iter().any(|x| !x.is_finite()) {
-            let reason = format!("joint {joint}: {:?} is not finite", column.as_slice());
-            return Err(Error::input("jacobian", reason));
+            return wrong("jacobian", format!("{shown:?} is not finite"));
         }
-        let size = column.amax();
         if size > 0.0 && !REPRESENTABLE.contains(&size) {
-            let reason = format!(
-                "joint {joint}: {:?} lies outside 1e-140 to 1e140; check the units",
-                column.as_slice()
-            );
-            return Err(Error::input("jacobian", reason));
+            return wrong("jacobian", format!("{shown:?} lies outside 1e-140 to 1e140; check the units"));
         }
         if !(*low <= 0.0 && *high >= 0.0 && low.is_finite() && high.is_finite()) {
-            let reason = format!(
-                "joint {joint}: limits {} to {} must be finite and allow zero",
-                digits(*low),
-                digits(*high)
-            );
-            return Err(Error::input("torque_limits", reason));
+            let limits = format!("limits {} to {}", digits(*low), digits(*high));
+            return wrong("torque_limits", format!("{limits} must be finite and allow zero"));
         }
     }
     Ok(())

@@ -132,6 +132,9 @@ impl<const D: usize> Metric<D> {
 
     /// `|C| w` for a wrench of magnitudes: what `C` makes of a bound on every component.
     pub(crate) fn magnitude(&self, wrench: &Wrench<D>) -> Wrench<D> {
+        if self.diagonal {
+            return Wrench::from_fn(|row, _| self.factor[(row, row)].abs() * wrench[row]);
+        }
         self.factor.abs() * wrench
     }
 

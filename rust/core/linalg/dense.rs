@@ -3,9 +3,10 @@
 //! nalgebra's decompositions of `SMatrix<f64, D, D>` need type-level bounds on `D` that would spread through
 //! every public signature; these few lines keep `const D` the only parameter.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use crate::grasp::{Wrench, unit};
+use crate::linalg::real::Real;
 
 /// The vector `y` with `y . v_k = 1` for all `D` vertices, by elimination with full pivoting; `None` where
 /// the vertices do not span.
@@ -154,23 +155,25 @@ pub(crate) fn invert<const R: usize>(
 /// Solves with a definite matrix, of which the lower triangle is given and overwritten, by `L D L^T` with pivots of at least
 /// `smallest`: `D` divisions.
 #[inline]
-pub(crate) fn solve_definite<const D: usize>(
-    matrix: &mut SMatrix<f64, D, D>,
-    right: &Wrench<D>,
+pub(crate) fn solve_definite<const D: usize, R: Real>(
+    matrix: &mut SMatrix<R, D, D>,
+    right: &SVector<R, D>,
     smallest: f64,
-) -> Wrench<D> {
+) -> SVector<R, D> {
     let mut solved = *right;
-    let mut inverse = [0.0; D];
+    let mut inverse = [R::zero(); D];
     for k in 0..D {
         // Rounding may make a pivot negative.
-        let pivot = matrix[(k, k)].max(smallest);
-        inverse[k] = pivot.recip();
+        let pivot = matrix[(k, k)];
+        inverse[k] = R::from(1.0) / if pivot.value() < smallest { R::from(smallest) } else { pivot };
         for c in k + 1..D {
             let by = matrix[(c, k)] * inverse[k];
             for r in c..D {
-                matrix[(r, c)] -= matrix[(r, k)] * by;
+                let part = matrix[(r, k)] * by;
+                matrix[(r, c)] -= part;
             }
-            solved[c] -= by * solved[k];
+            let part = by * solved[k];
+            solved[c] -= part;
         }
     }
     for k in (0..D).rev() {

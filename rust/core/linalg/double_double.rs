@@ -4,7 +4,7 @@
 //! digits every decision of the simplex method stays clear.
 
 use std::cmp::Ordering;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// `high + low`, where `low` is at most half a unit in the last place of `high`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -140,6 +140,18 @@ impl AddAssign for DoubleDouble {
 impl SubAssign for DoubleDouble {
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
+    }
+}
+
+impl MulAssign for DoubleDouble {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl DivAssign for DoubleDouble {
+    fn div_assign(&mut self, other: Self) {
+        *self = *self / other;
     }
 }
 

@@ -8,8 +8,9 @@
 //!
 //! (for the union: the largest over i instead of the sum). `max_v p(z; v)` is the support function of the hull of
 //! all vertices' wrench sets. Where none of them has a positive component along `z`, `p` is the largest `s_ih`, and
-//! `max_v p(z; v) + slack` below zero proves that no grasp in the box is force closure. The expanding polytope finds the direction `z` in which that hull is thinnest, and any
-//! direction it passes on the way is a valid bound already. The slack shrinks with the square of the box.
+//! `max_v p(z; v) + slack` below zero proves that no grasp in the box is force closure. The expanding polytope finds the
+//! direction `z` in which that hull is thinnest, and any direction it passes on the way is a valid bound already. The
+//! slack shrinks with the square of the box.
 //!
 //! `M_ij` is the caller's to bound. A [`Stencil`] estimates it box by box from second differences along the box's
 //! axes, half a box wide each: that certifies nothing by itself, but on the assumption that the largest of them

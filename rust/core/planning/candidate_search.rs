@@ -37,6 +37,9 @@ const TURNS: usize = 24;
 /// Oracle calls before candidates are first put in order.
 const FIRST_LOOK: usize = 6;
 
+/// What part of a tie the bracket of one number may be wide.
+const NARROW: f64 = 0.01;
+
 /// What an iteration cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SearchCounts {
@@ -131,6 +134,15 @@ impl Ord for Waiting {
     }
 }
 
+/// A candidate whose quality is known, as `epsilon`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Measured {
+    index: usize,
+    epsilon: f64,
+    /// The upper end of its bracket, unless that is too wide to be one number.
+    at_most: f64,
+}
+
 /// What the threads share.
 struct Board<const D: usize> {
     center: usize,
@@ -140,8 +152,7 @@ struct Board<const D: usize> {
     /// Whether candidates may still be put aside.
     lenient: bool,
     pool: Vec<Critical<D>>,
-    /// Exact qualities by candidate, as `epsilon`.
-    measured: Vec<(usize, f64)>,
+    measured: Vec<Measured>,
     incumbent: f64,
     counts: SearchCounts,
 }
@@ -179,9 +190,9 @@ impl<const D: usize> CandidateSearch<D> {
             let reason = format!("{center_index} is none of {count} candidates");
             return Err((center_index, Error::input("center_index", reason)));
         }
-        let grasps: Vec<_> =
-            (0..count).into_par_iter().map(|i| grasp(i).map_err(|error| (i, error))).collect();
-        let grasps: Vec<_> = grasps.into_iter().collect::<std::result::Result<_, _>>()?;
+        let named = |(i, grasp): (usize, Result<_>)| grasp.map_err(|error| (i, error));
+        let grasps: Vec<_> = (0..count).into_par_iter().map(|i| (i, grasp(i))).collect();
+        let grasps: Vec<_> = grasps.into_iter().map(named).collect::<std::result::Result<_, _>>()?;
         let queries: Vec<_> = grasps
             .par_iter()
             .enumerate()
@@ -200,11 +211,16 @@ impl<const D: usize> CandidateSearch<D> {
             incumbent: f64::NEG_INFINITY,
             counts: SearchCounts { candidates: count, ..SearchCounts::default() },
         };
+        let query = &queries[center_index];
         let center_epsilon = if let Some(rho) = known {
-            board.note(center_index, -rho, None)
+            // The direction that was critical for the winner of the last iteration comes first.
+            let bounds = board.pool.iter().take(FIRST_LOOK).map(|critical| query.value(&critical.z));
+            let at_most = bounds.fold(f64::INFINITY, f64::min);
+            board.note(center_index, -rho, at_most, None)
         } else {
-            let query = &queries[center_index];
-            board.examine(center_index, query, f64::NEG_INFINITY, &mut self.workspaces[0])
+            board.counts.polytopes += 1;
+            let examination = query.examine(f64::NEG_INFINITY, &mut self.workspaces[0]);
+            board.record(center_index, query, &examination)
         };
         if self.prune {
             let look = |index| first_look(index, &queries[index], &board.pool);
@@ -249,28 +265,16 @@ impl<const D: usize> Board<D> {
     /// The centre where it is as good as the best, else the first of those that are.
     fn winner(&self) -> (usize, f64) {
         let least = self.incumbent - TIE * self.incumbent.abs();
-        let good = self.measured.iter().filter(|(_, epsilon)| *epsilon >= least);
-        let first = good.min_by_key(|(index, _)| (*index != self.center, *index));
-        first.copied().unwrap_or((self.center, self.incumbent))
+        let good = self.measured.iter().filter(|other| other.epsilon >= least);
+        let first = good.min_by_key(|other| (other.index != self.center, other.index));
+        first.map_or((self.center, self.incumbent), |winner| (winner.index, winner.epsilon))
     }
 
     /// The best that wins ties against this candidate: reaching no further, it need not be known exactly.
     fn ceiling(&self, index: usize, query: &QualityQuery<'_, D>) -> f64 {
-        let prior = self.measured.iter().filter(|(other, _)| *other == self.center || *other < index);
-        prior.map(|(_, epsilon)| *epsilon).fold(f64::NEG_INFINITY, f64::max) + ROUNDED_BOUND * query.scale
-    }
-
-    /// Measures a candidate on the spot, before the threads start.
-    fn examine(
-        &mut self,
-        index: usize,
-        query: &QualityQuery<'_, D>,
-        stop_below: f64,
-        workspace: &mut QualityWorkspace<D>,
-    ) -> f64 {
-        self.counts.polytopes += 1;
-        let examination = query.examine(stop_below, workspace);
-        self.record(index, query, &examination)
+        let wins_ties = |other: &&Measured| other.index == self.center || other.index < index;
+        self.measured.iter().filter(wins_ties).map(|other| other.at_most).fold(f64::NEG_INFINITY, f64::max)
+            + ROUNDED_BOUND * query.scale
     }
 
     fn record(&mut self, index: usize, query: &QualityQuery<'_, D>, examination: &Examination<D>) -> f64 {
@@ -282,13 +286,14 @@ impl<const D: usize> Board<D> {
             Examination::Answer(quality) => {
                 self.counts.converged += usize::from(quality.converged);
                 let z = query.metric.to_euclidean(&quality.direction);
-                self.note(index, -quality.rho, Some(z))
+                self.note(index, -quality.rho, -quality.lower, Some(z))
             }
         }
     }
 
-    fn note(&mut self, index: usize, epsilon: f64, direction: Option<Wrench<D>>) -> f64 {
-        self.measured.push((index, epsilon));
+    fn note(&mut self, index: usize, epsilon: f64, upper: f64, direction: Option<Wrench<D>>) -> f64 {
+        let narrow = upper <= epsilon + NARROW * TIE * epsilon.abs();
+        self.measured.push(Measured { index, epsilon, at_most: if narrow { upper } else { epsilon } });
         self.incumbent = self.incumbent.max(epsilon);
         // What the best are weak against rejects the rest: such directions come first.
         self.pool.extend(direction.map(|z| Critical { z, merit: 2.0 }));

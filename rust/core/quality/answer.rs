@@ -11,7 +11,7 @@
 
 use std::cmp::Ordering;
 
-use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Progress, Radius, Thinnest};
+use crate::convex::expanding_polytope::{Expansion, Limits, Progress, Radius, Thinnest};
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::rounding::Rounding;
 use crate::grasp::Wrench;
@@ -31,7 +31,7 @@ use crate::wrench_set::Criterion;
 const CALLS_BEFORE_POLYTOPE: usize = 16;
 
 /// A polytope of more facets is worth a search for symmetries: some 3 ms, which most grasps do not come near.
-const FACETS_BEFORE_SYMMETRY: usize = 10_000;
+pub(crate) const FACETS_BEFORE_SYMMETRY: usize = 10_000;
 
 /// Calls of the oracle that are no reason not to begin again.
 const CALLS_WORTH_REPEATING: usize = 1000;
@@ -181,11 +181,6 @@ impl<const D: usize> QualityQuery<'_, D> {
             }
             None => self.outside(&verdict),
         }
-    }
-
-    /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
-    pub(crate) fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
-        polytope.has_rival(-quality.lower, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
     }
 
     /// The radius of a set that is thin for its size: from ever smaller simplices. Where even a `negligible` one

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::grasp::Grasp;
 use crate::interrupt;
 use crate::quality::closure::Closure;
+use crate::quality::gradient::Gradient;
 use crate::quality::result::{QualityOptions, QualityWorkspace};
 use crate::status::Status;
 
@@ -24,7 +25,9 @@ pub struct BatchItem {
     pub converged: bool,
     /// The class; `None` where there is no grasp.
     pub closure: Option<Closure>,
-    /// Why there is no grasp.
+    /// How `epsilon` changes with the contacts, where that was asked for and there is a grasp.
+    pub gradient: Option<Gradient>,
+    /// Why there is no grasp, or no gradient of `float64`.
     pub error: Option<Error>,
 }
 
@@ -39,28 +42,34 @@ impl BatchItem {
     }
 }
 
-/// The qualities of `grasp(row)` for all rows, in order, in parallel.
+/// The qualities of `grasp(row)` for all rows, in order, in parallel; with their gradients where `gradient` is true.
 ///
 /// A row that fails reports its error and does not stop the others.
 pub fn quality_batch<const D: usize>(
     rows: Range<usize>,
     grasp: impl Fn(usize) -> Result<Grasp<D>> + Sync,
     options: &QualityOptions<D>,
+    gradient: bool,
 ) -> Vec<BatchItem> {
     let interrupt = interrupt::current();
-    let quality = |workspace: &mut _, row| {
+    let measured = |workspace: &mut _, row| {
         interrupt::check()?;
-        grasp(row)?.quality_with(options, workspace)
+        let grasp = grasp(row)?;
+        if gradient {
+            return grasp.quality_and_gradient(options, workspace).map(|(quality, by)| (quality, Some(by)));
+        }
+        grasp.quality_with(options, workspace).map(|quality| (quality, None))
     };
     rows.into_par_iter()
         .map_init(QualityWorkspace::default, |workspace, row| {
-            match interrupt::inherit(interrupt.as_ref(), || quality(workspace, row)) {
-                Ok(quality) => BatchItem {
+            match interrupt::inherit(interrupt.as_ref(), || measured(workspace, row)) {
+                Ok((quality, gradient)) => BatchItem {
                     rho: quality.rho,
                     lower: quality.lower,
                     upper: quality.upper,
                     converged: quality.converged,
                     closure: Some(quality.closure),
+                    gradient,
                     error: None,
                 },
                 Err(error) => BatchItem {
@@ -69,6 +78,7 @@ pub fn quality_batch<const D: usize>(
                     upper: f64::NAN,
                     converged: false,
                     closure: None,
+                    gradient: None,
                     error: Some(error),
                 },
             }

@@ -9,7 +9,9 @@
 //! | [`answer`] | how one grasp is answered: outside first, then inside, then closure |
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
-//! | [`gradient`] | derivatives of epsilon by positions and normals |
+//! | [`gradient`] | derivatives of epsilon by positions, normals, friction and limits |
+//! | [`worst_direction`] | the worst direction as exact as rounding allows, and whether it is the only one |
+//! | [`active_forces`] | the forces that exert the nearest boundary wrench |
 //! | [`thin_sets`] | brackets of sets that are many orders longer than thick, in coordinates where they are round |
 //! | [`symmetry`], [`symmetric_radius`] | rotations and mirror images of a set, and its radius by their help |
 //! | [`shifted_sets`] | the same about the contacts' centre where that is not the torque origin |
@@ -18,6 +20,7 @@
 //! | [`singular_values`] | measures of the grasp matrix alone |
 //! | [`length_scale_hint`] | whether the length scale fits the contacts |
 
+pub(crate) mod active_forces;
 pub(crate) mod answer;
 pub(crate) mod batch;
 pub(crate) mod closure;
@@ -32,6 +35,7 @@ pub(crate) mod singular_values;
 pub(crate) mod symmetric_radius;
 pub(crate) mod symmetry;
 pub(crate) mod thin_sets;
+pub(crate) mod worst_direction;
 
 pub use result::{Quality, QualityOptions, QualityWorkspace};
 

@@ -13,6 +13,7 @@ use crate::wrench_set::{Criterion, Support, WrenchSet};
 const STEPS_DOWNHILL: usize = 40;
 
 /// A wrench set in the coordinates where the metric is Euclidean.
+#[derive(Debug, Clone)]
 pub(crate) struct QualityQuery<'a, const D: usize> {
     pub(crate) grasp: &'a Grasp<D>,
     pub(crate) set: WrenchSet<D>,

@@ -15,7 +15,7 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
 use crate::wrench_set::edge_blocks::{
-    EdgeBlock, collect_edge_blocks, edge, edges_reaching, furthest_edge, longest_edge,
+    EdgeBlock, collect_edge_blocks, edge, edges_reaching, furthest_edge, furthest_value, longest_edge,
 };
 use crate::wrench_set::soft_lattice::SoftLattice;
 
@@ -129,7 +129,10 @@ impl<const R: usize> ContactSupport<R> {
     /// `h_i(z)`.
     #[inline]
     pub(crate) fn value(&self, z: &SVector<f64, R>) -> f64 {
-        self.furthest(z).0
+        match self {
+            Self::Finite { blocks, lattice: None, .. } => furthest_value(blocks, z),
+            _ => self.furthest(z).0,
+        }
     }
 
     /// The wrench along `z`, whose extreme force has the number `at` that [`Self::furthest`] gives.

@@ -37,6 +37,39 @@ pub(crate) fn collect_edge_blocks<const R: usize>(
     blocks
 }
 
+/// How far each wrench of a block reaches along `z`.
+#[inline]
+fn block_values<const R: usize>(block: &EdgeBlock<R>, z: &SVector<f64, R>) -> [f64; LANES] {
+    let mut values = [0.0; LANES];
+    for (row, component) in block.iter().zip(&z.data.0[0]) {
+        for lane in 0..LANES {
+            values[lane] += row[lane] * component;
+        }
+    }
+    values
+}
+
+/// The largest; one that is no number counts for none. [`f64::max`] takes several instructions, this one each.
+#[inline]
+fn largest(values: [f64; LANES]) -> f64 {
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let [a, b, c, d] = values;
+    larger(larger(a, b), larger(c, d))
+}
+
+/// How far the furthest wrench reaches along `z`.
+#[inline]
+pub(crate) fn furthest_value<const R: usize>(blocks: &[EdgeBlock<R>], z: &SVector<f64, R>) -> f64 {
+    let mut best = [f64::NEG_INFINITY; LANES];
+    for block in blocks {
+        let values = block_values(block, z);
+        for lane in 0..LANES {
+            best[lane] = if values[lane] > best[lane] { values[lane] } else { best[lane] };
+        }
+    }
+    largest(best)
+}
+
 /// How far the furthest wrench reaches along `z`, and its number. Among equals the lowest wins, so that the answer does
 /// not depend on the lanes.
 #[inline]
@@ -44,12 +77,7 @@ pub(crate) fn furthest_edge<const R: usize>(blocks: &[EdgeBlock<R>], z: &SVector
     let mut best = [f64::NEG_INFINITY; LANES];
     let mut at = [0_u64; LANES];
     for (index, block) in (0_u64..).zip(blocks) {
-        let mut values = [0.0; LANES];
-        for (row, component) in block.iter().zip(z.iter()) {
-            for lane in 0..LANES {
-                values[lane] += row[lane] * component;
-            }
-        }
+        let values = block_values(block, z);
         for lane in 0..LANES {
             let better = values[lane] > best[lane];
             best[lane] = if better { values[lane] } else { best[lane] };
@@ -57,13 +85,13 @@ pub(crate) fn furthest_edge<const R: usize>(blocks: &[EdgeBlock<R>], z: &SVector
         }
     }
     // Without branches: which lane wins is as good as random.
-    let most = best.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let most = largest(best);
     let mut edge = u64::MAX;
-    for (lane, (value, index)) in (0_u64..).zip(best.iter().zip(at)) {
-        let candidate = if *value == most { index * LANES as u64 + lane } else { u64::MAX };
+    for (lane, (value, index)) in (0_u64..).zip(best.into_iter().zip(at)) {
+        let candidate = if value >= most { index * LANES as u64 + lane } else { u64::MAX };
         edge = edge.min(candidate);
     }
-    (most, if edge == u64::MAX { 0 } else { edge as usize })
+    (most, edge as usize)
 }
 
 /// The numbers of those of `count` wrenches that reach at least `least` along `z`.
@@ -74,12 +102,7 @@ pub(crate) fn edges_reaching<const R: usize>(
     least: f64,
 ) -> impl Iterator<Item = usize> {
     let reaching = move |(index, block): (usize, &EdgeBlock<R>)| {
-        let mut values = [0.0; LANES];
-        for (row, component) in block.iter().zip(z.iter()) {
-            for lane in 0..LANES {
-                values[lane] += row[lane] * component;
-            }
-        }
+        let values = block_values(block, z);
         // Most blocks hold none.
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let lanes = if most >= least { LANES } else { 0 };

@@ -1,90 +1,127 @@
 //! The arguments of `Grasp(...)` and of batches of grasps: shapes, broadcasting, and contacts out of them.
+//!
+//! Large arrays are viewed where they lie ([`Views`]); [`Arguments::parse`] copies them for whoever keeps them.
 
-use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, MAX_EDGES, check_room, room};
+use graspforce::{Contact, ContactForce, Error, ForceModel, GraspOptions, check_room, room};
 use nalgebra::Vector3;
-use numpy::PyArray1;
-use numpy::PyUntypedArrayMethods;
+use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString};
+use pyo3::types::{PyDict, PyList};
+use std::borrow::Cow;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::convert::arrays::{contents, copied, float_array, large, matrix, shaped, vector};
-use crate::convert::broadcast::Broadcast;
+use crate::convert::arrays::{contents, copied, float_array, matrix, shaped, vector};
+use crate::convert::broadcast::{Broadcast, kept};
+use crate::convert::force_models::{Edges, parse_edges, parse_forces};
 use crate::convert::raw_arguments::{NAMES, Raw};
-use crate::convert::scalars::{number, shown, whole};
-use crate::runtime::interrupt::reason;
+use crate::convert::scalars::number;
+use crate::convert::views::{Layout, Views};
 
-/// One or many grasps of the same number of contacts, in plain memory.
-pub struct Arguments {
+/// One or many grasps, in plain memory.
+pub struct Arguments<'a> {
     /// 2 or 3.
     pub dim: usize,
-    /// Contacts of each grasp.
+    /// Contacts of each grasp; of a ragged batch, of all grasps together.
     pub contacts: usize,
     /// Number of grasps.
     pub batch: usize,
+    /// Where the contacts of each grasp of a ragged batch begin and end.
+    offsets: Option<Vec<usize>>,
     /// What all grasps share.
     pub options: GraspOptions,
     origins: Option<Vec<f64>>,
     length_scales: Option<Vec<f64>>,
-    positions: Vec<f64>,
-    normals: Vec<f64>,
-    tangents: Option<Broadcast>,
-    friction: Broadcast,
-    max_normal_force: Broadcast,
-    torsion: Broadcast,
+    positions: Cow<'a, [f64]>,
+    normals: Cow<'a, [f64]>,
+    tangents: Option<Broadcast<'a>>,
+    pub friction: Broadcast<'a>,
+    pub max_normal_force: Broadcast<'a>,
+    pub torsion: Broadcast<'a>,
     edges: Edges,
     extreme_forces: Option<Vec<Vec<ContactForce>>>,
 }
 
-enum Edges {
-    Cone,
-    Each(Vec<usize>),
+impl Arguments<'static> {
+    /// Checks shapes and types, and copies; `batched` tells whether there is a leading batch axis.
+    pub fn parse(raw: &Raw<'_>, batched: bool) -> Result<Self, String> {
+        let views = Views::of(raw)?;
+        let given = Arguments::of(raw, &views, if batched { Layout::Batch } else { Layout::One })?;
+        let py = raw.positions.py();
+        Ok(Self {
+            dim: given.dim,
+            contacts: given.contacts,
+            batch: given.batch,
+            offsets: given.offsets,
+            options: given.options,
+            origins: given.origins,
+            length_scales: given.length_scales,
+            positions: kept("positions", given.positions, py)?,
+            normals: kept("normals", given.normals, py)?,
+            tangents: given.tangents.map(|tangents| tangents.kept("tangents", py)).transpose()?,
+            friction: given.friction.kept("friction", py)?,
+            max_normal_force: given.max_normal_force.kept("max_normal_force", py)?,
+            torsion: given.torsion.kept("torsion", py)?,
+            edges: given.edges,
+            extreme_forces: given.extreme_forces,
+        })
+    }
 }
 
-impl Arguments {
-    /// Checks shapes and types; `batched` tells whether there is a leading batch axis.
-    pub fn parse(raw: &Raw<'_>, batched: bool) -> Result<Self, String> {
-        let positions = float_array("positions", &raw.positions)?;
+impl<'a> Arguments<'a> {
+    /// Checks shapes and types; nothing large is copied.
+    pub fn of(raw: &Raw<'_>, views: &'a Views<'_>, layout: Layout) -> Result<Self, String> {
+        let Views { positions, normals, .. } = views;
         let shape = positions.shape().to_vec();
-        let expected = if batched { "(B, m, 2) or (B, m, 3)" } else { "(m, 2) or (m, 3)" };
+        let (batched, expected) = match layout {
+            Layout::One => (false, "(m, 2) or (m, 3)"),
+            Layout::Batch => (true, "(B, m, 2) or (B, m, 3)"),
+            Layout::Ragged(_) => (false, "(N, 2) or (N, 3) beside offsets"),
+        };
         let axes = if batched { 3 } else { 2 };
         if shape.len() != axes || !matches!(shape[axes - 1], 2 | 3) {
             return Err(format!("positions: shape {}, expected {expected}", shaped(&shape)));
         }
-        let normals = float_array("normals", &raw.normals)?;
         if normals.shape() != shape {
             let (normals, positions) = (shaped(normals.shape()), shaped(&shape));
             return Err(format!("normals: shape {normals}, expected {positions}, that of positions"));
         }
         let (dim, contacts) = (shape[axes - 1], shape[axes - 2]);
-        let batch = if batched { shape[0] } else { 1 };
-        if contacts == 0 {
+        let offsets = match layout {
+            Layout::Ragged(offsets) => Some(offsets),
+            _ => None,
+        };
+        if contacts == 0 && offsets.is_none() {
             return Err("positions: a grasp needs at least one contact".into());
         }
-        let scalar = |name, value: Option<&Bound<'_, PyAny>>, default| match value {
+        // The contacts of a ragged batch are numbered as if they were those of one grasp.
+        let leading = if batched { shape[0] } else { 1 };
+        let batch = offsets.as_ref().map_or(leading, |offsets| offsets.len() - 1);
+        let scalar = |name, view: &'a Option<PyReadonlyArrayDyn<'_, f64>>, default| match view {
             None => Ok(Broadcast::constant(default)),
-            Some(value) => Broadcast::parse(name, value, &[batch, contacts], batched),
+            Some(array) => Broadcast::parse(name, array, &[leading, contacts], batched),
         };
-        let tangents = match raw.optional("tangents") {
+        let tangents = match &views.tangents {
             None => None,
             Some(_) if dim == 2 => return Err("tangents: a planar contact has only one tangent".into()),
-            Some(value) => Some(Broadcast::parse_vectors("tangents", value, batch, contacts, batched)?),
+            Some(array) => Some(Broadcast::parse_vectors("tangents", array, [leading, contacts], batched)?),
         };
-        let (options, origins, length_scales) = parse_options(raw, dim, batched.then_some(batch))?;
+        let each = (batched || offsets.is_some()).then_some(batch);
+        let (options, origins, length_scales) = parse_options(raw, dim, each)?;
         Ok(Self {
             dim,
             contacts,
             batch,
+            offsets,
             options,
             origins,
             length_scales,
-            positions: copied("positions", &positions)?,
-            normals: copied("normals", &normals)?,
+            positions: contents(positions).into(),
+            normals: contents(normals).into(),
             tangents,
-            friction: scalar("friction", raw.given("friction"), 0.5)?,
-            max_normal_force: scalar("max_normal_force", raw.given("max_normal_force"), 1.0)?,
-            torsion: scalar("torsion", raw.optional("torsion"), 0.0)?,
+            friction: scalar("friction", &views.friction, 0.5)?,
+            max_normal_force: scalar("max_normal_force", &views.max_normal_force, 1.0)?,
+            torsion: scalar("torsion", &views.torsion, 0.0)?,
             edges: parse_edges(raw, dim, contacts)?,
             extreme_forces: raw
                 .optional("extreme_forces")
@@ -93,13 +130,28 @@ impl Arguments {
         })
     }
 
+    /// Number of contacts of one grasp of the batch.
+    pub fn contacts_in(&self, grasp: usize) -> usize {
+        self.offsets.as_ref().map_or(self.contacts, |offsets| offsets[grasp + 1] - offsets[grasp])
+    }
+
+    /// Whether each grasp of the batch has its own number of contacts.
+    pub fn is_ragged(&self) -> bool {
+        self.offsets.is_some()
+    }
+
     /// The contacts of one grasp of the batch.
     pub fn contacts_of(&self, grasp: usize) -> Result<Vec<Contact>, Error> {
-        let given = self.extreme_forces.iter().flatten().map(Vec::len).sum::<usize>();
+        let (grasp, range) = match &self.offsets {
+            None => (grasp, 0..self.contacts),
+            Some(offsets) => (0, offsets[grasp]..offsets[grasp + 1]),
+        };
+        let forces = self.extreme_forces.as_ref().map_or(&[][..], |forces| &forces[range.clone()]);
         // They are copied for the contacts here, for those of the grasp, and to leave out zeros.
-        check_room("extreme_forces", 3 * given, size_of::<ContactForce>())?;
-        let mut contacts = room("positions", self.contacts)?;
-        contacts.extend((0..self.contacts).map(|contact| self.contact(grasp, contact)));
+        let copies = 3 * forces.iter().map(Vec::len).sum::<usize>();
+        check_room("extreme_forces", copies, size_of::<ContactForce>())?;
+        let mut contacts = room("positions", range.len())?;
+        contacts.extend(range.map(|contact| self.contact(grasp, contact)));
         Ok(contacts)
     }
 
@@ -115,22 +167,21 @@ impl Arguments {
         options
     }
 
-    /// (m,) friction coefficients of the first grasp.
-    pub fn friction_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.friction)
+    /// Components of the forces of all grasps: 2 (planar), 3, or 4 where a contact exerts torsion.
+    pub fn force_dim(&self) -> usize {
+        let torsion = match &self.extreme_forces {
+            Some(forces) => forces.iter().flatten().any(|force| force[3] != 0.0),
+            None => self.torsion.values.iter().any(|torsion| *torsion != 0.0),
+        };
+        if self.dim == 2 { 2 } else { 3 + usize::from(torsion) }
     }
 
-    /// (m,) torsional friction coefficients of the first grasp.
-    pub fn torsion_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.torsion)
-    }
-
-    /// (m,) force limits of the first grasp.
-    pub fn limit_of_each<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.of_each(py, &self.max_normal_force)
-    }
-
-    fn of_each<'py>(&self, py: Python<'py>, given: &Broadcast) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    /// (m,) a number of each contact of the first grasp.
+    pub fn of_each<'py>(
+        &self,
+        py: Python<'py>,
+        given: &Broadcast<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         vector(py, "result", self.contacts, (0..self.contacts).map(|contact| given.at(0, contact)))
     }
 
@@ -139,7 +190,7 @@ impl Arguments {
     /// `shared`: a number that all contacts have in common stands once, and so fits another number of contacts.
     pub fn to_python<'py>(&self, py: Python<'py>, shared: bool) -> PyResult<Bound<'py, PyDict>> {
         let vectors = |values: &[f64], columns| matrix(py, self.contacts, columns, values.iter().copied());
-        let numbers = |given: &Broadcast| -> PyResult<Bound<'py, PyAny>> {
+        let numbers = |given: &Broadcast<'_>| -> PyResult<Bound<'py, PyAny>> {
             let mut each = (0..self.contacts).map(|contact| given.at(0, contact));
             let first = given.at(0, 0);
             if shared && each.all(|x| x == first) {
@@ -198,7 +249,7 @@ impl Arguments {
     /// A hash that is the same for equal grasps.
     pub fn hash_of_places(&self) -> u64 {
         let mut hasher = DefaultHasher::new();
-        for x in self.positions.iter().chain(&self.normals) {
+        for x in self.positions.iter().chain(self.normals.iter()) {
             // Minus zero equals zero.
             (x + 0.0).to_bits().hash(&mut hasher);
         }
@@ -256,93 +307,6 @@ fn parse_options(raw: &Raw<'_>, dim: usize, batch: Option<usize>) -> Result<Opti
         }
     }
     Ok((options, origins, length_scales))
-}
-
-/// Edges that are given where nobody says otherwise.
-const DEFAULT_EDGES: usize = 8;
-
-/// Planar cones have two edges, whatever is asked for: what is given is looked at and dropped.
-fn parse_edges(raw: &Raw<'_>, dim: usize, contacts: usize) -> Result<Edges, String> {
-    let given = given_edges(raw, dim, contacts)?;
-    if dim == 3 { Ok(given) } else { all_with(raw.positions.py(), contacts, DEFAULT_EDGES) }
-}
-
-fn all_with(py: Python<'_>, contacts: usize, count: usize) -> Result<Edges, String> {
-    let mut edges = large("edges", py, contacts)?;
-    edges.resize(contacts, count);
-    Ok(Edges::Each(edges))
-}
-
-fn given_edges(raw: &Raw<'_>, dim: usize, contacts: usize) -> Result<Edges, String> {
-    let all = |count| all_with(raw.positions.py(), contacts, count);
-    let value = match raw.given("edges") {
-        None => return all(DEFAULT_EDGES),
-        Some(value) if value.is_none() => return Ok(Edges::Cone),
-        Some(value) => value,
-    };
-    let least = if dim == 2 { 1 } else { 3 };
-    let count = |contact: usize, edges: &Bound<'_, PyAny>| {
-        whole(&format!("edges, contact {contact}"), edges, least..=MAX_EDGES)
-    };
-    if value.call_method0("__index__").is_ok() {
-        return all(count(0, value)?);
-    }
-    let items = if value.is_instance_of::<PyString>() { None } else { value.try_iter().ok() };
-    let items = items.ok_or_else(|| {
-        format!("edges: {} is no whole number, none for each contact, and not None", shown(value))
-    })?;
-    let items: Vec<_> = items
-        .take(contacts + 1)
-        .collect::<PyResult<_>>()
-        .map_err(|error| format!("edges: {}", reason(value.py(), error)))?;
-    if items.len() != contacts {
-        return Err(format!("edges: {} numbers for {contacts} contacts", counted(items.len(), contacts)));
-    }
-    let edges: Result<_, _> =
-        items.iter().enumerate().map(|(contact, edges)| count(contact, edges)).collect();
-    Ok(Edges::Each(edges?))
-}
-
-/// How many items there are, of which one more than wanted was looked at: an iterator may have no end.
-fn counted(items: usize, wanted: usize) -> String {
-    if items > wanted { format!("more than {wanted}") } else { items.to_string() }
-}
-
-fn parse_forces(
-    value: &Bound<'_, PyAny>,
-    contacts: usize,
-    dim: usize,
-) -> Result<Vec<Vec<ContactForce>>, String> {
-    let items =
-        value.try_iter().map_err(|_| "extreme_forces: expected one array for each contact".to_string())?;
-    let items: Vec<_> = items
-        .take(contacts + 1)
-        .collect::<PyResult<_>>()
-        .map_err(|error| format!("extreme_forces: {}", reason(value.py(), error)))?;
-    if items.len() != contacts {
-        let items = counted(items.len(), contacts);
-        return Err(format!("extreme_forces: {items} arrays for {contacts} contacts"));
-    }
-    let forces = items.iter().enumerate().map(|(contact, item)| {
-        let name = format!("extreme_forces, contact {contact}");
-        let array = float_array(&name, item)?;
-        let columns = match *array.shape() {
-            [_, columns] if (dim == 2 && columns == 2) || (dim == 3 && matches!(columns, 3 | 4)) => columns,
-            ref given => {
-                let expected = if dim == 2 { "(l, 2)" } else { "(l, 3) or (l, 4)" };
-                return Err(format!("{name}: shape {}, expected {expected}", shaped(given)));
-            }
-        };
-        let force = |row: &[f64]| match *row {
-            [n, t] => ContactForce::new(n, 0.0, t, 0.0),
-            _ => ContactForce::new(row[0], row[1], row[2], row.get(3).copied().unwrap_or(0.0)),
-        };
-        let rows = contents(&array).chunks_exact(columns);
-        let mut forces = large("extreme_forces", value.py(), rows.len())?;
-        forces.extend(rows.map(force));
-        Ok(forces)
-    });
-    forces.collect()
 }
 
 fn embedded(values: &[f64]) -> Vector3<f64> {

@@ -73,21 +73,11 @@ pub fn forces<const D: usize>(
     expect(distribution.tolerance.is_finite(), "tolerance", distribution.tolerance, "a finite number")?;
     finite("distance", &[distribution.distance])?;
     finite("numbers", &[distribution.sigma, distribution.sigma_max, distribution.sigma_sum])?;
-    expect(
-        distribution.gap.is_finite() && distribution.gap >= 0.0,
-        "gap",
-        distribution.gap,
-        "a number from 0",
-    )?;
-    let largest = distribution.shares.iter().copied().fold(0.0, f64::max);
-    expect(
-        close(largest, distribution.sigma_max),
-        "sigma_max",
-        distribution.sigma_max,
-        "the largest of the shares",
-    )?;
-    let sum: f64 = distribution.shares.iter().sum();
-    expect(close(sum, distribution.sigma_sum), "sigma_sum", distribution.sigma_sum, "the sum of the shares")?;
+    within("gap", distribution.gap, 0.0..=f64::MAX)?;
+    let Distribution { shares, sigma_max, sigma_sum, .. } = distribution;
+    let largest = shares.iter().copied().fold(0.0, f64::max);
+    expect(close(largest, *sigma_max), "sigma_max", sigma_max, "the largest of the shares")?;
+    expect(close(shares.iter().sum(), *sigma_sum), "sigma_sum", sigma_sum, "the sum of the shares")?;
     let known = grasp.force_components();
     let stray = |force: &[f64]| force.iter().enumerate().any(|(k, &x)| x != 0.0 && !known.contains(&k));
     let strays = distribution.forces.iter().any(|force| stray(force.as_slice()));

@@ -350,7 +350,7 @@ impl PyForceDistributor {
             self.squares.slack.clone(),
             self.squares.limits,
         );
-        let limits = by_dimension!(&state.inner, of => of.distributor.set_of_limits());
+        let limits = by_dimension!(&state.inner, of => of.distributor.changed_limits());
         Ok((py.get_type::<Self>(), arguments.into_pyobject(py)?, limits))
     }
 

@@ -1,12 +1,12 @@
 //! Calls of a distributor that find the forces nearest to balance.
 
-use graspforce::{Distribution, Metric, NearestOptions, Wrench};
+use graspforce::{Distribution, ForceDistributor, Metric, NearestOptions, Wrench};
 use pyo3::prelude::*;
 
-use crate::convert::arrays::{float_vector, output_array};
 use crate::convert::errors::{invalid_input, to_python};
 use crate::convert::quality_options::parse_metric;
 use crate::force::shared::{SharedDistributor, unless_busy};
+use crate::force::solve::written;
 use crate::runtime::interrupt::watched;
 use crate::runtime::memory::{Work, check_work};
 
@@ -45,17 +45,10 @@ pub fn nearest_into<const D: usize>(
     metric: Option<&Bound<'_, PyAny>>,
     limits: bool,
 ) -> PyResult<f64> {
-    let refused = |message: String| invalid_input(py, message);
-    let wrench = float_vector("external_wrench", external_wrench, D).map_err(refused)?;
-    let wrench = Wrench::<D>::from_column_slice(&wrench);
-    let options = nearest_options(metric, limits).map_err(refused)?;
-    let grasp = shared.distributor.grasp();
-    check_work(py, grasp, Work::Nearest)?;
-    let (m, k) = (grasp.num_contacts(), grasp.force_dim());
-    let mut forces = output_array(forces, m, k).map_err(refused)?;
-    let Ok(forces) = forces.as_slice_mut() else { return Err(refused("forces: not C-contiguous".into())) };
-    let work = || {
-        shared.solve(|distributor, workspace| distributor.nearest_into(workspace, &wrench, &options, forces))
+    let options = nearest_options(metric, limits).map_err(|message| invalid_input(py, message))?;
+    let solve = |distributor: &ForceDistributor<D>, workspace: &mut _, wrench: &_, rows: &mut _| {
+        distributor.nearest_into(workspace, wrench, &options, rows)
     };
-    unless_busy(py, watched(work)?)?.map_err(|error| to_python(py, &error))
+    written(py, shared, (external_wrench, forces), Work::Nearest, solve)?
+        .map_err(|error| to_python(py, &error))
 }

@@ -21,62 +21,6 @@ use crate::runtime::memory::{Work, check_work};
 /// Least contact forces for one external wrench, with their certificate.
 ///
 /// It is immutable and may be shared between threads, copied and pickled; `numpy.asarray` gives its forces.
-///
-/// Attributes
-/// ----------
-/// forces : numpy.ndarray
-///     (m, k) contact forces in the contact frames, ``[n, (o,) t, (torsion)]``, in N (torsion in N m).
-/// world_forces : numpy.ndarray
-///     (m, dim) the same in world axes, without torsion.
-/// contact_wrenches : numpy.ndarray
-///     (m, d) wrench of each contact; they sum to ``-external_wrench``.
-/// shares : numpy.ndarray
-///     (m,) normalised normal force of each contact, ``f_n / f^U``: its share of its limit. With ``extreme_forces``
-///     it is the sum of the coefficients of its extreme forces.
-/// sigma_max, sigma_sum : float
-///     Largest of the shares (Eq. 7) and their sum (Eq. 6).
-/// value : float
-///     The objective. "max": ``sigma_max``, plus ``weight`` times ``sigma_sum``. "sum": ``sigma_sum``. "squares": half the
-///     weighted sum of squares, plus ``residual @ slack @ residual / 2``.
-/// max_normal_force : numpy.ndarray
-///     (m,) the limits that were in force, in N: the grasp's, or those of `ForceDistributor.set_limits`. Shares are
-///     relative to them.
-/// dual : numpy.ndarray
-///     (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench. For "max" and "sum"
-///     without lower bounds it is ``(residual - external_wrench) @ dual``; for "squares" without reference, bounds and
-///     slack that is twice the objective.
-/// gap : float
-///     Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the
-///     forces balance.
-/// residual : numpy.ndarray
-///     (d,) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``, in N and N m. It is rounding as a
-///     rule, and never more than `FEASIBILITY_TOLERANCE` allows; unless `ForceDistributor.nearest` found the forces, or
-///     ``slack`` has a price.
-/// balanced : bool
-///     The residual is within `FEASIBILITY_TOLERANCE`. True for every answer of `ForceDistributor.solve` without
-///     ``slack``.
-/// distance : float
-///     Norm of the residual: in the metric of `ForceDistributor.nearest` where it found the forces, else in that of the
-///     grasp's ``length_scale``.
-/// pivots : int
-///     Simplex pivots this solve took; 0 where a known region held the wrench, and over true cones where Newton's
-///     method reached it from the last answer. Newton steps of least squares and of `ForceDistributor.nearest`.
-/// fell_back : bool
-///     "reduced" had to ask the whole set for this answer, or over true cones an interior-point solver gave it.
-/// unique : bool
-///     The objective and its tie-break alone are known to determine the forces. Forces that extreme forces can
-///     make in several ways (soft fingers) do not count as such.
-/// within_limits : bool
-///     ``sigma_max <= 1 + 1e-9``, whatever ``rtol`` is: no contact's share exceeds one, but for rounding.
-/// external_wrench : numpy.ndarray
-///     (d,) the wrench that was given, in N and N m.
-/// objective : {"max", "sum", "squares"}
-///     What was minimised.
-/// weight, rtol : float
-///     Those of the `ForceDistributor`: the weight of the sum beside the maximum, and the largest relative gap.
-/// slip_margin : numpy.ndarray
-///     (m,) unused share of each contact's friction (before ``friction_margin``): 1 for a purely normal force, 0
-///     on the edge of slip; NaN for general extreme forces.
 #[pyclass(name = "ForceSolution", module = "graspforce", frozen)]
 pub struct PyForceSolution {
     grasp: Py<PyGrasp>,
@@ -117,7 +61,7 @@ impl PyForceSolution {
         self.query.objective
     }
 
-    /// Weight of the sum beside the maximum.
+    /// Weight of the sum that the objective adds to the maximum.
     #[getter]
     fn weight(&self) -> f64 {
         self.query.weight
@@ -129,7 +73,7 @@ impl PyForceSolution {
         self.query.rtol
     }
 
-    /// (m, k) contact forces in the contact frames, in N (torsion in N m).
+    /// (m, k) contact forces in the contact frames, ``[n, (o,) t, (torsion)]``, in N (torsion in N m).
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let components = by_dimension!(&self.grasp.get().inner, grasp => grasp.force_components());
@@ -151,7 +95,7 @@ impl PyForceSolution {
         matrix(py, world.len(), dim, values).map(read_only)
     }
 
-    /// (m, d) wrench of each contact; they sum to the opposite of the external wrench.
+    /// (m, d) wrench of each contact in N and N m; they sum to ``residual - external_wrench``.
     #[getter]
     fn contact_wrenches<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.check_arrays(py)?;
@@ -163,18 +107,25 @@ impl PyForceSolution {
     }
 
     /// (d,) ``z_b`` of Eq. 26: the objective changes by ``-dual`` with the external wrench.
+    ///
+    /// For "max" and "sum" without lower bounds the objective is ``(residual - external_wrench) @ dual``. For "squares"
+    /// without reference, bounds and slack that is twice the objective.
     #[getter]
     fn dual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.dual.as_slice())))
     }
 
-    /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``.
+    /// (d,) what the forces leave unbalanced: ``external_wrench + sum_i G_i f_i``, in N and N m.
+    ///
+    /// It is within `FEASIBILITY_TOLERANCE`, except for forces of `ForceDistributor.nearest` and with ``slack``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         read_only(PyArray1::from_slice(py, by_dimension!(&self.distribution, of => of.residual.as_slice())))
     }
 
     /// Whether the forces balance the wrench: the residual is within `FEASIBILITY_TOLERANCE`.
+    ///
+    /// It is True for every answer of `ForceDistributor.solve` without ``slack``.
     #[getter]
     fn balanced(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(with_both!(py, self, |distribution, grasp| distribution.balanced(grasp, self.query.least_share)))
@@ -211,14 +162,18 @@ impl PyForceSolution {
         Ok(read_only(PyArray1::from_vec(py, torques)))
     }
 
-    /// (m,) normalised normal force of each contact: its share of its limit.
+    /// (m,) normalised normal force of each contact, ``f_n / f^U``: its share of its limit.
+    ///
+    /// With ``extreme_forces`` it is the sum of the coefficients of the contact's extreme forces.
     #[getter]
     fn shares<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let shares = by_dimension!(&self.distribution, distribution => &distribution.shares);
         vector(py, "shares", shares.len(), shares.iter().copied())
     }
 
-    /// (m,) unused share of each contact's friction.
+    /// (m,) unused share of each contact's friction, before ``friction_margin`` divides it.
+    ///
+    /// It is 1 for a purely normal force, 0 on the edge of slip, and NaN for general extreme forces.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.check_arrays(py)?;
@@ -226,55 +181,64 @@ impl PyForceSolution {
         Ok(read_only(PyArray1::from_vec(py, margins)))
     }
 
-    /// The objective: what was minimised.
+    /// The objective.
+    ///
+    /// "max": ``sigma_max``, plus ``weight`` times ``sigma_sum``. "sum": ``sigma_sum``. "squares": half the weighted sum
+    /// of squares, plus ``residual @ slack @ residual / 2``.
     #[getter]
     fn value(&self) -> f64 {
         by_dimension!(&self.distribution, distribution => distribution.sigma)
     }
 
-    /// (m,) the limits of the normal forces that were in force, in N.
+    /// (m,) the limits in force, in N: the grasp's, or those of `ForceDistributor.set_limits`. Shares refer to them.
     #[getter]
     fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         vector(py, "max_normal_force", self.query.limits.len(), self.query.limits.iter().copied())
     }
 
-    /// Largest normalised normal force (Eq. 7).
+    /// Largest of the shares (Eq. 7).
     #[getter]
     fn sigma_max(&self) -> f64 {
         by_dimension!(&self.distribution, distribution => distribution.sigma_max)
     }
 
-    /// Sum of normalised normal forces (Eq. 6).
+    /// Sum of the shares (Eq. 6).
     #[getter]
     fn sigma_sum(&self) -> f64 {
         by_dimension!(&self.distribution, distribution => distribution.sigma_sum)
     }
 
-    /// Relative distance between the objective and its proven lower bound.
+    /// Relative distance between the objective and the lower bound that ``dual`` proves, for the wrench that the forces
+    /// balance.
     #[getter]
     fn gap(&self) -> f64 {
         by_dimension!(&self.distribution, distribution => distribution.gap)
     }
 
-    /// Simplex pivots this solve took.
+    /// Simplex pivots of this solve; Newton steps of "squares" and of `ForceDistributor.nearest`.
+    ///
+    /// It is 0 where a known region held the wrench, and over true cones where Newton's method started from the last
+    /// answer.
     #[getter]
     fn pivots(&self) -> usize {
         by_dimension!(&self.distribution, distribution => distribution.pivots)
     }
 
-    /// Another solver than the method's own had to give this answer.
+    /// True if "reduced" needed the whole set for this answer, or if an interior-point solver gave it.
     #[getter]
     fn fell_back(&self) -> bool {
         by_dimension!(&self.distribution, distribution => distribution.fell_back)
     }
 
-    /// The objective and its tie-break alone determine the forces.
+    /// True if the objective and its tie-break alone are known to determine the forces.
+    ///
+    /// Forces that extreme forces can make in several ways (soft fingers) do not count as such.
     #[getter]
     fn unique(&self) -> bool {
         by_dimension!(&self.distribution, distribution => distribution.unique)
     }
 
-    /// ``sigma_max <= 1 + 1e-9``: no normal force exceeds its upper bound, but for rounding.
+    /// ``sigma_max <= 1 + 1e-9``, whatever ``rtol`` is: no share exceeds one by more than rounding.
     #[getter]
     fn within_limits(&self) -> bool {
         by_dimension!(&self.distribution, distribution => distribution.within_limits())

@@ -1,6 +1,6 @@
 //! Calls of a distributor: wrenches in, forces out.
 
-use graspforce::{Distribution, Error, ForceDistributor, Method, NearestOptions, Wrench};
+use graspforce::{Distribution, Error, ForceDistributor, ForceWorkspace, Method, NearestOptions, Wrench};
 use numpy::PyUntypedArrayMethods;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -34,30 +34,47 @@ pub fn solve_into<const D: usize>(
     external_wrench: &Bound<'_, PyAny>,
     forces: &Bound<'_, PyAny>,
 ) -> PyResult<f64> {
-    let refused = |message: &str| invalid_input(py, message);
-    let array =
-        float_array("external_wrench", external_wrench).map_err(|message| invalid_input(py, message))?;
-    let wrench = contents(&array);
-    if wrench.len() != D || array.shape().len() != 1 {
+    let solve = |distributor: &ForceDistributor<D>, workspace: &mut _, wrench: &_, rows: &mut _| {
+        distributor.solve_into(workspace, wrench, rows)
+    };
+    written(py, shared, (external_wrench, forces), Work::Solve, solve)?
+        .map_err(|error| raised(py, &error, &shared.distributor))
+}
+
+/// Runs a call that writes the forces for a wrench into an array of the caller's.
+pub fn written<const D: usize>(
+    py: Python<'_>,
+    shared: &SharedDistributor<D>,
+    (external_wrench, forces): (&Bound<'_, PyAny>, &Bound<'_, PyAny>),
+    work: Work,
+    call: impl FnOnce(
+        &ForceDistributor<D>,
+        &mut ForceWorkspace<D>,
+        &Wrench<D>,
+        &mut [f64],
+    ) -> graspforce::Result<f64>,
+) -> PyResult<graspforce::Result<f64>> {
+    let refused = |message: String| invalid_input(py, message);
+    let array = float_array("external_wrench", external_wrench).map_err(refused)?;
+    if array.shape() != [D] {
         let message = format!("external_wrench: shape {}, expected ({D},)", shaped(array.shape()));
-        return Err(invalid_input(py, message));
+        return Err(refused(message));
     }
-    let wrench = Wrench::<D>::from_column_slice(wrench);
-    check_work(py, shared.distributor.grasp(), Work::Solve)?;
+    let wrench = Wrench::<D>::from_column_slice(contents(&array));
     let grasp = shared.distributor.grasp();
-    let (m, k) = (grasp.num_contacts(), grasp.force_dim());
+    check_work(py, grasp, work)?;
     // A view of the wrench that is also a view of the forces would change while it is read.
     drop(array);
-    let mut forces = output_array(forces, m, k).map_err(|message| refused(&message))?;
-    let Ok(forces) = forces.as_slice_mut() else { return Err(refused("forces: not C-contiguous")) };
-    let solve = || shared.solve(|distributor, workspace| distributor.solve_into(workspace, &wrench, forces));
-    unless_busy(py, watched(solve)?)?.map_err(|error| raised(py, &error, &shared.distributor))
+    let mut forces = output_array(forces, grasp.num_contacts(), grasp.force_dim()).map_err(refused)?;
+    let Ok(rows) = forces.as_slice_mut() else { return Err(refused("forces: not C-contiguous".into())) };
+    let run = || shared.solve(|distributor, workspace| call(distributor, workspace, &wrench, rows));
+    unless_busy(py, watched(run)?)
 }
 
 /// The exception for an error, which says where contacts that are off may be the reason.
 fn raised<const D: usize>(py: Python<'_>, error: &Error, distributor: &ForceDistributor<D>) -> PyErr {
     let raised = to_python(py, error);
-    let limits = distributor.set_of_limits().filter(|_| error.is_infeasible()).unwrap_or_default();
+    let limits = distributor.changed_limits().filter(|_| error.is_infeasible()).unwrap_or_default();
     let off = limits.iter().enumerate().filter(|(_, limit)| **limit == 0.0);
     let off: Vec<String> = off.map(|(contact, _)| contact.to_string()).collect();
     if off.is_empty() {

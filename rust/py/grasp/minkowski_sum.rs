@@ -16,32 +16,21 @@ use crate::convert::restored::{Checked, copied, expect, finite, within};
 /// Made by `Grasp.minkowski_sum`. Point j is the sum of the primitive wrenches of its entries
 /// ``starts[j]:ends[j]`` (Eq. 30). It is immutable and may be shared between threads, copied and pickled;
 /// `numpy.asarray` gives its wrenches.
-///
-/// Attributes
-/// ----------
-/// wrenches : numpy.ndarray
-///     (n, d) points ``w_j``, columns of the paper's P, in N and N m; read-only.
-/// starts, ends : numpy.ndarray
-///     (n,) int32, the paper's A: where in ``contacts`` and ``edges`` the entries of each point start and end,
-///     0-based, ends exclusive; read-only.
-/// contacts, edges : numpy.ndarray
-///     int32, the paper's B: contact i and extreme force h of each entry, 0-based; read-only. Extreme forces
-///     of zero that were given are not counted.
 #[pyclass(name = "MinkowskiSum", module = "graspforce", frozen)]
 pub struct PyMinkowskiSum {
-    /// (n, d) points ``w_j``, in N and N m.
+    /// (n, d) points ``w_j``, columns of the paper's P, in N and N m; read-only.
     #[pyo3(get)]
     wrenches: Py<PyArray2<f64>>,
-    /// (n,) int32: where the entries of each point start.
+    /// (n,) int32, the paper's A from 0: where the entries of each point start; read-only.
     #[pyo3(get)]
     starts: Py<PyArray1<i32>>,
-    /// (n,) int32: where they end, exclusive.
+    /// (n,) int32: where they end, exclusive; read-only.
     #[pyo3(get)]
     ends: Py<PyArray1<i32>>,
-    /// int32: contact i of each entry.
+    /// int32, the paper's B from 0: contact i of each entry; read-only.
     #[pyo3(get)]
     contacts: Py<PyArray1<i32>>,
-    /// int32: extreme force h of each entry.
+    /// int32: extreme force h of each entry. Extreme forces of zero that were given are not counted; read-only.
     #[pyo3(get)]
     edges: Py<PyArray1<i32>>,
     /// Rows of W before each contact's first.

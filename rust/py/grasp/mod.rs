@@ -1,5 +1,7 @@
-//! `graspforce.Grasp`: [`arrays`] are what it consists of; [`minkowski_sum`], `graspforce.MinkowskiSum`;
-//! [`torque_limits`], extreme forces from joint torques.
+//! `graspforce.Grasp`, whose longer docstrings are the `.rst` files of this folder.
+//!
+//! - [`arrays`]: its arrays; [`resistance`]: `Grasp.resistance`; [`minkowski_sum`]: `MinkowskiSum`;
+//!   [`torque_limits`]: `torque_limited_forces`.
 
 mod arrays;
 pub(crate) mod minkowski_sum;
@@ -32,7 +34,7 @@ const ENUMERATED: (usize, usize) = (112, 16);
 #[pyclass(name = "Grasp", module = "graspforce", frozen)]
 pub struct PyGrasp {
     pub inner: AnyGrasp,
-    arguments: Arguments,
+    arguments: Arguments<'static>,
 }
 
 thread_local! {
@@ -150,19 +152,19 @@ impl PyGrasp {
     /// (m,) Coulomb friction coefficients as given, before ``friction_margin``.
     #[getter]
     fn friction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.arguments.friction_of_each(py)
+        self.arguments.of_each(py, &self.arguments.friction)
     }
 
     /// (m,) upper bounds of the normal forces in N.
     #[getter]
     fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.arguments.limit_of_each(py)
+        self.arguments.of_each(py, &self.arguments.max_normal_force)
     }
 
     /// (m,) torsional friction coefficients in m, as given: before ``friction_margin``; zero for hard contacts.
     #[getter]
     fn torsion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.arguments.torsion_of_each(py)
+        self.arguments.of_each(py, &self.arguments.torsion)
     }
 
     /// What divides the friction coefficients, at least 1.

@@ -15,7 +15,7 @@ use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::scalars::{Given, whole};
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::{Work, check_rows};
 use crate::runtime::thread_pool::lock;
 
 type AnyBound = Dimensional<BoxBound<3>, BoxBound<6>>;
@@ -105,7 +105,7 @@ impl PyBoxBound {
         }
         arguments.options.check().map_err(|error| to_python(py, &error))?;
         let stencil = axes.map(|axes| Stencil { axes, safety });
-        check_rows(py, &arguments, 1)?;
+        check_rows(py, &arguments, 1, Work::Quality)?;
         let mut inner = lock(&self.inner).ok_or_else(|| busy(py))?;
         let inner = &mut *inner;
         let bounds = on_all_cores(py, || match (inner, arguments.dim) {
@@ -123,7 +123,7 @@ impl PyBoxBound {
 
 fn over<const D: usize>(
     bound: &mut BoxBound<D>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     slacks: &[f64],
     stencil: Option<Stencil>,
     enough: f64,

@@ -125,7 +125,7 @@ impl PyCandidateSearch {
 
 fn best_of<const D: usize>(
     search: &mut CandidateSearch<D>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     center: usize,
     known: Option<f64>,
 ) -> Result<Winner, (usize, Option<Error>)> {

@@ -16,9 +16,11 @@ use crate::convert::grasp_arguments::Arguments;
 use crate::convert::quality_options::{RawOptions, quality_options};
 use crate::convert::raw_arguments::Raw;
 use crate::convert::restored::{self, Checked, expect, within};
-use crate::convert::scalars::{Given, shown};
+use crate::convert::scalars::{Given, flag, shown};
+use crate::convert::views::{Layout, Views};
+use crate::quality::gradient_batch::{Derivatives, gradient_batch_class};
 use crate::runtime::interrupt::on_all_cores;
-use crate::runtime::memory::check_rows;
+use crate::runtime::memory::{Work, check_rows};
 
 /// What a chunk of rows between two reports of progress should take: long enough that waiting for the last core
 /// does not count, on a busy machine either. One grasp takes from microseconds to a second.
@@ -48,9 +50,14 @@ const PYTHON_ROW_BYTES: usize = 384;
 ///     proven bracket wider than asked for).
 /// errors : dict of int to str
 ///     What is wrong with the rows of status 2.
+/// gradient : GradientBatch or None
+///     How epsilon changes with the contacts, where it was asked for.
 #[pyclass(name = "QualityBatch", module = "graspforce", frozen)]
 pub struct PyQualityBatch {
     items: Vec<Row>,
+    /// A `GradientBatch`, or None where no gradients were asked for.
+    #[pyo3(get)]
+    gradient: Option<Py<PyAny>>,
 }
 
 /// One row as Python sees it; the reason of status 2 is text by then.
@@ -176,7 +183,12 @@ impl PyQualityBatch {
     }
 
     #[staticmethod]
-    fn _restore(rows: &Bound<'_, PyList>, py: Python<'_>) -> PyResult<Self> {
+    #[pyo3(signature = (rows, gradient=None))]
+    fn _restore(
+        rows: &Bound<'_, PyList>,
+        gradient: Option<Bound<'_, PyAny>>,
+        py: Python<'_>,
+    ) -> PyResult<Self> {
         check_room("rows", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
         let mut items = room("rows", rows.len()).map_err(|error| to_python(py, &error))?;
         for row in rows {
@@ -184,7 +196,11 @@ impl PyQualityBatch {
             items.push(Row { rho, lower, upper, closure, status, error });
         }
         items.iter().try_for_each(Row::check).map_err(|message| invalid_input(py, message))?;
-        Ok(Self { items })
+        if let Some(gradient) = &gradient {
+            let known: Vec<bool> = items.iter().map(|row| row.error.is_none()).collect();
+            gradient_batch_class(py)?.call_method1("_check_rows", (gradient, known))?;
+        }
+        Ok(Self { items, gradient: gradient.map(Bound::unbind) })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -194,8 +210,11 @@ impl PyQualityBatch {
             .items
             .iter()
             .map(|row| (row.rho, row.lower, row.upper, row.closure, row.status, row.error.as_deref()));
-        let state = (PyList::new(slf.py(), rows.collect::<Vec<_>>())?,);
-        Ok((slf.py().get_type::<Self>().getattr("_restore")?, state.into_pyobject(slf.py())?))
+        let rows = PyList::new(slf.py(), rows.collect::<Vec<_>>())?.into_any();
+        let gradient = slf.get().gradient.as_ref().map(|gradient| gradient.bind(slf.py()).clone());
+        let state: Vec<_> = std::iter::once(rows).chain(gradient).collect();
+        let state = PyTuple::new(slf.py(), state)?;
+        Ok((slf.py().get_type::<Self>().getattr("_restore")?, state))
     }
 
     fn __len__(&self) -> usize {
@@ -226,59 +245,14 @@ impl PyQualityBatch {
     }
 }
 
-/// Compute the qualities of many grasps with the same number of contacts, on all cores.
-///
-/// Safe to call from several threads. The interpreter lock is released. A row that is not a grasp does not stop the
-/// others: it gets ``Status.INVALID`` (2) and its reason.
-///
-/// Parameters
-/// ----------
-/// positions, normals : array_like
-///     (B, m, 2) or (B, m, 3), as for `Grasp`.
-/// friction, max_normal_force, torsion : array_like, optional
-///     Scalar, (m,) or (B, m), as for `Grasp`.
-/// origin : array_like, optional
-///     (dim,) or (B, dim), as for `Grasp`.
-/// length_scale : array_like, optional
-///     Scalar or (B,), as for `Grasp`.
-/// edges, friction_margin, extreme_forces : optional
-///     As for `Grasp`, the same for all rows.
-/// tangents : array_like, optional
-///     (m, 3) or (B, m, 3), as for `Grasp`.
-/// criterion, rtol, external_wrench, metric, max_facets : optional
-///     As for `Grasp.quality`.
-/// progress : callable, optional
-///     Called now and then, and after the last row, with the number of rows done and the number in all; never
-///     where there are no rows. An exception it raises ends the call.
-///
-/// Returns
-/// -------
-/// QualityBatch
-///     Arrays with one entry for each row.
-///
-/// Raises
-/// ------
-/// InvalidGraspError, InvalidInputError
-///     A shape or type is wrong, or an argument that all rows share.
-///
-/// Examples
-/// --------
-/// >>> import numpy as np
-/// >>> import graspforce as gf
-/// >>> angles = np.linspace(2.0, np.pi, 3)
-/// >>> first = np.broadcast_to([1.0, 0.0], (3, 2))
-/// >>> second = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-/// >>> positions = np.stack([first, second], axis=1)
-/// >>> batch = gf.quality_many(positions, -positions, friction=0.5)
-/// >>> batch.closure.tolist()
-/// [-1, 1, 1]
+#[doc = include_str!("quality_many.rst")]
 #[pyfunction]
 #[pyo3(
     signature = (*arguments, criterion=Given::default(), rtol=None, external_wrench=None, metric=None, max_facets=None,
-        progress=None, **options),
+        progress=None, gradient=None, offsets=None, **options),
     text_signature = "(positions, normals, friction=0.5, max_normal_force=1.0, edges=8, torsion=None, \
         tangents=None, origin=None, length_scale=1.0, friction_margin=1.0, extreme_forces=None, *, \
-        criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None)"
+        criterion='max', rtol=None, external_wrench=None, metric=None, max_facets=None, progress=None, gradient=False, offsets=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "the arguments of a query are the contract")]
 pub fn quality_many<'py>(
@@ -290,19 +264,25 @@ pub fn quality_many<'py>(
     metric: Option<&Bound<'py, PyAny>>,
     max_facets: Option<&Bound<'py, PyAny>>,
     progress: Option<&Bound<'py, PyAny>>,
+    gradient: Option<&Bound<'py, PyAny>>,
+    offsets: Option<&Bound<'py, PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<PyQualityBatch> {
     let raw = Raw::new("quality_many", arguments, options)?;
-    let arguments = Arguments::parse(&raw, true).map_err(|message| invalid_grasp(py, message))?;
+    let views = Views::of(&raw).map_err(|message| invalid_grasp(py, message))?;
+    let layout = offsets.map_or(Ok(Layout::Batch), |offsets| Layout::ragged(offsets, views.rows()));
+    let layout = layout.map_err(|message| invalid_input(py, message))?;
+    let arguments = Arguments::of(&raw, &views, layout).map_err(|message| invalid_grasp(py, message))?;
     let wrong = |message: String| invalid_input(py, message);
     let given = RawOptions { rtol, external_wrench, metric, max_facets };
     if let Some(progress) = progress.filter(|progress| !progress.is_callable()) {
         return Err(wrong(format!("progress: {} is not callable", shown(progress))));
     }
+    let gradient = gradient.map_or(Ok(false), |asked| flag("gradient", asked)).map_err(wrong)?;
     macro_rules! run {
         ($d:literal) => {{
             let options = quality_options::<$d>(&criterion, given).map_err(wrong)?;
-            run(py, &arguments, &options, progress)
+            run(py, &arguments, &options, gradient, progress)
         }};
     }
     if arguments.dim == 2 { run!(3) } else { run!(6) }
@@ -315,25 +295,33 @@ fn out_of_memory(item: &BatchItem) -> Option<&Error> {
 
 fn run<const D: usize>(
     py: Python<'_>,
-    arguments: &Arguments,
+    arguments: &Arguments<'_>,
     options: &QualityOptions<D>,
+    gradient: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PyQualityBatch> {
     options.check().and_then(|()| arguments.options.check()).map_err(|error| to_python(py, &error))?;
     let mut items = room("positions", arguments.batch).map_err(|error| to_python(py, &error))?;
     let cores = available_parallelism().map_or(1, NonZero::get);
-    check_rows(py, arguments, cores)?;
+    let work = if gradient { Work::Gradient } else { Work::Quality };
+    check_rows(py, arguments, cores, work)?;
+    let mut derivatives = if gradient { Some(Derivatives::of(py, arguments)?) } else { None };
     let mut chunk = FIRST_ROWS * cores;
     while items.len() < arguments.batch {
         let rows = items.len()..arguments.batch.min(items.len() + chunk);
         let start = Instant::now();
         let grasp = |row| Grasp::<D>::with_options(&arguments.contacts_of(row)?, arguments.options_of(row));
         check_room("positions", rows.len(), ROW_BYTES).map_err(|error| to_python(py, &error))?;
-        let measured = on_all_cores(py, || quality_batch(rows, grasp, options))?;
+        let measured = on_all_cores(py, || quality_batch(rows, grasp, options, gradient))?;
         if let Some(short) = measured.iter().find_map(out_of_memory) {
             return Err(to_python(py, short));
         }
-        items.extend(measured.into_iter().map(Row::from));
+        for item in measured {
+            if let Some(derivatives) = &mut derivatives {
+                derivatives.push(item.gradient.as_ref(), arguments.contacts_in(items.len()));
+            }
+            items.push(Row::from(item));
+        }
         let elapsed = start.elapsed();
         if elapsed < CHUNK_TIME.start {
             chunk *= 2;
@@ -344,5 +332,6 @@ fn run<const D: usize>(
             progress.call1((items.len(), arguments.batch))?;
         }
     }
-    Ok(PyQualityBatch { items })
+    let gradient = derivatives.map(|derivatives| derivatives.into_python(py, arguments)).transpose()?;
+    Ok(PyQualityBatch { items, gradient })
 }

@@ -13,7 +13,7 @@ use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_work};
 use crate::runtime::workspace::Workspace;
 
-/// How epsilon changes as contacts move.
+/// How epsilon changes as contacts do.
 ///
 /// It is immutable and may be shared between threads, copied and pickled.
 ///
@@ -27,6 +27,11 @@ use crate::runtime::workspace::Workspace;
 /// spins : numpy.ndarray
 ///     (m,) change of epsilon by rad that each contact frame spins about its normal: edges turn with it. Zero for
 ///     planar contacts, and for true cones.
+/// friction : numpy.ndarray
+///     (m,) change of epsilon by each friction coefficient (before ``friction_margin``), to the right where it is zero. Zero
+///     where extreme forces are given.
+/// max_normal_force : numpy.ndarray
+///     (m,) change of epsilon by N of each limit. Zero where extreme forces are given.
 /// unique : bool
 ///     True where epsilon is differentiable, as far as rounding can tell. Where several directions are equally bad
 ///     (symmetric grasps), or several forces reach the same boundary wrench and would change otherwise, it is False,
@@ -57,6 +62,19 @@ impl PyGradient {
         vector(py, "spins", self.gradient.spins.len(), self.gradient.spins.iter().copied())
     }
 
+    /// (m,) change of epsilon by each friction coefficient.
+    #[getter]
+    fn friction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        vector(py, "friction", self.gradient.friction.len(), self.gradient.friction.iter().copied())
+    }
+
+    /// (m,) change of epsilon by N of each limit.
+    #[getter]
+    fn max_normal_force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let values = &self.gradient.max_normal_force;
+        vector(py, "max_normal_force", values.len(), values.iter().copied())
+    }
+
     /// Whether epsilon is differentiable here.
     #[getter]
     fn unique(&self) -> bool {
@@ -72,13 +90,15 @@ impl PyGradient {
     fn _restore(
         positions: Vec<[f64; 3]>,
         normals: Vec<[f64; 3]>,
-        spins: Vec<f64>,
+        numbers: [Vec<f64>; 3],
         unique: bool,
         dim: usize,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(Vector3::from).collect();
-        let gradient = Gradient { positions: vectors(positions), normals: vectors(normals), spins, unique };
+        let [spins, friction, max_normal_force] = numbers;
+        let (positions, normals) = (vectors(positions), vectors(normals));
+        let gradient = Gradient { positions, normals, spins, friction, max_normal_force, unique };
         check(&gradient, dim).map_err(|message| invalid_input(py, message))?;
         Ok(Self { gradient, dim })
     }
@@ -86,8 +106,9 @@ impl PyGradient {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
         let rows = |vectors: &[Vector3<f64>]| vectors.iter().map(|&v| v.into()).collect::<Vec<[f64; 3]>>();
-        let Gradient { positions, normals, spins, unique } = &this.gradient;
-        let state = (rows(positions), rows(normals), spins.clone(), *unique, this.dim);
+        let Gradient { positions, normals, spins, friction, max_normal_force, unique } = &this.gradient;
+        let numbers = [spins.clone(), friction.clone(), max_normal_force.clone()];
+        let state = (rows(positions), rows(normals), numbers, *unique, this.dim);
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
@@ -121,12 +142,13 @@ impl PyGradient {
 
 /// Refuses a record whose parts do not belong together.
 fn check(gradient: &Gradient, dim: usize) -> Checked {
-    let Gradient { positions, normals, spins, .. } = gradient;
+    let Gradient { positions, normals, spins, friction, max_normal_force, .. } = gradient;
     within("dim", dim, 2..=3)?;
-    let lengths = [positions.len(), normals.len()];
-    let shown = format!("{lengths:?} and {}", spins.len());
-    expect(lengths == [spins.len(); 2], "rows", shown, "one of each for each contact")?;
-    finite("spins", spins)?;
+    let lengths = [positions.len(), normals.len(), spins.len(), friction.len(), max_normal_force.len()];
+    expect(lengths == [lengths[0]; 5], "rows", format!("{lengths:?}"), "one of each for each contact")?;
+    for numbers in [spins, friction, max_normal_force] {
+        finite("numbers", numbers)?;
+    }
     for vectors in [positions, normals] {
         finite("vectors", vectors.iter().flatten())?;
         let planar = dim == 3 || vectors.iter().all(|vector| vector.z == 0.0);

@@ -2,6 +2,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod gradient;
+pub(crate) mod gradient_batch;
 
 use graspforce::Closure;
 use numpy::{PyArray1, PyArray2};

@@ -63,29 +63,32 @@ pub fn check_work<const D: usize>(py: Python<'_>, grasp: &Grasp<D>, work: Work) 
     work.check(grasp.num_contacts(), num_forces(grasp)).map_err(|error| to_python(py, &error))
 }
 
-/// The same for the grasps of a batch, one on each thread; the first stands for all.
-pub fn check_rows(py: Python<'_>, arguments: &Arguments, threads: usize) -> PyResult<()> {
-    let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
+/// The same for the grasps of a batch, one on each thread; one of the most contacts stands for all.
+pub fn check_rows(py: Python<'_>, arguments: &Arguments<'_>, threads: usize, work: Work) -> PyResult<()> {
+    let Some((contacts, forces)) = largest_row(py, arguments)? else { return Ok(()) };
     let (contacts, forces) = (contacts.saturating_mul(threads), forces.saturating_mul(threads));
-    let checked = [Work::Construction, Work::Quality].map(|work| work.check(contacts, forces));
+    let checked = [Work::Construction, work].map(|work| work.check(contacts, forces));
     checked.into_iter().collect::<Result<(), _>>().map_err(|error| to_python(py, &error))
 }
 
 /// The same where all grasps of a batch are kept at once.
-pub fn check_kept_rows(py: Python<'_>, arguments: &Arguments) -> PyResult<()> {
-    let Some((contacts, forces)) = first_row(py, arguments)? else { return Ok(()) };
+pub fn check_kept_rows(py: Python<'_>, arguments: &Arguments<'_>) -> PyResult<()> {
+    let Some((contacts, forces)) = largest_row(py, arguments)? else { return Ok(()) };
     let each = KEPT_GRASP_BYTES.saturating_add(Work::Construction.total(contacts, forces));
     let quality = Work::Quality.total(contacts, forces);
     let bytes = each.saturating_mul(arguments.batch).saturating_add(quality);
     check_room("contacts", 1, bytes).map_err(|error| to_python(py, &error))
 }
 
-/// Numbers of contacts and of extreme forces of the first grasp; none of an empty batch.
-fn first_row(py: Python<'_>, arguments: &Arguments) -> PyResult<Option<(usize, usize)>> {
-    if arguments.batch == 0 {
-        return Ok(None);
-    }
-    let contacts = arguments.contacts_of(0).map_err(|error| to_python(py, &error))?;
+/// Numbers of contacts and of extreme forces of a grasp of the most contacts; none of an empty batch.
+fn largest_row(py: Python<'_>, arguments: &Arguments<'_>) -> PyResult<Option<(usize, usize)>> {
+    let row = if arguments.is_ragged() {
+        (0..arguments.batch).max_by_key(|&row| arguments.contacts_in(row))
+    } else {
+        (arguments.batch > 0).then_some(0)
+    };
+    let Some(row) = row else { return Ok(None) };
+    let contacts = arguments.contacts_of(row).map_err(|error| to_python(py, &error))?;
     let planar = arguments.dim == 2;
     let forces = contacts.iter().fold(0, |sum: usize, one| sum.saturating_add(one.force_count(planar)));
     Ok(Some((contacts.len(), forces)))

@@ -116,13 +116,13 @@ def test_an_error_on_a_worker_is_the_same_error_here(client, source, tmp_path):
 
 
 def test_a_worker_of_another_version_does_not_take_part(source, tmp_path):
-    with pytest.raises(gf.GraspForceError, match=r"0\.0\.1 where the run was started"):
+    with pytest.raises(gf.GraspForceError, match=r"started the run 0\.0\.1"):
         grade_part(Part(0, source, 0, 10), tmp_path, GradeOptions(), "run", version="0.0.1")
 
 
 def test_a_straggler_writes_nothing_into_the_folder_of_a_later_run(source, tmp_path):
     tmp_path.joinpath("_grade.json").write_text("another run")
-    with pytest.raises(gf.GraspForceError, match="no longer, the folder of this run"):
+    with pytest.raises(gf.GraspForceError, match="belongs to another run now"):
         grade_part(Part(0, source, 0, 10), tmp_path, GradeOptions(), "this run")
     assert [path.name for path in tmp_path.iterdir()] == ["_grade.json"]
 

@@ -34,7 +34,7 @@ def test_overwriting_beside_a_foreign_file_is_refused_and_changes_nothing(source
     grade(source, out)
     (out / "notes.txt").write_text("precious")
     before = state(out)
-    with pytest.raises(gf.ResumeError, match=r"notes\.txt, which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match=r"notes\.txt, which no run of grade wrote"):
         grade(source, out, edges=6, overwrite=True)
     assert state(out) == before
 
@@ -58,7 +58,7 @@ def test_a_foreign_part_is_neither_deleted_nor_written_over(source, tmp_path, na
     else:
         (out / name).symlink_to(mine)
     before = state(out), names(out)
-    with pytest.raises(gf.ResumeError, match=rf"{name}, which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match=rf"{name}, which no run of grade wrote"):
         grade(source, out, edges=6, overwrite=True)
     if name == FIRST:
         with pytest.raises(gf.GraspForceError, match=FIRST):
@@ -75,7 +75,7 @@ def test_a_foreign_part_that_appears_while_results_are_replaced_stays(source, tm
     def appear(_done, _total):
         (out / FIRST).write_bytes(mine)
 
-    with pytest.raises(gf.ResumeError, match=f"{FIRST}, which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match=f"{FIRST}, which no run of grade wrote"):
         grade(source, out, edges=6, overwrite=True, progress=appear)
     assert (out / FIRST).read_bytes() == mine
     (out / FIRST).unlink()
@@ -90,7 +90,7 @@ def test_foreign_files_in_a_run_s_own_folders_stay(source, tmp_path, folder, nam
     (out / folder).mkdir()
     (out / folder / name).write_text("precious")
     before = state(out)
-    with pytest.raises(gf.ResumeError, match=f"{name}, which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match=f"{name}, which no run of grade wrote"):
         grade(source, out, edges=6, overwrite=True)
     assert state(out) == before
 
@@ -98,7 +98,7 @@ def test_foreign_files_in_a_run_s_own_folders_stay(source, tmp_path, folder, nam
 def test_a_folder_of_something_else_gets_no_file_not_even_a_lock(source, tmp_path):
     (tmp_path / "notes.txt").write_text("precious")
     before = names(tmp_path)
-    with pytest.raises(gf.ResumeError, match="which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match="which no run of grade wrote"):
         grade(source, tmp_path, overwrite=True)
     assert names(tmp_path) == before
 

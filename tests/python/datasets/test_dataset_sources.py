@@ -45,7 +45,7 @@ def test_a_value_between_least_and_largest_makes_it_another_source(table, tmp_pa
             gf.grade(source, out, criteria="sum", rows_per_part=10)
             (out / PART).unlink()
     assert footers[0] == footers[1]
-    with pytest.raises(gf.ResumeError, match=r"a\.parquet has changed, or was written or copied anew"):
+    with pytest.raises(gf.ResumeError, match=r"a\.parquet has changed, or was written or copied again"):
         gf.grade(source, out, criteria="sum", rows_per_part=10)
 
 
@@ -61,7 +61,7 @@ def test_files_of_other_people_are_left_alone_in_a_folder_that_is_refused(source
     names = [".notes.tmp", ".part.tmp", "precious"]
     for name in names:
         (out / name).touch()
-    with pytest.raises(gf.ResumeError, match="which is not of a graded dataset"):
+    with pytest.raises(gf.ResumeError, match="which no run of grade wrote"):
         gf.grade(source, out)
     assert sorted(path.name for path in out.iterdir()) == names
 
@@ -139,7 +139,7 @@ def test_a_source_that_shrinks_while_it_is_graded_leaves_no_part_of_it(source, t
         return grade_table.grade_batch(batch, options, progress)
 
     monkeypatch.setattr("graspforce.datasets.parts.grade_batch", shrinking)
-    with pytest.raises(gf.InvalidFileError, match=r"a\.parquet: it has changed while it was graded"):
+    with pytest.raises(gf.InvalidFileError, match=r"a\.parquet: changed while it was graded"):
         gf.grade(source, tmp_path / "out", criteria="sum", rows_per_part=20)
     assert list((tmp_path / "out").glob("*.parquet")) == []
 

@@ -8,7 +8,7 @@ import sys
 import mujoco
 import numpy as np
 import pytest
-from conftest import PLACES, TIPS, mjcf
+from support.small_hand import PLACES, TIPS, mjcf
 
 import graspforce as gf
 from graspforce.hands import Hand, presets

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from conftest import TIPS, mjcf
+from support.small_hand import TIPS, mjcf
 
 import graspforce as gf
 from graspforce.hands.distances import Distances

@@ -97,7 +97,7 @@ def twisted():
     [
         (opened, r"part 1 of 2 \(faces 12 to 22, about \[0.5, 0, 0\] m\): not watertight: 3 of \d+ edges"),
         (inverted, r"part 1 of 2 \(faces 12 to 23, .*\): inside out: .* no other part is around it"),
-        (twisted, r"part 1 of 2 \(faces 12 to 23, .*\): faces are not oriented alike"),
+        (twisted, r"part 1 of 2 \(faces 12 to 23, .*\): faces are oriented differently"),
     ],
 )
 def test_a_part_that_is_no_solid_is_named_with_the_reason(part, message):

@@ -65,6 +65,7 @@ NOT_RUN = {
     "python force_controller.py --plot force_controller.png": SIMULATED,
     "python fourth_foot.py": SIMULATED,
     "cargo bench --bench force_latency": LONG,
+    "cargo bench --bench quality -- gradients": LONG,
     "cargo test --test laws hostile": CI,
     "python -m benches.trust": LONG,
     "python -m benches.trust cone_histories": LONG,
@@ -106,7 +107,10 @@ def attacks():
 
 COMMANDS = commands()
 TESTS = [*(pair for pair in COMMANDS if pair[1].startswith("pytest ")), *attacks()]
-RUN = [pair for pair in COMMANDS if pair[1] not in NOT_RUN and pair not in TESTS]
+# What several pages print runs once, where it is printed first.
+FIRST = {command: page for page, command in reversed(COMMANDS)}
+RUN = [(page, command) for page, command in COMMANDS if FIRST[command] == page and command not in NOT_RUN]
+RUN = [pair for pair in RUN if pair not in TESTS]
 
 
 def test_the_list_of_commands_that_are_not_run_is_no_longer_than_it_must_be():

@@ -15,7 +15,8 @@ import graspforce as gf
 
 MODULES = [
     "graspforce",
-    *(f"graspforce.{m}" for m in ("surfaces", "adapters", "files", "hands", "plotting", "viewer")),
+    *(f"graspforce.{m}" for m in ("surfaces", "surrogates", "adapters", "files", "hands")),
+    *(f"graspforce.{m}" for m in ("plotting", "viewer")),
 ]
 NEEDED = {"files": "pydantic", "plotting": "matplotlib", "viewer": "viser"}
 
@@ -90,6 +91,12 @@ def rim():
     return gf.surfaces.contacts_on(*[gf.surfaces.ellipse(0.1, 0.08)] * 2)
 
 
+def many_forces():
+    return gf.forces_many(
+        [POSITIONS] * 2, [NORMALS, np.zeros((3, 3))], [WEIGHT], infeasible="nearest", gradient=True
+    )
+
+
 BOUNDS = [(0, 1), (1, 4)]
 SEARCH = {"step": 0.5, "tolerance": 0.1, "bounds": BOUNDS}
 
@@ -152,12 +159,20 @@ MADE = {
     "graspforce.Quality": lambda _: grasp().quality("max"),
     "graspforce.Gradient": lambda _: grasp().quality("max").gradient,
     "graspforce.QualityBatch": lambda _: gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]),
+    "graspforce.GradientBatch": lambda _: (
+        gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))], gradient=True).gradient
+    ),
     "graspforce.MinkowskiSum": lambda _: grasp(edges=3).minkowski_sum(),
     "graspforce.ForceDistributor": lambda _: gf.ForceDistributor(
         grasp(), "sum", weight=0.0, min_normal=0.01, rtol=1e-8
     ),
     "graspforce.ForceSolution": lambda _: gf.ForceDistributor(grasp()).solve(WEIGHT),
     "graspforce.ForceBatch": lambda _: gf.ForceDistributor(grasp()).solve_many([WEIGHT, [np.nan] * 6]),
+    "graspforce.GraspForces": lambda _: many_forces(),
+    "graspforce.ForceGradients": lambda _: many_forces().gradient,
+    "graspforce.surrogates.SurrogateBatch": lambda _: gf.surrogates.min_weight(
+        [POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]
+    ),
     "graspforce.ForceSteps": lambda _: gf.ForceDistributor(grasp()).solve_iter([WEIGHT, WEIGHT]),
     "graspforce.Status": lambda _: gf.Status.SOLVED,
     "graspforce.Plan": lambda _: gf.plan(rim(), [0, 2], **SEARCH),

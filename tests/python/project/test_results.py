@@ -38,6 +38,14 @@ RESULTS = {
     "gradient": lambda: spatial_grasp().quality("max").gradient,
     "planar gradient": lambda: planar_grasp().quality("max").gradient,
     "batch": lambda: gf.quality_many([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]),
+    "many forces": lambda: gf.forces_many(
+        [POSITIONS] * 2,
+        [NORMALS, np.zeros((3, 3))],
+        [[0, 0, -1.0, 0, 0, 0]],
+        infeasible="nearest",
+        gradient=True,
+    ),
+    "surrogates": lambda: gf.surrogates.min_weight([POSITIONS] * 2, [NORMALS, np.zeros((3, 3))]),
     "points": lambda: planar_grasp().minkowski_sum(),
     "plan": squeezed_disc,
 }

@@ -179,9 +179,11 @@ def test_forces_balance_or_are_refused(grasp, objective, method, data):
 def test_a_batch_answers_row_by_row(rows, count, dim, criterion, data):
     contacts = data.draw(arrays(rows, count, dim)), data.draw(arrays(rows, count, dim))
     options = {**data.draw(grasp_options(count, dim)), "criterion": criterion, "rtol": 1e-2}
-    batch = answer(gf.quality_many, *contacts, **options)
+    batch = answer(gf.quality_many, *contacts, **options, gradient=data.draw(st.booleans()))
     if batch is not None:
         good = batch.status != 2
+        if batch.gradient is not None:
+            assert_finite(batch.gradient.positions[good], batch.gradient.friction[good])
         assert_finite(batch.rho[good])
         assert (batch.lower[good] <= batch.upper[good]).all()
         assert sorted(batch.errors) == np.flatnonzero(~good).tolist()

@@ -26,6 +26,8 @@ RAISING = [
     "measures",
     "quality_many",
     "quality_many_hard",
+    "forces_many",
+    "surrogates",
     "resistance",
     "solve_many",
     "solve_many_parallel",

@@ -76,6 +76,15 @@ def many(count, repeat):
     return np.repeat(positions[None], repeat, 0), np.repeat(normals[None], repeat, 0)
 
 
+def forces_many():
+    positions, normals = many(5, 100_000)
+    gf.forces_many(positions, normals, np.random.default_rng(0).normal(size=(20, 6)), edges=None)
+
+
+def surrogates():
+    gf.surrogates.span_residual(*many(40, 100_000))
+
+
 def quality():
     positions, normals = ball(8)
     while True:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import graspforce as gf
 from graspforce import plotting
+from graspforce._internal.normal_limits import normal_limits
 
 ANGLES = np.deg2rad([90, 210, 330])
 RIM = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
@@ -144,4 +145,4 @@ def test_planar_fans_of_unsorted_forces_do_not_cross():
     for fan, frame in zip(plotting.planar.cone_fans(grasp), grasp.frames, strict=True):
         slopes = [t / n for n, t in fan @ frame.T]
         assert slopes == sorted(slopes)
-    assert plotting.planar.limits_of(grasp).tolist() == [2, 2, 2]
+    assert normal_limits(grasp).tolist() == [2, 2, 2]

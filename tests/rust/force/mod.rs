@@ -1,15 +1,16 @@
 //! Force distribution: laws, certificates, histories.
 
-mod force_certificates;
-mod force_cones;
-mod force_histories;
-mod force_laws;
-mod force_preload;
-mod force_reduced;
-mod force_reference;
+mod certificates;
+mod cones;
+mod gradients;
+mod histories;
+mod laws;
 mod limits;
 mod nearest;
+mod preload;
 mod proven_answers;
+mod reduced;
+mod reference;
 mod squares;
 mod third_level;
 mod true_cone_newton;

@@ -1,7 +1,7 @@
 //! The gradient of epsilon against central differences.
 
-use graspforce::{Contact, Criterion, Grasp, Metric, QualityOptions, QualityWorkspace};
-use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+use graspforce::{Contact, Criterion, ForceModel, Grasp, Metric, QualityOptions, QualityWorkspace};
+use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3, Vector4};
 use support::problems::Random;
 
 const STEP: f64 = 1e-5;
@@ -56,6 +56,18 @@ fn agrees<const D: usize>(contacts: &[Contact], options: &QualityOptions<D>) -> 
             size = size.max(gradient.normals[i].amax());
         }
         assert!(gradient.normals[i].dot(&frame.column(0)).abs() < 1e-9 * size.max(1.0));
+        let slope = |change: fn(&mut Contact, f64)| {
+            let changed = |by| {
+                let mut contacts = contacts.to_vec();
+                change(&mut contacts[i], by);
+                epsilon(&contacts, options)
+            };
+            (changed(STEP) - changed(-STEP)) / (2.0 * STEP)
+        };
+        let by_friction = slope(|contact, by| contact.friction += by);
+        let by_limit = slope(|contact, by| contact.max_normal_force += by);
+        error = error.max((by_friction - gradient.friction[i]).abs());
+        error = error.max((by_limit - gradient.max_normal_force[i]).abs());
     }
     Some(error / size)
 }
@@ -135,6 +147,62 @@ fn gradients_of_true_cones_are_central_differences_to_their_tolerance() {
             (contacts, QualityOptions::new(criterion))
         };
         check::<6>(problem, 1e-4);
+    }
+}
+
+#[test]
+fn the_first_friction_of_a_smooth_contact_has_its_one_sided_derivative() {
+    for (cone, torsion) in [(false, 0.0), (true, 0.0), (false, 0.2)] {
+        for criterion in [Criterion::Max, Criterion::Sum] {
+            let mut random = Random::new(5);
+            let mut contacts = support::problems::ellipsoid_contacts(&mut random, 7);
+            for contact in &mut contacts {
+                *contact = contact.clone().edges(6).friction(0.8).torsion(torsion);
+            }
+            contacts[0] = if cone { contacts[0].clone().cone() } else { contacts[0].clone() }.friction(0.0);
+            let options = QualityOptions::new(criterion);
+            let grasp = Grasp::<6>::new(&contacts).unwrap();
+            let gradient = grasp.gradient(&options, &mut QualityWorkspace::default()).unwrap();
+            let before = epsilon(&contacts, &options);
+            contacts[0].friction = 1e-6;
+            let difference = (epsilon(&contacts, &options) - before) / 1e-6;
+            let error = (difference - gradient.friction[0]).abs();
+            assert!(error < 1e-4, "{criterion:?}, {cone}, {torsion}: {difference} {}", gradient.friction[0]);
+        }
+    }
+}
+
+#[test]
+fn given_extreme_forces_depend_neither_on_friction_nor_on_limits() {
+    let mut random = Random::new(5);
+    let contacts: Vec<_> = support::problems::ellipsoid_contacts(&mut random, 5)
+        .into_iter()
+        .map(|contact| {
+            let forces = [(1.0, 0.0), (-1.0, 0.5), (-1.0, -0.5)].map(|(o, t)| Vector4::new(2.0, o, t, 0.0));
+            Contact { forces: ForceModel::Extreme(forces.to_vec()), ..contact }
+        })
+        .collect();
+    let options = QualityOptions::new(Criterion::Max);
+    let gradient =
+        Grasp::<6>::new(&contacts).unwrap().gradient(&options, &mut QualityWorkspace::default()).unwrap();
+    assert!(gradient.friction.iter().chain(&gradient.max_normal_force).all(|by| *by == 0.0));
+}
+
+#[test]
+fn a_gradient_leaves_the_quality_as_it_is() {
+    let mut random = Random::new(13);
+    for count in [2, 4, 6] {
+        for _ in 0..20 {
+            let contacts = support::problems::ellipsoid_contacts(&mut random, count);
+            let grasp = Grasp::<6>::new(&contacts).unwrap();
+            for criterion in [Criterion::Max, Criterion::Sum] {
+                let options = QualityOptions::new(criterion);
+                let mut workspace = QualityWorkspace::default();
+                let (quality, gradient) = grasp.quality_and_gradient(&options, &mut workspace).unwrap();
+                assert_eq!(quality, grasp.quality_with(&options, &mut workspace).unwrap());
+                assert_eq!(gradient, grasp.gradient(&options, &mut workspace).unwrap());
+            }
+        }
     }
 }
 

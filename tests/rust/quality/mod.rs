@@ -4,7 +4,7 @@ mod answers;
 mod degenerate;
 mod flat;
 mod gradient;
+mod laws;
 mod map_coordinates;
 mod near_rounding;
-mod quality_laws;
 mod symmetric_cones;

@@ -180,7 +180,7 @@ impl<const D: usize> Polytope<D> {
         &self.thinnest
     }
 
-    /// Expands until the bracket is closed or `max_facets` is reached.
+    /// Expands until the bracket is closed or `max_facets` is reached; with other limits it goes on from there.
     pub(crate) fn grow(
         &mut self,
         limits: &Limits,
@@ -193,13 +193,16 @@ impl<const D: usize> Polytope<D> {
                 return Progress::Done(self.thinnest.upper);
             };
             let lower = nearest.distance;
+            // A facet that stays is ranked again: a narrower bracket may be asked for later.
             if self.closed(lower, rtol) || lower > limits.stop_above {
+                self.boundary.put_back(nearest);
                 return Progress::Done(lower);
             }
             let plane = self.boundary.plane(nearest.facet);
             let z = self.boundary.normal(&plane);
             let support = self.ask(&z, oracle);
             if interrupt::stopped() || self.settled(lower, rtol, limits) {
+                self.boundary.put_back(nearest);
                 return Progress::Done(lower);
             }
             if self.boundary.facets_made() >= limits.max_facets || self.boundary.is_full() {
@@ -208,6 +211,7 @@ impl<const D: usize> Polytope<D> {
             }
             let vertex = self.polished(&plane, z, support, lower, limits.polish, oracle);
             if self.settled(lower, rtol, limits) {
+                self.boundary.put_back(nearest);
                 return Progress::Done(lower);
             }
             if !self.boundary.add(nearest.facet, vertex, self.thinnest.upper) {

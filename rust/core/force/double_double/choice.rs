@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::force::double_double::columns::{DoubleDoubleColumns, Vector, dot};
-use crate::force::least_norm::face_program::COEFFICIENT_WEIGHT;
+use crate::force::least_norm::face_program::forces_over_limits;
 use crate::force::least_norm::solver::Solutions;
 use crate::force::simplex::pricing::Objective;
 use crate::linalg::double_double::DoubleDouble;
@@ -62,7 +62,12 @@ pub(crate) fn least_squares_levels(
     let (matrix, right) =
         orthonormal_equations(program.equations()?, program.width(), DEPENDENT_EQUATION, CHOSEN_REST)?;
     let right = DMatrix::from_column_slice(right.len(), 1, right.as_slice());
-    let objective = program.objective(components, limits)?;
+    let forces: Option<Vec<_>> = program
+        .unknowns
+        .iter()
+        .map(|&(contact, edge, _)| Some((contact, columns.listed(contact)?.1[edge])))
+        .collect();
+    let objective = forces_over_limits(forces?.into_iter(), program.width(), components, limits);
     let one = DVector::repeat(1, 1.0);
     let chosen = Solutions::new(matrix, right).least_norm(&objective, &program.constraints(), &one)?;
     let levels = program.unknowns.iter().zip(&chosen.solution);
@@ -144,21 +149,6 @@ impl<'a> ChoiceProgram<'a> {
             equations.push(row);
         }
         Some(equations)
-    }
-
-    /// Forces over their limits, and a little of the unknowns themselves.
-    fn objective(&self, components: &[usize], limits: &[f64]) -> Option<DMatrix<f64>> {
-        let (k, width) = (components.len(), self.width());
-        let rows = k * limits.len();
-        let mut matrix = DMatrix::zeros(rows + width, width);
-        matrix.view_mut((rows, 0), (width, width)).fill_diagonal(COEFFICIENT_WEIGHT);
-        for (j, &(contact, edge, _)) in self.unknowns.iter().enumerate() {
-            let force = self.columns.listed(contact)?.1[edge];
-            for (row, &component) in components.iter().enumerate() {
-                matrix[(k * contact + row, j)] = force[component] / limits[contact];
-            }
-        }
-        Some(matrix)
     }
 
     /// Coefficients are not negative, totals keep their bounds, and the objective loses no more than its share.

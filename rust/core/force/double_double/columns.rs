@@ -1,8 +1,8 @@
 //! Columns of the force distribution program for the simplex method in 32 digits.
 //!
 //! Coordinates are physical ones over the largest force and the largest torque of one contact, so that an
-//! imbalance means the same in every row. With lower bounds `c_i`, scaled to a largest of one, points of the holding
-//! set (`sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in [`preload`](crate::force::preload).
+//! imbalance means the same in every row. With lower bounds `c_i`, scaled to a largest of one, the vertices (points of
+//! `sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in [`preload`](crate::force::preload).
 
 use crate::force::equilibration::units;
 use crate::force::simplex::pricing::Objective;
@@ -199,22 +199,22 @@ impl DoubleDoubleColumns {
         }
     }
 
-    /// The support functions of the pressing and of the holding set, `weight` a contact taken off.
+    /// The support functions of the rays and of the vertices, with `weight` taken off for each contact.
     pub(crate) fn values(&self, z: &Vector, weight: f64) -> [DoubleDouble; 2] {
-        let (mut pressing, mut holding) = (DoubleDouble::ZERO, DoubleDouble::ZERO);
+        let (mut rays, mut vertices) = (DoubleDouble::ZERO, DoubleDouble::ZERO);
         for contact in 0..self.reaches.len() {
             let value = self.best(contact, z).value - DoubleDouble::from(weight);
             let positive = value.max(DoubleDouble::ZERO);
             let least = value.times(self.least.get(contact).copied().unwrap_or(0.0));
             if self.objective == Objective::Sum {
-                pressing = pressing.max(value);
-                holding += least;
+                rays = rays.max(value);
+                vertices += least;
             } else {
-                pressing += positive;
-                holding += if value > DoubleDouble::ZERO { value } else { least };
+                rays += positive;
+                vertices += if value > DoubleDouble::ZERO { value } else { least };
             }
         }
-        [pressing, holding]
+        [rays, vertices]
     }
 
     /// Whether the wrench of some contact reaches along `z` by more than rounding of that wrench: strong contacts beside it
@@ -243,7 +243,7 @@ impl DoubleDoubleColumns {
         let first = (0..each.len()).reduce(|a, b| if each[b].value > each[a].value { b } else { a })?;
         let presses = |i: usize| each[i].value > weight;
         let single = sum || !presses(first);
-        let pressing: Vec<(usize, f64)> = (0..each.len())
+        let rays: Vec<(usize, f64)> = (0..each.len())
             .filter(|&i| if single { i == first } else { presses(i) })
             .map(|i| (i, 1.0))
             .collect();
@@ -252,20 +252,20 @@ impl DoubleDoubleColumns {
                 total + (each[i].value - weight).times(normal)
             })
         };
-        let pressing_gain = gain(&pressing) - fixed;
-        let mut best = (pressing_gain, pressing, false);
+        let ray_gain = gain(&rays) - fixed;
+        let mut best = (ray_gain, rays, false);
         if !self.least.is_empty() {
             let normal = |i: usize| if presses(i) && !sum { 1.0 } else { self.least[i] };
-            let holding: Vec<(usize, f64)> =
+            let vertices: Vec<(usize, f64)> =
                 (0..each.len()).map(|i| (i, normal(i))).filter(|(_, normal)| *normal > 0.0).collect();
-            let holding_gain = gain(&holding) + z[self.dim];
-            if holding_gain > best.0 {
-                best = (holding_gain, holding, true);
+            let vertex_gain = gain(&vertices) + z[self.dim];
+            if vertex_gain > best.0 {
+                best = (vertex_gain, vertices, true);
             }
         }
-        let (gain, chosen, holds) = best;
+        let (gain, chosen, is_vertex) = best;
         // What it costs where prices count, even if it was found where they do not.
-        let mut cost = if holds { DoubleDouble::ZERO } else { DoubleDouble::ONE };
+        let mut cost = if is_vertex { DoubleDouble::ZERO } else { DoubleDouble::ONE };
         let own = DoubleDouble::from(self.weight());
         let mut wrench = [DoubleDouble::ZERO; ROWS];
         let mut shares = Vec::with_capacity(chosen.len());
@@ -276,7 +276,7 @@ impl DoubleDoubleColumns {
             cost += own.times(normal);
             shares.push(Share { contact, normal, force: each[contact].force });
         }
-        if holds {
+        if is_vertex {
             wrench[self.dim] = DoubleDouble::ONE;
         }
         Some((gain, Point { wrench, cost, shares }))

@@ -14,7 +14,7 @@ pub(crate) mod solution;
 pub(crate) mod tolerated;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces, exact_rest};
+use crate::force::certificate::{Certificate, ContactForces, exact_rest, infeasible};
 use crate::force::double_double::choice::{Optimum, least_squares_levels};
 use crate::force::double_double::columns::{DoubleDoubleColumns, ROWS, Vector};
 use crate::force::double_double::simplex::{DoubleDoubleSimplex, Outcome};
@@ -22,7 +22,7 @@ use crate::force::double_double::solution::Solution;
 use crate::force::equilibration::held_force;
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
-use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{
     CHOSEN_GAP, CHOSEN_REST, CLEAR_MARGIN, CLEAR_REACH, DOUBTFUL_GAP, FEASIBILITY_TOLERANCE,
@@ -151,8 +151,7 @@ impl<const D: usize> DoubleDoubleProgram<D> {
 
     /// The error for a wrench that a multiplier separates from all that the contacts balance.
     fn infeasible(&self, witness: &Vector) -> Error {
-        let direction = unit(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]));
-        Error::InfeasibleWrench { direction: direction.as_slice().to_vec(), lower_bounds: false }
+        infeasible(&Wrench::<D>::from_fn(|k, _| witness[k].value() * self.columns.units[k]))
     }
 
     /// What the forces leave over, in units.
@@ -180,6 +179,15 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         Err(Error::NotConverged { solver: SOLVER, iterations: pivots, unmet })
     }
 
+    /// Whether an answer in doubles leaves open what 32 digits can tell.
+    pub(crate) fn must_decide<T>(&self, answer: &Result<T>, b: &Wrench<D>) -> bool {
+        match answer {
+            Err(Error::NotConverged { .. }) => true,
+            Err(Error::InfeasibleWrench { direction, .. }) => !self.clearly_separated(direction, b),
+            _ => false,
+        }
+    }
+
     /// Whether a direction that doubles computed separates `b` from all the grasp can balance, beyond any doubt.
     pub(crate) fn clearly_separated(&self, direction: &[f64], b: &Wrench<D>) -> bool {
         let units = &self.columns.units;
@@ -190,10 +198,10 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         }
         let size = b.iter().zip(units).map(|(b, unit)| (b * unit).abs()).fold(self.held, f64::max);
         let multiplier = z.map(|z| DoubleDouble::from(z / largest));
-        let [reach, holding] = self.columns.values(&multiplier, 0.0);
+        let [reach, vertices] = self.columns.values(&multiplier, 0.0);
         let product: f64 =
             multiplier.iter().zip(b.iter().zip(units)).map(|(z, (b, u))| z.value() * b * u).sum();
-        let margin = (product - self.largest * holding.value()) / size;
+        let margin = (product - self.largest * vertices.value()) / size;
         !self.columns.pushes(&multiplier) && reach.value() <= CLEAR_REACH && margin > CLEAR_MARGIN
     }
 
@@ -221,19 +229,19 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         let mut multiplier = *z;
         multiplier[D..].fill(DoubleDouble::ZERO);
         let weight = objective.weight();
-        let [pressing, _] = self.columns.values(&multiplier, weight);
+        let [rays, _] = self.columns.values(&multiplier, weight);
         // With a weight or lower bounds the bound is not homogeneous, and only what reaches too far may shrink.
         let homogeneous = weight == 0.0 && self.least.is_empty();
         let floor = if homogeneous { f64::MIN_POSITIVE } else { 1.0 };
-        let shrink = DoubleDouble::ONE / pressing.max(DoubleDouble::from(floor));
+        let shrink = DoubleDouble::ONE / rays.max(DoubleDouble::from(floor));
         let shrunk = multiplier.map(|z| z * shrink);
         let product =
             shrunk.iter().zip(balanced).take(D).fold(DoubleDouble::ZERO, |sum, (z, b)| sum + *z * *b);
         let mut bound = product.value() * size;
         if !self.least.is_empty() {
-            let [_, holding] = self.columns.values(&shrunk, weight);
+            let [_, vertices] = self.columns.values(&shrunk, weight);
             let free = if objective == Objective::Sum { self.least.iter().sum() } else { 1.0 };
-            bound += self.largest * (free - holding.value());
+            bound += self.largest * (free - vertices.value());
         }
         let (largest, sum) = forces.totals();
         let sigma = objective.value(largest, sum);

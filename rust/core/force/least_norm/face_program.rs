@@ -20,7 +20,7 @@ const MAX_UNKNOWNS: usize = 768;
 
 /// Weight of the coefficients beside the forces: it chooses among coefficients that make the same force, and
 /// moves the forces by no more than its square.
-pub(crate) const COEFFICIENT_WEIGHT: f64 = 1e-5;
+const COEFFICIENT_WEIGHT: f64 = 1e-5;
 
 /// A face of optimal forces with their bounds.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +52,25 @@ pub(crate) enum Chosen {
     Determined,
     /// Coefficients of the active extreme forces in the face's order, then the level, if the face is limited.
     LeastNorm(LeastNormSolution),
+}
+
+/// The matrix of the objective: forces over their limits, and a little of the unknowns themselves. `forces` are the contact
+/// and the extreme force of each coefficient; they are the first of the `unknowns`.
+pub(crate) fn forces_over_limits(
+    forces: impl Iterator<Item = (usize, ContactForce)>,
+    unknowns: usize,
+    components: &[usize],
+    limits: &[f64],
+) -> DMatrix<f64> {
+    let rows = components.len() * limits.len();
+    let mut matrix = DMatrix::zeros(rows + unknowns, unknowns);
+    matrix.view_mut((rows, 0), (unknowns, unknowns)).fill_diagonal(COEFFICIENT_WEIGHT);
+    for (j, (contact, force)) in forces.enumerate() {
+        for (row, &component) in components.iter().enumerate() {
+            matrix[(components.len() * contact + row, j)] = force[component] / limits[contact];
+        }
+    }
+    matrix
 }
 
 impl FaceProgram<'_> {
@@ -142,19 +161,10 @@ impl FaceProgram<'_> {
         &self,
         column: impl Fn(usize, u32) -> (SVector<f64, R>, ContactForce),
     ) -> DMatrix<f64> {
-        let (n, k) = (self.unknowns(), self.components.len());
-        let rows = k * self.limits.len();
-        let mut matrix = DMatrix::zeros(rows + n, n);
-        matrix.view_mut((rows, 0), (n, n)).fill_diagonal(COEFFICIENT_WEIGHT);
-        for (contact, _, span) in self.contacts() {
-            for (j, &edge) in span.zip(self.face.edges(contact)) {
-                let force = column(contact, edge).1;
-                for (row, &component) in self.components.iter().enumerate() {
-                    matrix[(k * contact + row, j)] = force[component] / self.limits[contact];
-                }
-            }
-        }
-        matrix
+        let edges = (0..self.face.statuses.len())
+            .flat_map(|contact| self.face.edges(contact).iter().map(move |&edge| (contact, edge)));
+        let forces = edges.map(|(contact, edge)| (contact, column(contact, edge).1));
+        forces_over_limits(forces, self.unknowns(), self.components, self.limits)
     }
 
     /// What must not be negative: a coefficient, or for a force inside its cone its distance from a facet; and how far

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector4;
 
 use crate::grasp::Grasp;
-use crate::grasp::contact::{ContactForce, ForceModel, latitudes};
+use crate::grasp::contact::{ForceModel, latitudes};
 
 /// Coordinates and facets of one contact's cone.
 #[derive(Debug, Clone)]
@@ -27,11 +27,7 @@ pub(crate) struct Interior {
 impl Interior {
     /// The interior of a spatial contact whose edges are more than their span and in a known order; `None` for any
     /// other.
-    pub(crate) fn new<const D: usize>(
-        grasp: &Grasp<D>,
-        contact: usize,
-        forces: &[ContactForce],
-    ) -> Option<Self> {
+    pub(crate) fn new<const D: usize>(grasp: &Grasp<D>, contact: usize) -> Option<Self> {
         let range = grasp.edges(contact)?;
         let described = &grasp.contacts()[contact];
         let ForceModel::Edges(edges) = described.forces else { return None };
@@ -43,8 +39,13 @@ impl Interior {
             return Some(soft(start, edges));
         }
         // At a limit of one: the facets do not depend on it, but its cube may not be representable.
-        let force = |h: usize| forces[range.start + h % edges] / described.max_normal_force;
+        let force = |h: usize| grasp.finite_forces()[range.start + h % edges] / described.max_normal_force;
         (edges > 3).then(|| hard(start, edges, force))
+    }
+
+    /// The interiors of all contacts.
+    pub(crate) fn of_contacts<const D: usize>(grasp: &Grasp<D>) -> Vec<Option<Self>> {
+        (0..grasp.num_contacts()).map(|contact| Self::new(grasp, contact)).collect()
     }
 
     /// By how many the facets are more than the edges.
@@ -109,7 +110,7 @@ mod tests {
                 Contact::new(Vector3::x(), -Vector3::x()).friction(0.4).torsion(torsion).edges(edges);
             let grasp = Grasp::<6>::new(&[contact.max_normal_force(3.0)]).unwrap();
             let forces = grasp.finite_forces();
-            let interior = Interior::new(&grasp, 0, forces).unwrap();
+            let interior = Interior::new(&grasp, 0).unwrap();
             let chosen = |k: usize| forces[*interior.edges.get(k).unwrap_or(&0) as usize];
             let mut frame = Matrix4::from_fn(|i, k| chosen(k)[i]);
             if torsion == 0.0 {

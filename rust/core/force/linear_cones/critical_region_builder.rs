@@ -8,7 +8,7 @@
 use nalgebra::SVector;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{imbalance, loosened};
+use crate::force::certificate::{check_size, imbalance, loosened};
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::critical_region::CriticalRegion;
@@ -17,7 +17,7 @@ use crate::force::linear_cones::optimal_face::OptimalFace;
 use crate::force::simplex::pricing::{ImplicitColumns, Objective};
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::{ContactForce, contact_force};
-use crate::grasp::{ContactMap, Grasp, REPRESENTABLE, Wrench};
+use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
 use crate::tolerances::{
     DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, LEAST_DOUBTFUL_GAP, LOOSEST_GAP, NEGATIVE_IN_NEW_REGION,
@@ -62,11 +62,10 @@ impl<const D: usize> BuilderWorkspace<D> {
 impl<const D: usize> CriticalRegionBuilder<D> {
     /// For a grasp with listed extreme forces.
     pub(crate) fn new(grasp: &Grasp<D>, tolerance: f64) -> Self {
-        let interior = |contact| Interior::new(grasp, contact, grasp.finite_forces());
         Self {
             extreme_forces: grasp.finite_forces().to_vec(),
             components: grasp.force_components(),
-            interiors: (0..grasp.num_contacts()).map(interior).collect(),
+            interiors: Interior::of_contacts(grasp),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             maps: grasp.maps().to_vec(),
             strengths: strengths_far_apart(grasp),
@@ -124,12 +123,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
         if mismatch <= self.trusted(simplex) && region.answers(b, NEGATIVE_IN_NEW_REGION) && balanced {
             return Ok(());
         }
-        if objective > 0.0 && !REPRESENTABLE.contains(&objective) {
-            let reason = format!(
-                "forces of {objective:e} times their limits lie outside 1e-140 to 1e140; check the units"
-            );
-            return Err(Error::input("external_wrench", reason));
-        }
+        check_size(objective)?;
         let unmet = if balanced {
             Unmet::Gap { found: region.gap(b).max(mismatch), allowed: region.tolerance }
         } else {

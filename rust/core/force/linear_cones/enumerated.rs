@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::force::equilibration::Equilibration;
 use crate::force::linear_cones::interior_point_lp::{self, HalfSpaces};
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED, tied_cost, tied_gain};
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::grasp::Grasp;
 use crate::interrupt;
 use crate::tolerances::{NEAR_HYPERPLANE, OPTIMAL_COST, UNBALANCED_WRENCH};
@@ -58,7 +58,7 @@ impl<const D: usize> Enumeration<D> {
     pub(crate) fn solve(
         &self,
         simplex: &mut Simplex<D>,
-        target: &Target<D>,
+        target: &RightHandSide<D>,
         active: &mut Vec<u32>,
     ) -> Outcome<D> {
         self.select(simplex, target, active);
@@ -85,7 +85,7 @@ impl<const D: usize> Enumeration<D> {
     pub(crate) fn reduce(
         &self,
         simplex: &mut Simplex<D>,
-        targets: &[Target<D>],
+        targets: &[RightHandSide<D>],
         rank: usize,
     ) -> Result<Vec<u32>> {
         let (mut kept, mut active) = (Vec::new(), Vec::new());
@@ -105,7 +105,7 @@ impl<const D: usize> Enumeration<D> {
                 k if k < rank => wrench[k] = 1.0,
                 _ => wrench.rows_range_mut(..rank).fill(-1.0),
             }
-            let target = Target { wrench, rank, tolerance: SVector::repeat(UNBALANCED_WRENCH) };
+            let target = RightHandSide { wrench, rank, tolerance: SVector::repeat(UNBALANCED_WRENCH) };
             for _ in 0..MAX_COMPLETION {
                 let separating = if kept.is_empty() {
                     wrench
@@ -130,7 +130,7 @@ impl<const D: usize> Enumeration<D> {
     pub(crate) fn solve_reduced(
         &self,
         simplex: &mut Simplex<D>,
-        target: &Target<D>,
+        target: &RightHandSide<D>,
         kept: &[u32],
     ) -> Outcome<D> {
         simplex.cold(&Restricted { all: self, active: kept }, target)
@@ -138,7 +138,7 @@ impl<const D: usize> Enumeration<D> {
 
     /// The points on the hyperplane of Eq. 26; all of them where there is none, for the simplex to
     /// tell an infeasible wrench from a hard one.
-    fn select(&self, simplex: &mut Simplex<D>, target: &Target<D>, active: &mut Vec<u32>) {
+    fn select(&self, simplex: &mut Simplex<D>, target: &RightHandSide<D>, active: &mut Vec<u32>) {
         active.clear();
         if let Some(z) = self.furthest_dual(simplex, target, active) {
             active.clear();
@@ -157,7 +157,7 @@ impl<const D: usize> Enumeration<D> {
     fn furthest_dual(
         &self,
         simplex: &mut Simplex<D>,
-        target: &Target<D>,
+        target: &RightHandSide<D>,
         all: &mut Vec<u32>,
     ) -> Option<SVector<f64, D>> {
         if self.points.len() > MAX_INTERIOR {

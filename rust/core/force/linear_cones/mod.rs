@@ -4,7 +4,8 @@
 //!   start.
 //! - [`critical_region`]: wrenches whose least forces are one linear map of the wrench; [`critical_region_builder`]
 //!   builds it from an optimal basis.
-//! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: the linear map.
+//! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: the linear map from a
+//!   wrench to these forces.
 //! - [`cone_interior`]: contacts whose force lies inside its cone.
 //! - [`enumerated`]: all points of the set (Eqs. 26 and 31) and the reduction of section 4.2; [`interior_point_lp`] is
 //!   its start by Clarabel.

@@ -16,7 +16,7 @@ use crate::force::linear_cones::critical_region_builder::CriticalRegionBuilder;
 use crate::force::linear_cones::enumerated::Enumeration;
 use crate::force::linear_cones::workspace::{LinearWorkspace, Remembered};
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
 use crate::grasp::{Grasp, Wrench};
@@ -151,12 +151,7 @@ impl<const D: usize> LinearProgram<D> {
         } else {
             workspace.simplex.pivots = 0;
             let slot = match self.solve_in_doubles(workspace, b) {
-                Err(Error::NotConverged { .. }) => self.decide(workspace, b, forces)?,
-                Err(Error::InfeasibleWrench { direction, .. })
-                    if !self.precise.clearly_separated(&direction, b) =>
-                {
-                    self.decide(workspace, b, forces)?
-                }
+                unclear if self.precise.must_decide(&unclear, b) => self.decide(workspace, b, forces)?,
                 // What the third level could not tell, it tells from the objective alone.
                 Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;
@@ -190,8 +185,7 @@ impl<const D: usize> LinearProgram<D> {
             };
             (slot, workspace.simplex.pivots)
         };
-        workspace.latest = slot;
-        workspace.remembered[slot].used = clock;
+        workspace.settle_on(slot);
         Ok((&workspace.remembered[slot].region, pivots))
     }
 
@@ -254,7 +248,7 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     /// Leaves an optimal basis in the workspace's simplex.
-    fn find_basis(&self, workspace: &mut LinearWorkspace<D>, target: &Target<D>) -> Result<()> {
+    fn find_basis(&self, workspace: &mut LinearWorkspace<D>, target: &RightHandSide<D>) -> Result<()> {
         let LinearWorkspace { simplex, active, remembered, latest, .. } = workspace;
         let outcome = if let (Some(enumeration), Some(kept)) = (&self.enumeration, &self.reduced) {
             let outcome = enumeration.solve_reduced(simplex, target, kept);
@@ -310,7 +304,7 @@ fn sample_targets<const D: usize>(
     equilibration: &Equilibration<D>,
     precise: &DoubleDoubleProgram<D>,
     samples: &[Vec<f64>],
-) -> Result<Vec<Target<D>>> {
+) -> Result<Vec<RightHandSide<D>>> {
     let target = |(row, sample): (usize, &Vec<f64>)| {
         let refused = |reason| Error::InvalidInput { argument: "samples", row: Some(row), reason };
         if sample.len() != D {

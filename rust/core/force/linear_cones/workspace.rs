@@ -20,6 +20,8 @@ pub(crate) struct LinearWorkspace<const D: usize> {
     pub(crate) buffers: BuilderWorkspace<D>,
     pub(crate) active: Vec<u32>,
     pub(crate) remembered: Vec<Remembered<D>>,
+    /// Of each region its multipliers, and whether it is a ray: side by side, because every look-up reads them all.
+    proofs: Vec<(SVector<f64, D>, bool)>,
     pub(crate) latest: usize,
     /// Whether the reduced set gave the last answer that was not known already.
     pub(crate) confirmed: bool,
@@ -48,11 +50,14 @@ impl<const D: usize> LinearWorkspace<D> {
         let unknown = Remembered { region: blank, basis: Basis::new(contacts), used: 0 };
         let mut remembered = Vec::with_capacity(REMEMBERED);
         remembered.resize(AT_ONCE, unknown);
+        let mut proofs = Vec::with_capacity(REMEMBERED);
+        proofs.resize(AT_ONCE, (SVector::zeros(), false));
         Self {
             simplex: Simplex::new(contacts),
             buffers: BuilderWorkspace::with_capacity(contacts, edges + D * contacts),
             active: Vec::new(),
             remembered,
+            proofs,
             latest: 0,
             confirmed: true,
             clock: 0,
@@ -68,10 +73,10 @@ impl<const D: usize> LinearWorkspace<D> {
     /// or the best start of the dual simplex, which then continues from there. Rays prove nothing of other wrenches.
     pub(crate) fn look_up(&mut self, b: &Wrench<D>) -> Option<usize> {
         let (mut most, mut ray) = (f64::NEG_INFINITY, None);
-        for (slot, Remembered { region, .. }) in self.remembered.iter().enumerate() {
-            let proves = region.dual.dot(b);
-            if region.is_ray() {
-                if proves > 0.0 && region.answers(b, NEGATIVE_IN_KNOWN_REGION) {
+        for (slot, (dual, is_ray)) in self.proofs.iter().enumerate() {
+            let proves = dual.dot(b);
+            if *is_ray {
+                if proves > 0.0 && self.remembered[slot].region.answers(b, NEGATIVE_IN_KNOWN_REGION) {
                     ray = Some(slot);
                 }
             } else if proves > most {
@@ -82,15 +87,26 @@ impl<const D: usize> LinearWorkspace<D> {
         ray.or_else(|| latest.answers(b, NEGATIVE_IN_KNOWN_REGION).then_some(self.latest))
     }
 
-    /// A place for a new region: one more, or that of the one that was not used for the longest time.
+    /// A place for a new region: one more, or that of the one that was not used for the longest time. What is written
+    /// there is looked up from [`Self::settle_on`] on.
     pub(crate) fn place(&mut self, blank: impl FnOnce() -> CriticalRegion<D>) -> usize {
         let oldest = (0..self.remembered.len()).min_by_key(|&k| self.remembered[k].used).unwrap_or(0);
         if self.remembered[oldest].used == 0 || self.remembered.len() == REMEMBERED {
+            self.proofs[oldest] = (SVector::zeros(), false);
             return oldest;
         }
         let basis = self.remembered[oldest].basis.clone();
         self.remembered.push(Remembered { region: blank(), basis, used: 0 });
+        self.proofs.push((SVector::zeros(), false));
         self.remembered.len() - 1
+    }
+
+    /// Makes the region in this place the latest.
+    pub(crate) fn settle_on(&mut self, slot: usize) {
+        let known = &mut self.remembered[slot];
+        known.used = self.clock;
+        self.proofs[slot] = (known.region.dual, known.region.is_ray());
+        self.latest = slot;
     }
 
     /// Drops the known regions, but not their memory.
@@ -98,5 +114,6 @@ impl<const D: usize> LinearWorkspace<D> {
         for known in &mut self.remembered {
             known.forget();
         }
+        self.proofs.fill((SVector::zeros(), false));
     }
 }

@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use crate::force::certificate::ContactForces;
+use crate::force::certificate::{ContactForces, residual};
 use crate::force::nearest::exposed_face::ExposedFace;
 use crate::force::nearest::face_newton::{are_the_only_ones, settle};
 use crate::force::squares::dual::Dual;
@@ -291,14 +291,17 @@ impl<const D: usize> WrenchProjection<D> {
 
     /// The unit direction of what the forces leave of `b`, where the metric is Euclidean.
     fn normal(&self, b: &Wrench<D>, forces: &ContactForces) -> Wrench<D> {
-        let maps = self.grasp.maps().iter().zip(&forces.forces);
-        unit(&self.metric.to_euclidean(&maps.fold(*b, |rest, (map, force)| rest - map * force)))
+        unit(
+            &self
+                .metric
+                .to_euclidean(&-residual(b, self.grasp.maps().iter().zip(forces.forces.iter().copied()))),
+        )
     }
 
     /// The residual of the forces, and what the normal `n` proves.
     fn bracket(&self, b: &Wrench<D>, forces: &ContactForces, n: &Wrench<D>, steps: usize) -> Nearest<D> {
         let maps = self.grasp.maps();
-        let residual = maps.iter().zip(&forces.forces).fold(-b, |rest, (map, force)| rest + map * force);
+        let residual = residual(b, maps.iter().zip(forces.forces.iter().copied()));
         let distance = self.metric.norm(&residual);
         let z = self.metric.functional(n);
         let strongest = forces.shares.iter().copied().fold(0.0, f64::max) * STRONGER;

@@ -1,11 +1,11 @@
 //! Columns of the force distribution program with lower bounds on the normal forces.
 //!
 //! With normalised normal forces `c_i <= n_i <= c_max + t` the wrenches within reach are
-//! `sum_i [c_i, c_max] H_i + t sum_i [0, 1] H_i`, where `H_i` is what contact i exerts at its limit: every
-//! `n_i` splits into a part that holds and a part that presses on. Points of the first set, the *holding*
-//! columns, are combined convexly (one more row), and cost nothing beyond `c_max`; points of the second, the
-//! *pressing* columns, are those of the program without bounds. The furthest holding point is again a support
-//! query: `sum_i max(c_i h_i, c_max h_i)`. For the sum, contacts hold with exactly `c_i` and press one by one.
+//! `sum_i [c_i, c_max] H_i + t sum_i [0, 1] H_i`, where `H_i` is what contact i exerts at its limit. They form a
+//! polyhedron with vertices and rays. The *vertices* are points of the first set: they are combined convexly (one more
+//! row), and cost nothing beyond `c_max`. The *rays* are points of the second set, the columns of the program without
+//! bounds. The furthest vertex is again a support query: `sum_i max(c_i h_i, c_max h_i)`. For the sum, a vertex has
+//! exactly the share `c_i` at each contact, and a ray has one contact.
 
 use nalgebra::SVector;
 
@@ -17,11 +17,11 @@ use crate::wrench_set::contact_support::ContactSupport;
 /// Rows of the program: at most six of the wrench and the one that makes combinations convex.
 pub(crate) const ROWS: usize = 7;
 
-/// Marks a contact that holds at the largest of the lower bounds and not at its own.
+/// Marks a contact whose share in a vertex is the largest of the lower bounds, and not its own.
 const RAISED: u32 = 1 << 31;
 
-/// In the slot behind the contacts: this column holds.
-const HOLDS: u32 = 0;
+/// In the slot behind the contacts: this column is a vertex.
+const VERTEX: u32 = 0;
 
 /// The columns of a grasp with lower bounds, scaled so that the largest bound is one.
 #[derive(Debug, Clone)]
@@ -61,31 +61,31 @@ impl<const D: usize> PreloadColumns<D> {
         self.contacts.iter().all(ContactSupport::is_finite)
     }
 
-    /// The support functions of the pressing and of the holding set, costs taken off.
+    /// The support functions of the rays and of the vertices, costs taken off.
     pub(crate) fn values(&self, z: &SVector<f64, D>) -> (f64, f64) {
         let weight = self.objective.weight();
-        let (mut pressing, mut holding) = (0.0_f64, 0.0);
+        let (mut rays, mut vertices) = (0.0_f64, 0.0);
         for (contact, &least) in self.least.iter().enumerate() {
             let value = self.support(contact, z).0 - weight;
             if self.objective == Objective::Sum {
-                pressing = pressing.max(value);
-                holding += least * value;
+                rays = rays.max(value);
+                vertices += least * value;
             } else {
-                pressing += value.max(0.0);
-                holding += if value > 0.0 { value } else { least * value };
+                rays += value.max(0.0);
+                vertices += if value > 0.0 { value } else { least * value };
             }
         }
-        (pressing, holding)
+        (rays, vertices)
     }
 
     /// The forces that make up the column with these slots, for its level one.
     pub(crate) fn shares<'a>(&'a self, slots: &'a [u32]) -> impl Iterator<Item = Share> + 'a {
-        let holds = slots[self.contacts.len()] == HOLDS;
+        let is_vertex = slots[self.contacts.len()] == VERTEX;
         let contacts = slots[..self.contacts.len()].iter().enumerate();
         contacts.filter(|(_, slot)| **slot != UNUSED).map(move |(contact, slot)| Share {
             contact,
             edge: (slot & !RAISED) as usize,
-            normal: if holds && slot & RAISED == 0 { self.least[contact] } else { 1.0 },
+            normal: if is_vertex && slot & RAISED == 0 { self.least[contact] } else { 1.0 },
         })
     }
 
@@ -103,21 +103,21 @@ impl<const D: usize> PreloadColumns<D> {
         self.contacts[contact].wrench(z, edge)
     }
 
-    fn widened(&self, wrench: &SVector<f64, D>, holds: bool) -> SVector<f64, ROWS> {
+    fn widened(&self, wrench: &SVector<f64, D>, is_vertex: bool) -> SVector<f64, ROWS> {
         SVector::from_fn(|k, _| match k {
             k if k < self.rank => wrench[k],
-            k if k == self.rank && holds => 1.0,
+            k if k == self.rank && is_vertex => 1.0,
             _ => 0.0,
         })
     }
 
-    /// Builds the column whose slots hold each contact's edge, marked `RAISED` where the contact presses.
-    fn assemble(&self, holds: bool, z: &SVector<f64, D>, slots: &mut [u32]) -> Column<ROWS> {
+    /// Builds the column whose slots hold each contact's edge, marked `RAISED` where its share is the largest bound.
+    fn assemble(&self, is_vertex: bool, z: &SVector<f64, D>, slots: &mut [u32]) -> Column<ROWS> {
         let m = self.contacts.len();
         let (mut wrench, mut total, mut count) = (SVector::<f64, D>::zeros(), 0.0, 0);
         for (contact, slot) in slots.iter_mut().enumerate().take(m) {
             let (edge, raised) = (*slot & !RAISED, *slot & RAISED != 0);
-            let normal = match (raised, holds) {
+            let normal = match (raised, is_vertex) {
                 (true, _) => 1.0,
                 (false, true) => self.least[contact],
                 (false, false) => 0.0,
@@ -126,23 +126,23 @@ impl<const D: usize> PreloadColumns<D> {
                 wrench += self.point(contact, edge as usize, z) * normal;
                 total += normal;
                 count += 1;
-                *slot = if holds { *slot } else { edge };
+                *slot = if is_vertex { *slot } else { edge };
             } else {
                 *slot = UNUSED;
             }
         }
-        let costs = match (holds, self.objective) {
+        let costs = match (is_vertex, self.objective) {
             (false, objective) => objective.costs(count),
             (true, Objective::Sum) => [0.0; 2],
             (true, Objective::MaxThenSum) => [0.0, total],
             (true, Objective::Weighted(weight)) => [weight * total, 0.0],
         };
-        slots[m] = if holds { HOLDS } else { UNUSED };
-        Column { wrench: self.widened(&wrench, holds), costs, direction: SVector::zeros() }
+        slots[m] = if is_vertex { VERTEX } else { UNUSED };
+        Column { wrench: self.widened(&wrench, is_vertex), costs, direction: SVector::zeros() }
     }
 }
 
-/// A contact's edge, marked where the contact presses.
+/// A contact's edge, marked where its share is the largest bound.
 fn slot(edge: usize, raised: bool) -> u32 {
     edge as u32 | if raised { RAISED } else { 0 }
 }
@@ -152,26 +152,26 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
         let z = self.wrench_part(multiplier);
         let weight = discount * self.objective.weight();
         let sum = self.objective == Objective::Sum;
-        let (mut pressing, mut holding) = (0.0, multiplier[self.rank]);
+        let (mut rays, mut vertices) = (0.0, multiplier[self.rank]);
         let mut best = (f64::NEG_INFINITY, 0);
         for (contact, &least) in self.least.iter().enumerate() {
             let (value, edge) = self.support(contact, &z);
             let value = value - weight;
             let raised = value > 0.0 && !sum;
-            pressing += value.max(0.0);
-            holding += if raised { value } else { least * value };
+            rays += value.max(0.0);
+            vertices += if raised { value } else { least * value };
             slots[contact] = slot(edge, raised);
             if value > best.0 {
                 best = (value, contact);
             }
         }
         let single = sum || best.0 <= 0.0;
-        let pressing = if single { best.0 } else { pressing } - discount;
-        let holds = holding > pressing;
-        if single && !holds {
+        let rays = if single { best.0 } else { rays } - discount;
+        let is_vertex = vertices > rays;
+        if single && !is_vertex {
             slots[best.1] |= RAISED;
         }
-        let mut column = self.assemble(holds, &z, slots);
+        let mut column = self.assemble(is_vertex, &z, slots);
         column.direction = *multiplier;
         column
     }
@@ -186,18 +186,18 @@ impl<const D: usize> Pricing<ROWS> for PreloadColumns<D> {
             return None;
         }
         let z = multipliers.map(|z| self.wrench_part(&z));
-        // Pressing columns take part only where they are optimal for the objective; holding ones always are.
-        let presses = self.values(&z[0]).0 >= 1.0 - tolerance;
-        let (mut pressing, mut holding) = (0.0, multipliers[1][self.rank]);
+        // Rays take part only where they are optimal for the objective; vertices always do.
+        let on_rays = self.values(&z[0]).0 >= 1.0 - tolerance;
+        let (mut rays, mut vertices) = (0.0, multipliers[1][self.rank]);
         for (contact, &least) in self.least.iter().enumerate() {
             let (value, edge, gain) = self.tied(contact, &z, tolerance);
             let raised = value > tolerance || (value >= -tolerance && gain > 0.0);
-            pressing += if raised { gain } else { 0.0 };
-            holding += if raised { gain } else { least * gain };
+            rays += if raised { gain } else { 0.0 };
+            vertices += if raised { gain } else { least * gain };
             slots[contact] = slot(edge, raised);
         }
-        let holds = !presses || holding > pressing;
-        let column = self.assemble(holds, &z[0], slots);
+        let is_vertex = !on_rays || vertices > rays;
+        let column = self.assemble(is_vertex, &z[0], slots);
         (column.wrench.amax() > 0.0).then_some(column)
     }
 

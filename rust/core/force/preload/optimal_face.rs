@@ -40,7 +40,7 @@ impl<const D: usize> PreloadColumns<D> {
     ) -> Option<bool> {
         self.optimal_face(simplex, bounds, used, face);
         let z = simplex.multipliers.map(|z| self.wrench_part(&z));
-        // Where pressing on does not pay, the largest lower bound is the level.
+        // Where no ray lowers the objective, the largest lower bound is the level.
         let held = bounds.most <= bounds.least * (1.0 + SAME_SHARE)
             && self.values(&z[0]).0 < 1.0 - tolerances(&z)[0];
         let least: Vec<f64> = self.least.iter().map(|bound| bound * bounds.least).collect();

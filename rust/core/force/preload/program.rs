@@ -16,7 +16,7 @@ use crate::force::preload::columns::{PreloadColumns, ROWS};
 use crate::force::preload::optimal_face::{Bounds, UsedEdge};
 use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::Objective;
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method, check_wrench};
 use crate::force::true_cones::columns::equilibrated_contacts;
 use crate::force::true_cones::program::spanning_wrenches;
@@ -117,9 +117,7 @@ impl<const D: usize> PreloadProgram<D> {
             contacts: equilibrated_contacts(grasp, &equilibration),
             least: bounds.iter().map(|bound| bound / largest).collect(),
             starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
-            interiors: (0..grasp.num_contacts())
-                .map(|i| Interior::new(grasp, i, grasp.finite_forces()))
-                .collect(),
+            interiors: Interior::of_contacts(grasp),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             rank: equilibration.rank,
             threshold: objective.unit() * if grasp.is_finite() { OPTIMAL_COST } else { 0.5 * tolerance },
@@ -150,12 +148,7 @@ impl<const D: usize> PreloadProgram<D> {
     ) -> Result<Certificate<D>> {
         check_wrench(b)?;
         let answer = self.solve_in_doubles(workspace, b, forces);
-        let unclear = match &answer {
-            Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
-            _ => false,
-        };
-        let answer = if unclear {
+        let answer = if self.precise.must_decide(&answer, b) {
             interrupt::check()?;
             let spent = workspace.simplex.pivots;
             let decided = self.precise.solve(b, forces);
@@ -237,8 +230,8 @@ impl<const D: usize> PreloadProgram<D> {
         forces.certify(&required, proof, "simplex with lower bounds", simplex.pivots)
     }
 
-    /// The right-hand side: the wrench, and the convexity of holding columns, scaled to a largest of one.
-    fn target(&self, b: &Wrench<D>) -> Result<(Target<ROWS>, f64)> {
+    /// The right-hand side: the wrench, and the convexity of vertices, scaled to a largest of one.
+    fn target(&self, b: &Wrench<D>) -> Result<(RightHandSide<ROWS>, f64)> {
         let rank = self.equilibration.rank;
         let mut wrench = SVector::<f64, ROWS>::zeros();
         let (mut scale, mut tolerance) = (self.largest, SVector::repeat(UNBALANCED_WRENCH));
@@ -252,7 +245,7 @@ impl<const D: usize> PreloadProgram<D> {
             }
         }
         wrench[rank] = self.largest / scale;
-        Ok((Target { wrench, rank: rank + 1, tolerance }, scale))
+        Ok((RightHandSide { wrench, rank: rank + 1, tolerance }, scale))
     }
 
     /// The multiplier in physical coordinates, and what it proves.
@@ -260,14 +253,14 @@ impl<const D: usize> PreloadProgram<D> {
         let z = self.columns.wrench_part(multiplier);
         let values = (0..self.columns.contacts.len()).map(|i| self.columns.support(i, &z).0);
         let z = z / self.columns.objective.reach(values).max(1.0);
-        let (_, holding) = self.columns.values(&z);
+        let (_, vertices) = self.columns.values(&z);
         let dual = self.equilibration.dual(&z);
         // For the sum, `values` takes no cost off, and what the contacts hold with costs itself.
         let free = match self.columns.objective {
             Objective::Sum => self.columns.least.iter().sum(),
             _ => 1.0,
         };
-        (dual, dual.dot(b) + self.largest * (free - holding))
+        (dual, dual.dot(b) + self.largest * (free - vertices))
     }
 
     /// The levels of the basis, added up edge by edge; true cones are left to `write`.

@@ -8,7 +8,7 @@
 use nalgebra::SVector;
 
 use crate::force::simplex::pricing::{Column, Pricing};
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::tolerances::{NEGATIVE_LEVEL, ROUNDED_SUPPORT_VALUE, SMALLEST_PIVOT, UNREACHED};
 
 /// Newton steps along one direction; each lands on another column, and three are usual.
@@ -19,7 +19,7 @@ impl<const R: usize> Simplex<R> {
     pub(crate) fn warm(
         &mut self,
         pricing: &impl Pricing<R>,
-        target: &Target<R>,
+        target: &RightHandSide<R>,
         cap: usize,
     ) -> Option<Outcome<R>> {
         self.pivots = 0;

@@ -42,7 +42,7 @@ pub(crate) enum Outcome<const R: usize> {
 
 /// The right-hand side `-w_ext` in equilibrated coordinates.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Target<const R: usize> {
+pub(crate) struct RightHandSide<const R: usize> {
     /// Scaled to a largest component of one; zero beyond `rank`.
     pub(crate) wrench: SVector<f64, R>,
     /// Rows beyond this are zero in every column.
@@ -78,7 +78,7 @@ impl<const R: usize> Simplex<R> {
     }
 
     /// Solves from artificial columns.
-    pub(crate) fn cold(&mut self, pricing: &impl Pricing<R>, target: &Target<R>) -> Outcome<R> {
+    pub(crate) fn cold(&mut self, pricing: &impl Pricing<R>, target: &RightHandSide<R>) -> Outcome<R> {
         let rank = target.rank;
         self.pivots = 0;
         self.target = target.wrench;
@@ -97,7 +97,7 @@ impl<const R: usize> Simplex<R> {
         &mut self,
         basis: &Basis<R>,
         pricing: &impl Pricing<R>,
-        target: &Target<R>,
+        target: &RightHandSide<R>,
         cap: usize,
     ) -> Outcome<R> {
         self.restart(basis);
@@ -117,7 +117,11 @@ impl<const R: usize> Simplex<R> {
     }
 
     /// The first phase: minimise the sum of artificial levels.
-    fn reach_feasibility(&mut self, pricing: &impl Pricing<R>, target: &Target<R>) -> Result<(), Outcome<R>> {
+    fn reach_feasibility(
+        &mut self,
+        pricing: &impl Pricing<R>,
+        target: &RightHandSide<R>,
+    ) -> Result<(), Outcome<R>> {
         let rank = target.rank;
         let mut costs = self.basis.infeasibility(rank);
         let mut z = self.basis.multipliers(&costs);

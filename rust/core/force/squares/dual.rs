@@ -1,14 +1,16 @@
 //! The dual function of the least squares, its gradient and Newton's matrix.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
+use crate::force::certificate::ContactForces;
 use crate::force::squares::polytope::Polytope;
-use crate::force::squares::projection::{CutCone, Projection};
+use crate::force::squares::projection::{CutCone, Force, Projection};
 use crate::force::squares::whitening::Whitening;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
-use crate::tolerances::SEPARATED_BY_DUAL;
+use crate::linalg::real::{Real, dot, norm, values};
+use crate::tolerances::{ROUNDED_FORCES_BY_PRICE, SEPARATED_BY_DUAL};
 use crate::wrench_set::cone::cone_slope;
 
 /// The forces of a contact.
@@ -48,13 +50,13 @@ pub(crate) struct Dual<const D: usize> {
 
 /// The dual function at a multiplier; the forces are beside it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct DualPoint<const D: usize> {
-    pub(crate) y: Wrench<D>,
-    pub(crate) value: f64,
+pub(crate) struct DualPoint<const D: usize, R: Real = f64> {
+    pub(crate) y: SVector<R, D>,
+    pub(crate) value: R,
     /// `F`: what the forces leave unbalanced.
-    pub(crate) gradient: Wrench<D>,
+    pub(crate) gradient: SVector<R, D>,
     /// The lower triangle of an element of the generalised derivative of `F`.
-    pub(crate) hessian: SMatrix<f64, D, D>,
+    pub(crate) hessian: SMatrix<R, D, D>,
     /// The sum of the sizes of all terms of the gradient.
     pub(crate) size: f64,
     /// The same of the value.
@@ -121,6 +123,24 @@ impl<const D: usize> Dual<D> {
         }
     }
 
+    /// What rounding of the projected points makes of the forces at `y`, relative to the largest force: the roundings of
+    /// points far away outweigh the forces themselves.
+    pub(crate) fn rounding(&self, y: &Wrench<D>, forces: &ContactForces) -> f64 {
+        let largest = forces.forces.iter().map(ContactForce::norm).fold(0.0, f64::max);
+        let rounded = |contact: &DualContact<D>| {
+            let pull = contact.pull(y) / contact.weight;
+            let far = f64::EPSILON * pull.norm();
+            if far <= ROUNDED_FORCES_BY_PRICE * largest {
+                return far;
+            }
+            let found = contact.project(&(contact.reference + pull));
+            let free = if found.inside { 1.0 } else { 0.0 };
+            far * found.shares[..found.count].iter().copied().fold(free, f64::max)
+        };
+        let most = self.contacts.iter().map(rounded).fold(0.0, f64::max);
+        if most == 0.0 { 0.0 } else { most / largest }
+    }
+
     /// `sum_i weight_i |f_i - reference_i|^2 / 2`.
     pub(crate) fn objective(&self, forces: &[ContactForce]) -> f64 {
         let contacts = self.contacts.iter().zip(forces);
@@ -148,46 +168,59 @@ impl<const D: usize> Dual<D> {
 
     /// Evaluates the function at `y`, and writes the forces and shares there.
     #[inline]
-    pub(crate) fn at(
+    pub(crate) fn at<R: Real>(
         &self,
-        y: &Wrench<D>,
+        y: &SVector<R, D>,
         b: &Wrench<D>,
         forces: &mut [ContactForce],
         shares: &mut [f64],
-    ) -> DualPoint<D> {
-        let mut gradient = -b;
-        let mut hessian = SMatrix::<f64, D, D>::zeros();
-        let mut value = -b.dot(y);
-        let (mut size, mut terms) = (b.norm(), value.abs());
+    ) -> DualPoint<D, R> {
+        let mut gradient = -b.map(R::from);
+        let mut hessian = SMatrix::<R, D, D>::repeat(R::zero());
+        let mut value = dot(&gradient, y);
+        let (mut size, mut terms) = (b.norm(), value.value().abs());
         if let Some(slack) = &self.slack {
-            let moved = slack * y;
+            let mut moved = SVector::<R, D>::repeat(R::zero());
+            for c in 0..D {
+                for r in 0..D {
+                    moved[r] += y[c].times(slack[(r, c)]);
+                }
+            }
             gradient += moved;
-            hessian += slack;
-            size += moved.norm();
-            value += 0.5 * moved.dot(y);
-            terms += moved.dot(y);
+            hessian += slack.map(R::from);
+            let cost = dot(&moved, y);
+            size += norm(&moved).value();
+            value += cost.times(0.5);
+            terms += cost.value();
         }
         for (contact, (force, share)) in self.contacts.iter().zip(forces.iter_mut().zip(shares)) {
             let pull = contact.pull(y);
             let inverse = 1.0 / contact.weight;
-            let found = contact.project(&(contact.reference + pull * inverse));
-            (*force, *share) = (found.force, found.share);
-            if found.force == ContactForce::zeros() && found.count == 0 && !found.inside {
-                value -= 0.5 * contact.weight * contact.reference.norm_squared();
+            let half = 0.5 * contact.weight;
+            let reference = contact.reference.map(R::from);
+            let found = contact.project(&(reference + pull.map(|pull| pull.times(inverse))));
+            (*force, *share) = (values(&found.force), found.share.value());
+            if found.count == 0
+                && !found.inside
+                && found.force.iter().all(|component| *component == R::zero())
+            {
+                value -= dot(&reference, &reference).times(half);
                 continue;
             }
             gradient += contact.wrench(&found.force);
-            let moved = (found.force - contact.reference).norm_squared();
-            value += pull.dot(&found.force) - 0.5 * contact.weight * moved;
-            terms += pull.dot(&found.force).abs();
-            size += (contact.weight * found.force.norm_squared()).sqrt();
+            let moved = found.force - reference;
+            let along = dot(&pull, &found.force);
+            value += along - dot(&moved, &moved).times(half);
+            terms += along.value().abs();
+            size += (contact.weight * force.norm_squared()).sqrt();
             if found.inside {
-                hessian += contact.gram * inverse;
+                let gram = contact.gram * inverse;
+                hessian += gram.map(R::from);
                 continue;
             }
             for (axis, factor) in found.axes.iter().zip(&found.shares).take(found.count) {
                 let wrench = contact.wrench(axis);
-                let factor = factor * inverse;
+                let factor = factor.times(inverse);
                 for c in 0..D {
                     let by = factor * wrench[c];
                     for r in c..D {
@@ -203,11 +236,11 @@ impl<const D: usize> Dual<D> {
 impl<const D: usize> DualContact<D> {
     /// `T G_i f`.
     #[inline]
-    pub(crate) fn wrench(&self, force: &ContactForce) -> Wrench<D> {
-        let mut sum = self.columns[0] * force[0];
+    pub(crate) fn wrench<R: Real>(&self, force: &Force<R>) -> SVector<R, D> {
+        let mut sum = self.columns[0].map(|x| force[0].times(x));
         for k in 1..self.components {
             for row in 0..D {
-                sum[row] += self.columns[k][row] * force[k];
+                sum[row] += force[k].times(self.columns[k][row]);
             }
         }
         sum
@@ -243,12 +276,12 @@ impl<const D: usize> DualContact<D> {
 
     /// `(T G_i)^T y`.
     #[inline]
-    pub(crate) fn pull(&self, y: &Wrench<D>) -> ContactForce {
-        let mut pull = ContactForce::zeros();
+    pub(crate) fn pull<R: Real>(&self, y: &SVector<R, D>) -> Force<R> {
+        let mut pull = Force::repeat(R::zero());
         for k in 0..self.components {
-            let mut sum = 0.0;
+            let mut sum = R::zero();
             for row in 0..D {
-                sum += self.columns[k][row] * y[row];
+                sum += y[row].times(self.columns[k][row]);
             }
             pull[k] = sum;
         }
@@ -256,15 +289,15 @@ impl<const D: usize> DualContact<D> {
     }
 
     #[inline]
-    pub(crate) fn project(&self, x: &ContactForce) -> Projection {
+    pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         match &self.set {
             ForceSet::Cone(cone) => {
                 let mut found = cone.project(x);
-                found.share = found.force[0] / self.unit;
+                found.share = found.force[0] / R::from(self.unit);
                 found
             }
             ForceSet::Finite(polytope) => polytope.project(x),
-            ForceSet::Zero => Projection::fixed(ContactForce::zeros(), 0.0),
+            ForceSet::Zero => Projection::fixed(Force::repeat(R::zero()), R::zero()),
         }
     }
 }

@@ -14,10 +14,12 @@
 //! Lipschitz continuous in the wrench.
 //!
 //! - [`options`]: the options and their checks.
-//! - [`projection`], [`polytope`]: projections onto cones, cut cones and hulls of extreme forces, with derivatives.
+//! - [`projection`], [`pyramid`], [`polytope`]: projections onto cones, pyramids and hulls of extreme forces, cut or not,
+//!   with derivatives.
 //! - [`whitening`]: coordinates of wrenches in which Newton's matrix is at most the identity.
 //! - [`dual`]: the dual function of a grasp; [`newton`]: its minimiser.
-//! - [`program`]: the answer with its certificate.
+//! - [`program`]: the answer with its certificate; [`steep_price`]: in 32 digits, where doubles lose the forces beside a
+//!   high price of the residual.
 //! - [`interior_point_qp`]: Clarabel, where Newton's method ends without an answer.
 
 pub(crate) mod dual;
@@ -27,4 +29,6 @@ pub(crate) mod options;
 pub(crate) mod polytope;
 pub(crate) mod program;
 pub(crate) mod projection;
+pub(crate) mod pyramid;
+pub(crate) mod steep_price;
 pub(crate) mod whitening;

@@ -1,18 +1,23 @@
 //! The minimiser of the dual function by Newton's method: semismooth, with a line search on the dual function.
 
-use nalgebra::SMatrix;
+use nalgebra::SVector;
 
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
 use crate::interrupt;
 use crate::linalg::dense::solve_definite;
+use crate::linalg::real::{Real, dot, norm, values};
 
 /// Newton steps at most: 7 from nothing and 2 from the last wrench are usual.
 const MAX_STEPS: usize = 80;
 
+/// The same in 32 digits, which are asked where a high price makes the function steep.
+const MAX_STEPS_32_DIGITS: usize = 40;
+
 /// Points that a line search looks at.
 const MAX_TRIALS: usize = 60;
+const MAX_TRIALS_32_DIGITS: usize = 200;
 
 /// The gradient that counts as zero, relative to its terms: some hundred roundings.
 const CONVERGED: f64 = 3e-14;
@@ -33,28 +38,33 @@ const DIVERGED: f64 = 1e12;
 
 /// Minimises the dual function from `start`; returns the best point and the number of steps. The forces are those of the
 /// point.
-pub(crate) fn minimise<const D: usize>(
+pub(crate) fn minimise<const D: usize, R: Real>(
     dual: &Dual<D>,
     b: &Wrench<D>,
-    start: DualPoint<D>,
+    start: DualPoint<D, R>,
     forces: &mut [ContactForce],
     shares: &mut [f64],
-) -> (DualPoint<D>, usize) {
+) -> (DualPoint<D, R>, usize) {
     let mut point = start;
     let mut stalled = 0;
     let mut leapt = false;
-    for step in 0..MAX_STEPS {
-        let norm = point.gradient.norm();
-        let relative = norm / point.size;
-        let converged = relative <= CONVERGED || relative.is_nan();
-        if converged || (stalled >= 3 && relative <= STALLED) {
+    // Beside a high price the forces are a small part of the terms.
+    let finer = R::FINENESS.sqrt();
+    let max_steps = if R::FINENESS == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
+    for step in 0..max_steps {
+        let left = norm(&point.gradient).value();
+        let relative = left / point.size;
+        let converged = relative <= CONVERGED * finer || relative.is_nan();
+        if converged || (stalled >= 3 && relative <= STALLED * finer) {
             return (point, step);
         }
         // Multipliers of wrenches that nothing balances grow without end.
-        if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&point.y, b) {
+        if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&values(&point.y), b) {
             return (point, step);
         }
-        if stalled >= 10 || (step % 8 == 7 && interrupt::stopped()) || point.y.norm() > DIVERGED * point.size
+        if stalled >= 10
+            || (step % 8 == 7 && interrupt::stopped())
+            || norm(&point.y).value() > DIVERGED / R::FINENESS * point.size
         {
             return (point, step);
         }
@@ -66,72 +76,72 @@ pub(crate) fn minimise<const D: usize>(
             point = dual.at(&point.y, b, forces, shares);
             return (point, step);
         };
-        leapt = (next.y - point.y).norm_squared() > LEAP * LEAP * direction.norm_squared();
-        stalled =
-            if next.gradient.norm() <= 0.5 * norm { 0 } else { stalled + usize::from(relative <= STALLED) };
+        leapt = norm(&(next.y - point.y)).value() > LEAP * norm(&direction).value();
+        let halved = norm(&next.gradient).value() <= 0.5 * left;
+        stalled = if halved { 0 } else { stalled + usize::from(relative <= STALLED * finer) };
         point = next;
     }
-    (point, MAX_STEPS)
+    (point, max_steps)
 }
 
-fn newton_direction<const D: usize>(point: &DualPoint<D>, regularised: f64) -> Wrench<D> {
-    let mut matrix: SMatrix<f64, D, D> = point.hessian;
-    let regularised = regularised.clamp(LEAST_REGULARISED, MOST_REGULARISED);
+fn newton_direction<const D: usize, R: Real>(point: &DualPoint<D, R>, regularised: f64) -> SVector<R, D> {
+    let mut matrix = point.hessian;
+    let least = LEAST_REGULARISED * R::FINENESS;
+    let regularised = R::from(regularised.clamp(least, MOST_REGULARISED));
     for k in 0..D {
         matrix[(k, k)] += regularised;
     }
-    solve_definite(&mut matrix, &-point.gradient, LEAST_REGULARISED)
+    solve_definite(&mut matrix, &-point.gradient, least)
 }
 
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
 /// slope grows along the direction: a slope that is still negative proves the descent without differences of
 /// values, which rounding hides near the end.
-fn line_search<const D: usize>(
+fn line_search<const D: usize, R: Real>(
     dual: &Dual<D>,
     b: &Wrench<D>,
-    from: &DualPoint<D>,
-    direction: &Wrench<D>,
+    from: &DualPoint<D, R>,
+    direction: &SVector<R, D>,
     forces: &mut [ContactForce],
     shares: &mut [f64],
-) -> Option<DualPoint<D>> {
-    let slope = from.gradient.dot(direction);
+) -> Option<DualPoint<D, R>> {
+    let slope = dot(&from.gradient, direction).value();
     if slope >= 0.0 || slope.is_nan() {
         return None;
     }
-    let (mut low, mut low_slope, mut high, mut high_slope) = (0.0, slope, f64::INFINITY, 0.0);
-    let mut lower: Option<DualPoint<D>> = None;
-    let mut step = 1.0;
-    for trial in 1..=MAX_TRIALS {
+    let (mut low, mut low_slope, mut high, mut high_slope) = (R::zero(), slope, None::<R>, 0.0);
+    let mut lower: Option<DualPoint<D, R>> = None;
+    let mut step = R::from(1.0);
+    let max_trials = if R::FINENESS == 1.0 { MAX_TRIALS } else { MAX_TRIALS_32_DIGITS };
+    for trial in 1..=max_trials {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
-        let now = found.gradient.dot(direction);
+        let now = dot(&found.gradient, direction).value();
         if !now.is_finite() {
-            high = step;
-            step *= 0.1;
+            high = Some(step);
+            step = step.times(0.1);
             continue;
         }
-        let rounding = 8.0 * f64::EPSILON * found.terms.max(from.terms);
-        if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || found.value <= from.value + rounding) {
+        let rounding = 8.0 * f64::EPSILON * R::FINENESS * found.terms.max(from.terms);
+        let lowered = || (found.value - from.value).value() <= rounding;
+        if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || lowered()) {
             return Some(found);
         }
         if now <= 0.0 {
             (low, low_slope, lower) = (step, now, Some(found));
             // Along a direction without end.
-            if !high.is_finite() && step > LEAP && dual.separates(&found.y, b) {
+            if high.is_none() && step.value() > LEAP && dual.separates(&values(&found.y), b) {
                 return Some(found);
             }
         } else {
-            (high, high_slope) = (step, now);
+            (high, high_slope) = (Some(step), now);
         }
-        step = if high.is_finite() {
+        step = if let Some(high) = high {
             // Every third time the middle: at a kink the secant comes nearer from one side only.
-            let secant = if high_slope > 0.0 && trial % 3 != 0 {
-                low - low_slope * (high - low) / (high_slope - low_slope)
-            } else {
-                0.5 * (low + high)
-            };
-            secant.clamp(low + 0.1 * (high - low), high - 0.1 * (high - low))
+            let secant = high_slope > 0.0 && trial % 3 != 0;
+            let share = if secant { low_slope / (low_slope - high_slope) } else { 0.5 };
+            low + (high - low).times(share.clamp(0.1, 0.9))
         } else {
-            4.0 * step
+            step.times(4.0)
         };
     }
     let found = lower?;

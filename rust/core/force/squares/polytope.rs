@@ -4,8 +4,10 @@
 //! projects onto the affine hull of the current face. Points with negative weights leave the face. The extreme force that
 //! reaches furthest along the residual joins it. A contact force has four components, so a face needs at most five points.
 
-use crate::force::squares::projection::Projection;
+use crate::force::squares::projection::{Force, Projection};
+use crate::force::squares::pyramid::Pyramid;
 use crate::grasp::contact::ContactForce;
+use crate::linalg::real::{Real, dot, norm, values};
 use crate::tolerances::{DEPENDENT_EDGE, ROUNDED_REACH_OF_FACE};
 
 /// Extreme forces with lower and upper bounds on the sum of their coefficients.
@@ -18,6 +20,8 @@ pub(crate) struct Polytope {
     pub(crate) high: f64,
     /// Whether their normal forces differ: bounds then cut no face off, but end at each force.
     pub(crate) general: bool,
+    /// The closed form that doubles use instead of the search, where these are the edges of a pyramid.
+    pyramid: Option<Pyramid>,
 }
 
 /// How the apex, the force of zero, takes part.
@@ -39,7 +43,8 @@ const FACE: usize = 6;
 impl Polytope {
     pub(crate) fn new(forces: Vec<ContactForce>, general: bool) -> Self {
         let rank = Self::span(&forces).len();
-        Self { forces, rank, low: 0.0, high: f64::INFINITY, general }
+        let pyramid = if general { None } else { Pyramid::of(&forces) };
+        Self { forces, rank, low: 0.0, high: f64::INFINITY, general, pyramid }
     }
 
     /// Orthonormal forces that span these.
@@ -55,14 +60,29 @@ impl Polytope {
         axes
     }
 
-    pub(crate) fn project(&self, x: &ContactForce) -> Projection {
+    /// Searches over faces from now on, whose tolerance keeps nearly degenerate forces on one face.
+    pub(crate) fn search_only(&mut self) {
+        self.pyramid = None;
+    }
+
+    #[inline]
+    pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
+        match &self.pyramid {
+            Some(pyramid) if R::FINENESS == 1.0 => {
+                pyramid.project(&values(x), self.low, self.high).converted()
+            }
+            _ => self.search(x),
+        }
+    }
+
+    fn search<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         if self.general && self.high.is_finite() {
             return self.nearest(x, self.high, Apex::Vertex);
         }
         let found = self.nearest(x, 1.0, Apex::Free);
-        if found.share > self.high {
+        if found.share.value() > self.high {
             self.nearest(x, self.high, Apex::Absent)
-        } else if found.share < self.low {
+        } else if found.share.value() < self.low {
             self.nearest(x, self.low, Apex::Absent)
         } else {
             found
@@ -70,52 +90,63 @@ impl Polytope {
     }
 
     /// The nearest point to `x` among combinations of `level` times the forces.
-    fn nearest(&self, x: &ContactForce, level: f64, apex: Apex) -> Projection {
+    fn nearest<R: Real>(&self, x: &Force<R>, level: f64, apex: Apex) -> Projection<R> {
+        let zero = Force::repeat(R::zero());
+        let corner = |k: usize| self.forces[k].map(|component| R::from(level).times(component));
         let mut face = if apex == Apex::Absent {
             let (first, _) = self.furthest(x);
-            Face::of(first, self.forces[first] * level)
+            Face::of(first, corner(first))
         } else {
-            Face::of(APEX, ContactForce::zeros())
+            Face::of(APEX, zero)
         };
         let free = apex == Apex::Free;
         for _ in 0..4 * self.forces.len() + 32 {
             let rest = without(&(x - face.point), &face.axes[..face.rank]);
             let (next, reach) = self.furthest(&rest);
-            let (next, reach) =
-                if apex == Apex::Vertex && reach < 0.0 { (APEX, 0.0) } else { (next, reach * level) };
-            let point = if next == APEX { ContactForce::zeros() } else { self.forces[next] * level };
-            let gain = reach - rest.dot(&face.point);
+            let (next, reach) = if apex == Apex::Vertex && reach < R::zero() {
+                (APEX, R::zero())
+            } else {
+                (next, reach.times(level))
+            };
+            let point = if next == APEX { zero } else { corner(next) };
+            let gain = reach - dot(&rest, &face.point);
             // Torsions may be many orders smaller than forces: what is left counts, not the whole.
-            let noise = rest.norm() * (point.norm() + face.point.norm());
+            let noise = norm(&rest) * (norm(&point) + norm(&face.point));
             if face.rank == self.rank
-                || gain <= ROUNDED_REACH_OF_FACE * noise
+                || gain <= noise.times(ROUNDED_REACH_OF_FACE * R::FINENESS)
                 || face.at[..face.len].contains(&next)
                 || face.len == FACE
             {
                 break;
             }
-            (face.at[face.len], face.points[face.len], face.weights[face.len]) = (next, point, 0.0);
+            (face.at[face.len], face.points[face.len], face.weights[face.len]) = (next, point, R::zero());
             face.len += 1;
             let before = face.point;
             face.settle(x, free);
             // Rounding alone would go round in circles.
-            if (x - face.point).norm_squared() >= (x - before).norm_squared() {
+            let (now, then) = (x - face.point, x - before);
+            if dot(&now, &now) >= dot(&then, &then) {
                 break;
             }
         }
         let used = face.at[..face.len].iter().zip(&face.weights).filter(|(at, _)| **at != APEX);
-        let mut found = Projection::fixed(face.point, used.map(|(_, weight)| weight.max(0.0) * level).sum());
+        let shares =
+            used.map(|(_, weight)| if *weight > R::zero() { weight.times(level) } else { R::zero() });
+        let mut found = Projection::fixed(face.point, shares.fold(R::zero(), |sum, share| sum + share));
         found.inside = face.rank == self.rank;
         for axis in &face.axes[..face.rank.min(4)] {
-            found.push(*axis, 1.0);
+            found.push(*axis, R::from(1.0));
         }
         found
     }
 
-    fn furthest(&self, direction: &ContactForce) -> (usize, f64) {
-        let mut best = (0, f64::NEG_INFINITY);
+    fn furthest<R: Real>(&self, direction: &Force<R>) -> (usize, R) {
+        let mut best = (0, R::from(f64::NEG_INFINITY));
         for (k, force) in self.forces.iter().enumerate() {
-            let reach = force.dot(direction);
+            let mut reach = direction[0].times(force[0]);
+            for component in 1..4 {
+                reach += direction[component].times(force[component]);
+            }
             if reach > best.1 {
                 best = (k, reach);
             }
@@ -125,46 +156,54 @@ impl Polytope {
 }
 
 /// `x` without its components along orthonormal axes.
-fn without(x: &ContactForce, axes: &[ContactForce]) -> ContactForce {
+fn without<R: Real>(x: &Force<R>, axes: &[Force<R>]) -> Force<R> {
     let mut rest = *x;
     // A second time, for what cancellation left.
     for _ in 0..2 {
         for axis in axes {
-            rest -= axis * axis.dot(&rest);
+            rest -= axis * dot(axis, &rest);
         }
     }
     rest
 }
 
 /// The points whose combination is the nearest so far.
-struct Face {
+struct Face<R: Real> {
     at: [usize; FACE],
-    points: [ContactForce; FACE],
-    weights: [f64; FACE],
+    points: [Force<R>; FACE],
+    weights: [R; FACE],
     len: usize,
-    point: ContactForce,
+    point: Force<R>,
     /// Orthonormal directions along the face.
-    axes: [ContactForce; FACE],
+    axes: [Force<R>; FACE],
     rank: usize,
 }
 
-impl Face {
-    fn of(at: usize, point: ContactForce) -> Self {
-        let (none, axes) = ([ContactForce::zeros(); FACE], [ContactForce::zeros(); FACE]);
-        let mut face =
-            Self { at: [APEX; FACE], points: none, weights: [0.0; FACE], len: 1, point, axes, rank: 0 };
-        (face.at[0], face.points[0], face.weights[0]) = (at, point, 1.0);
+impl<R: Real> Face<R> {
+    fn of(at: usize, point: Force<R>) -> Self {
+        let none = [Force::repeat(R::zero()); FACE];
+        let weights = [R::zero(); FACE];
+        let mut face = Self { at: [APEX; FACE], points: none, weights, len: 1, point, axes: none, rank: 0 };
+        (face.at[0], face.points[0], face.weights[0]) = (at, point, R::from(1.0));
         face
     }
 
     /// Moves to the nearest point of the hull, leaving out points with negative weights; the first one's is `free`.
-    fn settle(&mut self, x: &ContactForce, free: bool) {
+    fn settle(&mut self, x: &Force<R>, free: bool) {
         for _ in 0..FACE {
             let target = self.affine_weights(x);
-            let first = usize::from(free);
-            let step = |k: usize| self.weights[k] / (self.weights[k] - target[k]).max(f64::MIN_POSITIVE);
-            let leaving = (first..self.len).filter(|&k| target[k] <= 0.0).map(|k| (k, step(k).min(1.0)));
-            let Some((out, step)) = leaving.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            let mut leaving: Option<(usize, R)> = None;
+            for (k, aim) in target.iter().enumerate().take(self.len).skip(usize::from(free)) {
+                if *aim <= R::zero() {
+                    let away = self.weights[k] - *aim;
+                    let whole = away <= R::zero() || self.weights[k] > away;
+                    let step = if whole { R::from(1.0) } else { self.weights[k] / away };
+                    if leaving.is_none_or(|(_, least)| step < least) {
+                        leaving = Some((k, step));
+                    }
+                }
+            }
+            let Some((out, step)) = leaving else {
                 self.weights = target;
                 return;
             };
@@ -172,7 +211,8 @@ impl Face {
                 return;
             }
             for (weight, target) in self.weights.iter_mut().zip(target) {
-                *weight += step * (target - *weight);
+                let moved = step * (target - *weight);
+                *weight += moved;
             }
             self.len -= 1;
             self.at.swap(out, self.len);
@@ -183,10 +223,11 @@ impl Face {
 
     /// Weights of the point nearest to `x` in the affine hull, by Gram-Schmidt applied twice. A point that depends on
     /// others gets none.
-    fn affine_weights(&mut self, x: &ContactForce) -> [f64; FACE] {
+    fn affine_weights(&mut self, x: &Force<R>) -> [R; FACE] {
         let base = self.points[0];
-        let mut r = [[0.0; FACE]; FACE];
-        let mut q = [ContactForce::zeros(); FACE];
+        let zero = R::zero();
+        let mut r = [[zero; FACE]; FACE];
+        let mut q = [Force::repeat(zero); FACE];
         (self.rank, self.point) = (0, base);
         let edges = self.len - 1;
         for k in 0..edges {
@@ -194,31 +235,33 @@ impl Face {
             let mut rest = edge;
             for _ in 0..2 {
                 for j in 0..k {
-                    let along = q[j].dot(&rest);
+                    let along = dot(&q[j], &rest);
                     r[j][k] += along;
                     rest -= q[j] * along;
                 }
             }
-            let left = rest.norm();
-            if left > DEPENDENT_EDGE * edge.norm() {
+            let left = norm(&rest);
+            if left > norm(&edge).times(DEPENDENT_EDGE) {
                 (r[k][k], q[k]) = (left, rest / left);
                 (self.axes[self.rank], self.rank) = (q[k], self.rank + 1);
             }
         }
         let away = x - base;
-        let mut along = [0.0; FACE];
+        let mut along = [zero; FACE];
         for k in 0..edges {
-            along[k] = q[k].dot(&away);
+            along[k] = dot(&q[k], &away);
             self.point += q[k] * along[k];
         }
-        let mut weights = [0.0; FACE];
+        let mut weights = [zero; FACE];
+        let mut used = zero;
         for k in (0..edges).rev() {
-            if r[k][k] > 0.0 {
-                let known: f64 = (k + 1..edges).map(|j| r[k][j] * weights[j + 1]).sum();
+            if r[k][k] > zero {
+                let known = (k + 1..edges).fold(zero, |sum, j| sum + r[k][j] * weights[j + 1]);
                 weights[k + 1] = (along[k] - known) / r[k][k];
+                used += weights[k + 1];
             }
         }
-        weights[0] = 1.0 - weights[1..self.len].iter().sum::<f64>();
+        weights[0] = R::from(1.0) - used;
         weights
     }
 }

@@ -5,19 +5,20 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::SMatrix;
 
 use crate::error::{Error, Result, Unmet};
-use crate::force::certificate::{Certificate, ContactForces, imbalance};
+use crate::force::certificate::{Certificate, ContactForces, imbalance, residual};
 use crate::force::equilibration::units;
 use crate::force::preload::program::checked_bounds;
 use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{DistributionOptions, check_wrench};
-use crate::force::squares::dual::{Dual, DualPoint};
+use crate::force::squares::dual::{Dual, DualPoint, ForceSet};
 use crate::force::squares::interior_point_qp::multiplier;
 use crate::force::squares::newton::minimise;
 use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
-use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, PRICED_BALANCE, ROUNDED_BALANCE};
+use crate::linalg::real::{Real, values};
+use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
 use crate::wrench_set::Criterion;
 
 /// The least squares of a grasp; it does not change while solving.
@@ -152,6 +153,7 @@ impl<const D: usize> SquaresProgram<D> {
             Err(error) if self.slack.is_none() && worth_refining(&error, &point) => {
                 self.refine(b, &target, point, steps, forces, error)
             }
+            Err(_) if self.slack.is_some() => self.solve_in_32_digits(b, &target, &point, steps, forces),
             answer => answer,
         };
         workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
@@ -176,7 +178,7 @@ impl<const D: usize> SquaresProgram<D> {
     ) -> Result<(Certificate<D>, Wrench<D>)> {
         let mut moved = *target;
         for _ in 0..MAX_REFINEMENTS {
-            moved -= self.target(&residual(&self.grasp, b, &forces.forces));
+            moved -= self.target(&self.residual(b, forces));
             let ContactForces { forces: f, shares, .. } = forces;
             let start = self.dual.at(&point.y, &moved, f, shares);
             let (next, more) = minimise(&self.dual, &moved, start, f, shares);
@@ -205,10 +207,19 @@ impl<const D: usize> SquaresProgram<D> {
                 Ok(found) => beyond = found,
             }
         }
-        let answer = match self.solve_by_interior_point(workspace, b, target, &self.dual, forces) {
+        let mut searching = self.dual.clone();
+        for contact in &mut searching.contacts {
+            if let ForceSet::Finite(polytope) = &mut contact.set {
+                polytope.search_only();
+            }
+        }
+        if let Some(answer) = self.solve_from(workspace, b, target, &searching, &Wrench::zeros(), forces) {
+            return Some(Ok(answer));
+        }
+        let answer = match self.solve_by_interior_point(workspace, b, target, &searching, forces) {
             None if beyond.is_some() => {
                 // A wrench at the limits up to the tolerance.
-                let mut relaxed = self.dual.clone();
+                let mut relaxed = searching.clone();
                 for i in 0..self.grasp.num_contacts() {
                     relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
                 }
@@ -232,14 +243,29 @@ impl<const D: usize> SquaresProgram<D> {
         forces: &mut ContactForces,
     ) -> Option<Certificate<D>> {
         let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let ContactForces { forces: f, shares, .. } = forces;
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
         let size = dual.at(&Wrench::zeros(), target, f, shares).size;
         let y = multiplier(dual, target, size, columns)?;
-        let start = dual.at(&y, target, f, shares);
-        let (point, more) = minimise(dual, target, start, f, shares);
-        let (answer, y) = self.certify(b, &point, more, forces).ok()?;
-        workspace.y = y;
+        let answer = self.solve_from(workspace, b, target, dual, &y, forces)?;
         Some(Certificate { fell_back: true, ..answer })
+    }
+
+    /// Newton's method from `y`, over the contacts of `dual`.
+    fn solve_from(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        target: &Wrench<D>,
+        dual: &Dual<D>,
+        y: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
+        let ContactForces { forces: f, shares, .. } = &mut *forces;
+        let start = dual.at(y, target, f, shares);
+        let (point, steps) = minimise(dual, target, start, f, shares);
+        let (answer, y) = self.certify(b, &point, steps, forces).ok()?;
+        workspace.y = y;
+        Some(answer)
     }
 
     /// Whether forces in the cones, and within the limits, balance `b`; the direction in which limits are reached where
@@ -267,62 +293,67 @@ impl<const D: usize> SquaresProgram<D> {
         if largest > 1.0 + AT_LIMIT { Err(Error::BeyondLimits { direction }) } else { Ok(Some(direction)) }
     }
 
+    /// What forces leave of `b`.
+    fn residual(&self, b: &Wrench<D>, forces: &ContactForces) -> Wrench<D> {
+        residual(b, self.grasp.maps().iter().zip(forces.forces.iter().copied()))
+    }
+
     /// What the forces of a point are worth.
     #[inline]
-    fn certify(
+    pub(crate) fn certify<R: Real>(
         &self,
         b: &Wrench<D>,
-        point: &DualPoint<D>,
+        point: &DualPoint<D, R>,
         steps: usize,
         forces: &ContactForces,
     ) -> Result<(Certificate<D>, Wrench<D>)> {
-        let dual = self.dual.physical(&point.y);
+        let (y, gradient) = (values(&point.y), values(&point.gradient));
+        let dual = self.dual.physical(&y);
         let (mut sigma, mut size) = (0.0, 0.0);
         for (contact, force) in self.dual.contacts.iter().zip(&forces.forces) {
             let half = 0.5 * contact.weight;
             sigma += half * (force - contact.reference).norm_squared();
             size += half * (force.norm_squared() + contact.reference.norm_squared());
         }
-        let gap = match &self.slack {
-            None => point.y.dot(&point.gradient).abs(),
-            Some(slack) => {
-                let rest = residual(&self.grasp, b, &forces.forces);
-                let priced = slack.inverse * dual;
-                let cost = 0.5 * slack.price.norm(&rest).powi(2);
-                sigma += cost;
-                size += cost;
-                0.5 * slack.price.norm(&(rest + priced)).powi(2)
-            }
-        };
-        let gap = if gap == 0.0 { 0.0 } else { gap / size };
-        // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
-        let rounding = ROUNDED_BALANCE * point.y.norm() * point.size / size;
-        let allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
-        let missing = if self.slack.is_some() {
-            // A high price makes large multipliers, and their rounding moves the forces. The gap proves the forces and their
-            // residual together, so that it may vouch for them.
-            let rounded = ROUNDED_BALANCE * point.y.norm();
-            let missing = (point.gradient.norm() - rounded).max(0.0) / point.size.max(f64::MIN_POSITIVE);
-            if gap <= self.rtol && missing <= PRICED_BALANCE { 0.0 } else { missing }
+        let (gap, missing, allowed);
+        if let Some(slack) = &self.slack {
+            let rest = self.residual(b, forces);
+            let cost = 0.5 * slack.price.norm(&rest).powi(2);
+            (sigma, size) = (sigma + cost, size + cost);
+            // The forces are those of the multiplier: what the residual is away from its own is the whole error.
+            let left = rest + slack.inverse * dual;
+            gap = 0.5 * slack.price.norm(&left).powi(2);
+            allowed = self.rtol;
+            missing =
+                self.unpriced(b, &rest, &left, forces).max(R::FINENESS * self.dual.rounding(&y, forces));
         } else {
+            // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
+            let rounding = ROUNDED_BALANCE * y.norm() * point.size / size;
+            gap = y.dot(&gradient).abs();
+            allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
             let held = self.least.iter().copied().fold(0.0, f64::max);
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
-            imbalance(b, &self.units, held, contacts)
-        };
+            missing = imbalance(b, &self.units, held, contacts);
+        }
+        let gap = if gap == 0.0 { 0.0 } else { gap / size };
         let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
             Unmet::Balance { found: missing, allowed: FEASIBILITY_TOLERANCE }
         } else if gap > allowed || gap.is_nan() {
             Unmet::Gap { found: gap, allowed }
         } else {
             let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };
-            return Ok((certificate, point.y));
+            return Ok((certificate, y));
         };
         Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
     }
-}
 
-fn residual<const D: usize>(grasp: &Grasp<D>, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-    grasp.maps().iter().zip(forces).fold(-b, |rest, (map, force)| rest + map * force)
+    /// What lies between the residual of the forces and that of the multiplier, as a share of the wrench.
+    fn unpriced(&self, b: &Wrench<D>, rest: &Wrench<D>, left: &Wrench<D>, forces: &ContactForces) -> f64 {
+        let [b, rest, left] = [b, rest, left].map(|wrench| wrench.component_mul(&self.units).lp_norm(1));
+        let pressing: f64 = forces.forces.iter().map(ContactForce::norm).sum::<f64>() * self.units[0];
+        let left = (left - ROUNDED_TERMS * pressing).max(0.0);
+        if left > 0.0 { left / (b + rest) } else { 0.0 }
+    }
 }
 
 /// Whether Newton's method ended, and forces miss the balance by little: what rounding may have done.

@@ -5,34 +5,54 @@
 //! bound is active, because the set is convex. The force is then projected onto the disc (for soft fingers the ellipsoid)
 //! of that normal force.
 
-use crate::grasp::contact::ContactForce;
-use crate::wrench_set::cone::cone_slope;
+use nalgebra::SVector;
+
+use crate::linalg::real::{Real, norm};
+
+/// A contact force in numbers of some precision.
+pub(crate) type Force<R> = SVector<R, 4>;
 
 /// The nearest force of a convex set, and the derivative `J = sum_k shares_k axes_k axes_k^T` of the projection.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Projection {
-    pub(crate) force: ContactForce,
+pub(crate) struct Projection<R: Real = f64> {
+    pub(crate) force: Force<R>,
     /// The normalised normal force, or the sum of coefficients of extreme forces.
-    pub(crate) share: f64,
+    pub(crate) share: R,
     /// Whether the point lies inside: `J` is the identity on all components that the contact has.
     pub(crate) inside: bool,
     pub(crate) count: usize,
-    pub(crate) axes: [ContactForce; 4],
-    pub(crate) shares: [f64; 4],
+    pub(crate) axes: [Force<R>; 4],
+    pub(crate) shares: [R; 4],
 }
 
-impl Projection {
+impl<R: Real> Projection<R> {
     /// A force that does not change.
-    pub(crate) fn fixed(force: ContactForce, share: f64) -> Self {
-        let axes = [ContactForce::zeros(); 4];
-        Self { force, share, inside: false, count: 0, axes, shares: [0.0; 4] }
+    pub(crate) fn fixed(force: Force<R>, share: R) -> Self {
+        let axes = [Force::repeat(R::zero()); 4];
+        Self { force, share, inside: false, count: 0, axes, shares: [R::zero(); 4] }
     }
 
     #[inline]
-    pub(crate) fn push(&mut self, axis: ContactForce, share: f64) {
+    pub(crate) fn push(&mut self, axis: Force<R>, share: R) {
         self.axes[self.count] = axis;
         self.shares[self.count] = share;
         self.count += 1;
+    }
+}
+
+impl Projection {
+    /// The same in numbers of another precision.
+    #[inline]
+    pub(crate) fn converted<R: Real>(self) -> Projection<R> {
+        let wide = |force: Force<f64>| force.map(R::from);
+        Projection {
+            force: wide(self.force),
+            share: R::from(self.share),
+            inside: self.inside,
+            count: self.count,
+            axes: self.axes.map(wide),
+            shares: self.shares.map(R::from),
+        }
     }
 }
 
@@ -48,191 +68,226 @@ pub(crate) struct CutCone {
 
 impl CutCone {
     #[inline]
-    pub(crate) fn project(&self, x: &ContactForce) -> Projection {
+    pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         let onto_cone = if self.gamma == 0.0 { self.hard(x) } else { self.soft(x) };
-        if onto_cone.force[0] > self.high {
-            self.disc(x, self.high)
-        } else if onto_cone.force[0] < self.low {
-            self.disc(x, self.low)
+        let (low, high) = (R::from(self.low), R::from(self.high));
+        if onto_cone.force[0] > high {
+            self.disc(x, high)
+        } else if onto_cone.force[0] < low {
+            self.disc(x, low)
         } else {
             onto_cone
         }
     }
 
     #[inline]
-    fn hard(&self, x: &ContactForce) -> Projection {
-        let (n, mu) = (x[0], self.mu);
-        let r = (x[1] * x[1] + x[2] * x[2]).sqrt();
-        if n >= 0.0 && r <= mu * n {
-            let mut same = Projection::fixed(ContactForce::new(n, x[1], x[2], 0.0), 0.0);
+    fn hard<R: Real>(&self, x: &Force<R>) -> Projection<R> {
+        let (zero, n, mu) = (R::zero(), x[0], self.mu);
+        let r = (x[1] * x[1] + x[2] * x[2]).square_root();
+        if n >= zero && r <= n.times(mu) {
+            let mut same = Projection::fixed(Force::new(n, x[1], x[2], zero), zero);
             same.inside = true;
             return same;
         }
-        if mu * r <= -n {
-            return Projection::fixed(ContactForce::zeros(), 0.0);
+        if r.times(mu) <= -n {
+            return Projection::fixed(Force::repeat(zero), zero);
         }
-        let square = 1.0 + mu * mu;
-        let c = (n + mu * r) / square;
-        let (u, v) = (x[1] / r, x[2] / r);
-        let mut found = Projection::fixed(ContactForce::new(c, mu * c * u, mu * c * v, 0.0), 0.0);
-        let length = square.sqrt().recip();
-        found.push(ContactForce::new(length, mu * length * u, mu * length * v, 0.0), 1.0);
-        found.push(ContactForce::new(0.0, -v, u, 0.0), mu * c / r);
+        let square = R::from(1.0) + R::from(mu).times(mu);
+        let c = (n + r.times(mu)) / square;
+        let (u, v, slope) = (x[1] / r, x[2] / r, c.times(mu));
+        let mut found = Projection::fixed(Force::new(c, slope * u, slope * v, zero), zero);
+        let length = R::from(1.0) / square.square_root();
+        let along = length.times(mu);
+        found.push(Force::new(length, along * u, along * v, zero), R::from(1.0));
+        found.push(Force::new(zero, -v, u, zero), slope / r);
         found
     }
 
     /// The nearest point `p` has `(I + lambda D) p = x` and `p^T D p = 0` with `D = diag(-1, 1/mu^2, 1/mu^2, 1/gamma^2)`.
     /// The unknown is `u = lambda / (1 + lambda)`: the only root of a function that decreases on `[0, 1]`.
-    fn soft(&self, x: &ContactForce) -> Projection {
-        let (mu, gamma) = (self.mu, self.gamma);
+    fn soft<R: Real>(&self, x: &Force<R>) -> Projection<R> {
+        let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let meridian = Meridian::of(x);
         let (a, b) = (meridian.a, meridian.b);
-        if (a / mu).hypot(b / gamma) <= x[0] {
-            let mut same = Projection::fixed(*x, 0.0);
+        if (a / mu).hypotenuse(b / gamma) <= x[0] {
+            let mut same = Projection::fixed(*x, R::zero());
             same.inside = true;
             return same;
         }
-        if cone_slope(x, mu, gamma) <= -x[0] {
-            return Projection::fixed(ContactForce::zeros(), 0.0);
+        if (a * mu).hypotenuse(b * gamma) <= -x[0] {
+            return Projection::fixed(Force::repeat(R::zero()), R::zero());
         }
-        let u = self.root(a, b, 2.0, x[0]);
-        let (p, q) = self.shrunk(a, b, u);
-        let n = (p / mu).hypot(q / gamma);
-        let mut found = Projection::fixed(meridian.force(n, p, q), 0.0);
-        let length = (n * n + p * p + q * q).sqrt();
-        if length == 0.0 {
+        let u = self.root(a, b, x[0]);
+        let v = R::from(1.0) - u;
+        let (p, q) = (a * kept(v, u, mu), b * kept(v, u, gamma));
+        let n = (p / mu).hypotenuse(q / gamma);
+        let mut found = Projection::fixed(meridian.force(n, p, q), R::zero());
+        let length = norm(&found.force);
+        if length == R::zero() {
             return found;
         }
-        found.push(found.force / length, 1.0);
-        found.push(meridian.across(), kept(u, mu));
+        found.push(found.force / length, R::from(1.0));
+        found.push(meridian.across(), kept(v, u, mu));
         // Orthogonal to the point and to the normal of the cone, in the plane of the meridian.
         let slope = [-n, p / (mu * mu), q / (gamma * gamma)];
         let cross = [p * slope[2] - q * slope[1], q * slope[0] - n * slope[2], n * slope[1] - p * slope[0]];
-        let size = cross[0].hypot(cross[1]).hypot(cross[2]);
-        if size > 0.0 {
+        let size = cross[0].hypotenuse(cross[1]).hypotenuse(cross[2]);
+        if size > R::zero() {
             let [n, p, q] = cross.map(|c| c / size);
-            let curvature = ((p / mu).powi(2) + (q / gamma).powi(2) - n * n).max(0.0);
-            found.push(meridian.force(n, p, q), (1.0 - u) / ((1.0 - u) + u * curvature));
+            let (pm, qg) = (p / mu, q / gamma);
+            let curvature = pm * pm + qg * qg - n * n;
+            let curvature = if curvature < R::zero() { R::zero() } else { curvature };
+            found.push(meridian.force(n, p, q), v / (v + u * curvature));
         }
         found
     }
 
     /// The point of normal force `level` nearest to `x`.
-    fn disc(&self, x: &ContactForce, level: f64) -> Projection {
-        let (mu, gamma) = (self.mu, self.gamma);
-        if level == 0.0 {
-            return Projection::fixed(ContactForce::zeros(), 0.0);
+    fn disc<R: Real>(&self, x: &Force<R>, level: R) -> Projection<R> {
+        let (zero, one) = (R::zero(), R::from(1.0));
+        let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
+        if level == zero {
+            return Projection::fixed(Force::repeat(zero), zero);
         }
-        if gamma == 0.0 {
-            let (r, radius) = ((x[1] * x[1] + x[2] * x[2]).sqrt(), mu * level);
+        if self.gamma == 0.0 {
+            let (r, radius) = ((x[1] * x[1] + x[2] * x[2]).square_root(), mu * level);
             if r <= radius {
-                let mut found = Projection::fixed(ContactForce::new(level, x[1], x[2], 0.0), 0.0);
-                found.push(ContactForce::new(0.0, 1.0, 0.0, 0.0), 1.0);
-                found.push(ContactForce::new(0.0, 0.0, 1.0, 0.0), 1.0);
+                let mut found = Projection::fixed(Force::new(level, x[1], x[2], zero), zero);
+                found.push(Force::new(zero, one, zero, zero), one);
+                found.push(Force::new(zero, zero, one, zero), one);
                 return found;
             }
             let (u, v) = (x[1] / r, x[2] / r);
-            let mut found = Projection::fixed(ContactForce::new(level, radius * u, radius * v, 0.0), 0.0);
-            found.push(ContactForce::new(0.0, -v, u, 0.0), radius / r);
+            let mut found = Projection::fixed(Force::new(level, radius * u, radius * v, zero), zero);
+            found.push(Force::new(zero, -v, u, zero), radius / r);
             return found;
         }
         let meridian = Meridian::of(x);
         let (a, b) = (meridian.a, meridian.b);
-        if (a / mu).hypot(b / gamma) <= level {
-            let mut found = Projection::fixed(ContactForce::new(level, x[1], x[2], x[3]), 0.0);
+        if (a / mu).hypotenuse(b / gamma) <= level {
+            let mut found = Projection::fixed(Force::new(level, x[1], x[2], x[3]), zero);
             for component in 1..4 {
-                let mut axis = ContactForce::zeros();
-                axis[component] = 1.0;
-                found.push(axis, 1.0);
+                let mut axis = Force::repeat(zero);
+                axis[component] = one;
+                found.push(axis, one);
             }
             return found;
         }
-        let u = self.root(a, b, 1.0, level);
-        let (p, q) = self.shrunk(a, b, u);
-        let mut found = Projection::fixed(meridian.force(level, p, q), 0.0);
-        found.push(meridian.across(), kept(u, mu));
+        let lambda = self.multiplier(a, b, level);
+        let (p, q) = (a * kept(one, lambda, mu), b * kept(one, lambda, gamma));
+        let mut found = Projection::fixed(meridian.force(level, p, q), zero);
+        found.push(meridian.across(), kept(one, lambda, mu));
         let (along, aside) = (-q / (gamma * gamma), p / (mu * mu));
-        let size = along.hypot(aside);
-        if size > 0.0 {
+        let size = along.hypotenuse(aside);
+        if size > zero {
             let (along, aside) = (along / size, aside / size);
-            let curvature = (along / mu).powi(2) + (aside / gamma).powi(2);
-            found.push(meridian.force(0.0, along, aside), (1.0 - u) / ((1.0 - u) + u * curvature));
+            let (am, ag) = (along / mu, aside / gamma);
+            let curvature = am * am + ag * ag;
+            found.push(meridian.force(zero, along, aside), one / (one + lambda * curvature));
         }
         found
     }
 
-    /// The root on `[0, 1]` of `(1 - times u) R(u) = right`, with `R^2 = (a mu / A)^2 + (b gamma / B)^2`,
+    /// The root on `[0, 1]` of `(1 - 2 u) R(u) = right`, with `R^2 = (a mu / A)^2 + (b gamma / B)^2`,
     /// `A = mu^2 (1 - u) + u` and `B = gamma^2 (1 - u) + u`: by Newton's method between bounds. The left side falls.
-    fn root(&self, a: f64, b: f64, times: f64, right: f64) -> f64 {
-        let (mu2, gamma2) = (self.mu * self.mu, self.gamma * self.gamma);
-        let (mut low, mut high) = (0.0_f64, 1.0_f64);
-        let mut u = 0.0;
+    fn root<R: Real>(&self, a: R, b: R, right: R) -> R {
+        let (one, two) = (R::from(1.0), R::from(2.0));
+        let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
+        let (mu2, gamma2) = (mu * mu, gamma * gamma);
+        let (mut low, mut high) = (R::zero(), one);
+        let mut u = R::zero();
+        let rounded = 2.0 * f64::EPSILON * R::FINENESS;
         for _ in 0..MAX_ROOT_STEPS {
-            let (wide, twist) = (mu2 * (1.0 - u) + u, gamma2 * (1.0 - u) + u);
-            let (p, q) = (a * self.mu / wide, b * self.gamma / twist);
-            let reach = p.hypot(q);
-            let value = (1.0 - times * u) * reach - right;
-            if value > 0.0 {
+            let (wide, twist) = (mu2 * (one - u) + u, gamma2 * (one - u) + u);
+            let (p, q) = (a * mu / wide, b * gamma / twist);
+            let reach = p.hypotenuse(q);
+            let value = (one - two * u) * reach - right;
+            if value > R::zero() {
                 low = u;
             } else {
                 high = u;
             }
-            let falls = (p * p * (1.0 - mu2) / wide + q * q * (1.0 - gamma2) / twist) / reach;
-            let slope = -times * reach - (1.0 - times * u) * falls;
+            let falls = (p * p * (one - mu2) / wide + q * q * (one - gamma2) / twist) / reach;
+            let slope = -two * reach - (one - two * u) * falls;
             let next = u - value / slope;
-            let rounding = 2.0 * f64::EPSILON * (reach + right.abs());
-            if value.abs() <= rounding || (next - u).abs() <= 2.0 * f64::EPSILON * u {
-                return next.clamp(low, high);
+            let rounding = (reach + right.magnitude()).times(rounded);
+            if value.magnitude() <= rounding || (next - u).magnitude() <= u.times(rounded) {
+                return if next < low {
+                    low
+                } else if next > high {
+                    high
+                } else {
+                    next
+                };
             }
-            u = if next > low && next < high { next } else { 0.5 * (low + high) };
+            u = if next > low && next < high { next } else { (low + high).times(0.5) };
         }
         u
     }
 
-    /// The tangential force and the torsion after the root `u`.
-    fn shrunk(&self, a: f64, b: f64, u: f64) -> (f64, f64) {
-        (a * kept(u, self.mu), b * kept(u, self.gamma))
+    /// The multiplier `lambda` for which `(a mu / (mu^2 + lambda), b gamma / (gamma^2 + lambda))` is as long as `level`.
+    /// The reciprocal of that length is nearly linear: Newton's method rises to the root.
+    fn multiplier<R: Real>(&self, a: R, b: R, level: R) -> R {
+        let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
+        let (mu2, gamma2) = (mu * mu, gamma * gamma);
+        let rounded = 2.0 * f64::EPSILON * R::FINENESS;
+        let mut lambda = R::zero();
+        for _ in 0..MAX_ROOT_STEPS {
+            let (wide, twist) = (mu2 + lambda, gamma2 + lambda);
+            let (p, q) = (a * mu / wide, b * gamma / twist);
+            let length = p.hypotenuse(q);
+            let above = length / level - R::from(1.0);
+            let step = above / ((p / length) * (p / length) / wide + (q / length) * (q / length) / twist);
+            lambda += step;
+            if above.value() <= rounded || step <= lambda.times(rounded) {
+                break;
+            }
+        }
+        lambda
     }
 }
 
-/// `1 / (1 + lambda / coefficient^2)` with `u = lambda / (1 + lambda)`.
-fn kept(u: f64, coefficient: f64) -> f64 {
-    let inside = coefficient * coefficient * (1.0 - u);
+/// `1 / (1 + lambda / coefficient^2)` with `lambda = u / v`.
+fn kept<R: Real>(v: R, u: R, coefficient: R) -> R {
+    let inside = coefficient * coefficient * v;
     inside / (inside + u)
 }
 
 /// Bisection alone ends after these; Newton's steps take less than ten as a rule.
-const MAX_ROOT_STEPS: usize = 100;
+const MAX_ROOT_STEPS: usize = 220;
 
 /// The half plane through the axis of the cone in which a force lies: `a` across the normal, `b` of torsion.
-struct Meridian {
-    a: f64,
-    b: f64,
-    direction: [f64; 2],
+struct Meridian<R> {
+    a: R,
+    b: R,
+    direction: [R; 2],
     twist: f64,
 }
 
-impl Meridian {
-    fn of(x: &ContactForce) -> Self {
-        let a = x[1].hypot(x[2]);
-        let direction = if a > 0.0 { [x[1] / a, x[2] / a] } else { [1.0, 0.0] };
-        Self { a, b: x[3].abs(), direction, twist: if x[3] < 0.0 { -1.0 } else { 1.0 } }
+impl<R: Real> Meridian<R> {
+    fn of(x: &Force<R>) -> Self {
+        let zero = R::zero();
+        let a = x[1].hypotenuse(x[2]);
+        let direction = if a > zero { [x[1] / a, x[2] / a] } else { [R::from(1.0), zero] };
+        Self { a, b: x[3].magnitude(), direction, twist: if x[3] < zero { -1.0 } else { 1.0 } }
     }
 
-    fn force(&self, n: f64, a: f64, b: f64) -> ContactForce {
-        ContactForce::new(n, a * self.direction[0], a * self.direction[1], b * self.twist)
+    fn force(&self, n: R, a: R, b: R) -> Force<R> {
+        Force::new(n, a * self.direction[0], a * self.direction[1], b.times(self.twist))
     }
 
     /// The unit vector around the axis.
-    fn across(&self) -> ContactForce {
-        ContactForce::new(0.0, -self.direction[1], self.direction[0], 0.0)
+    fn across(&self) -> Force<R> {
+        Force::new(R::zero(), -self.direction[1], self.direction[0], R::zero())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grasp::contact::ContactForce;
     use crate::test_numbers::numbers;
+    use crate::wrench_set::cone::cone_slope;
 
     /// Cones of all kinds with a point anywhere around them.
     fn cases() -> impl Iterator<Item = (CutCone, ContactForce)> {

@@ -4,8 +4,8 @@
 //! - [`columns`]: column generation, by the furthest force of a cone in closed form.
 //! - [`newton`]: Newton's method on the optimality conditions. [`contact_status`]: what a contact does at the optimum;
 //!   [`optimal_point`]: the conditions at a point; [`optimality_system`]: one step; [`start`]: the first point.
-//! - [`tie_break`]: the choice among forces that are equally good; [`choice`]: how it ended. [`segment`]: how far they can move along a line;
-//!   [`face_choice`]: where several directions are free.
+//! - [`tie_break`]: the choice among forces that are equally good; [`segment`]: how far they can move along a line;
+//!   [`face_choice`]: where several directions are free; [`choice`]: whether they are unique, chosen or left open.
 //! - [`interior_point_socp`]: Clarabel's answer, where column generation stalls.
 
 pub(crate) mod choice;

@@ -13,7 +13,7 @@ use crate::force::certificate::{Certificate, ContactForces, Requirements, loosen
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
 use crate::force::simplex::pricing::{Objective, UNUSED};
-use crate::force::simplex::primal::{Outcome, Simplex, Target};
+use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::true_cones::choice::Choice;
 use crate::force::true_cones::columns::ConeColumns;
 use crate::force::true_cones::contact_status::StandardCone;
@@ -87,12 +87,7 @@ impl<const D: usize> ConeProgram<D> {
             return Ok(answer);
         }
         let answer = self.solve_in_doubles(workspace, b, forces);
-        let unclear = match &answer {
-            Err(Error::NotConverged { .. }) => true,
-            Err(Error::InfeasibleWrench { direction, .. }) => !self.precise.clearly_separated(direction, b),
-            _ => false,
-        };
-        if !unclear {
+        if !self.precise.must_decide(&answer, b) {
             return answer;
         }
         interrupt::check()?;
@@ -234,7 +229,7 @@ impl<const D: usize> ConeProgram<D> {
     fn fall_back(
         &self,
         simplex: &mut Simplex<D>,
-        target: &Target<D>,
+        target: &RightHandSide<D>,
         scale: f64,
         forces: &mut ContactForces,
     ) -> Option<SVector<f64, D>> {
@@ -249,7 +244,7 @@ impl<const D: usize> ConeProgram<D> {
             forces.shares[i] = share * scale;
         }
         if size > 0.0 {
-            let rest = Target { wrench: rest / size, ..*target };
+            let rest = RightHandSide { wrench: rest / size, ..*target };
             simplex.cold(&self.columns, &rest);
             self.add_up(simplex, scale * size, forces);
         }

@@ -1,0 +1,67 @@
+//! The worst direction of an answer, as exact as rounding allows: gradients need it more exactly than the bracket.
+
+use crate::convex::expanding_polytope::{Limits, Polytope, Progress, Thinnest};
+use crate::quality::answer::FACETS_BEFORE_SYMMETRY;
+use crate::quality::query::QualityQuery;
+use crate::quality::result::{Quality, QualityWorkspace};
+use crate::tolerances::{MINIMISER_RTOL, MINIMISER_RTOL_OF_CONES};
+
+impl<const D: usize> QualityQuery<'_, D> {
+    /// After [`Self::answer`]: the same answer with a worst direction to [`MINIMISER_RTOL`], and whether another direction
+    /// is as bad.
+    pub(crate) fn sharpened(
+        &self,
+        quality: &Quality<D>,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> (Quality<D>, bool) {
+        // A true cone has no exact minimiser.
+        let rtol = if self.grasp.is_finite() { MINIMISER_RTOL } else { MINIMISER_RTOL_OF_CONES };
+        let limits = Limits { rtol: rtol.min(self.limits.rtol), ..self.limits };
+        let narrow = limits.rtol * quality.rho.abs();
+        // Outside, a bracket that rounding widened by some tolerances hides a search that ended as exactly.
+        let widened =
+            if quality.rho > 0.0 { (2.0 * self.uncertain().norm()).min(10.0 * narrow) } else { 0.0 };
+        let narrow = quality.upper - quality.lower <= narrow + widened;
+        let sharp = if narrow {
+            *quality
+        } else if let Some(grown) = self.grown(quality, &limits, workspace) {
+            grown
+        } else {
+            Self { limits, ..self.clone() }.answer(workspace)
+        };
+        // Where symmetries gave the answer, the images of the minimiser are as bad.
+        let rival = workspace.symmetric || (sharp.rho < 0.0 && self.has_rival(&workspace.polytope, &sharp));
+        (sharp, rival)
+    }
+
+    /// The polytope that gave the answer, grown on; `None` where something else gave it, or it grows too large.
+    fn grown(
+        &self,
+        quality: &Quality<D>,
+        limits: &Limits,
+        workspace: &mut QualityWorkspace<D>,
+    ) -> Option<Quality<D>> {
+        let polytope = &mut workspace.polytope;
+        let gave = self.metric.to_physical(&polytope.thinnest().direction) == quality.direction;
+        if quality.rho >= 0.0 || workspace.symmetric || !gave {
+            return None;
+        }
+        let limits = Limits { max_facets: FACETS_BEFORE_SYMMETRY.min(limits.max_facets / 2), ..*limits };
+        let progress = polytope.grow(&limits, &mut |z| self.support(z));
+        let Thinnest { upper, direction, .. } = *polytope.thinnest();
+        let direction = self.metric.to_physical(&direction);
+        matches!(progress, Progress::Done(_)).then(|| Quality {
+            rho: -upper,
+            lower: -upper,
+            upper: -upper,
+            direction,
+            wrench: direction * upper,
+            ..*quality
+        })
+    }
+
+    /// After [`Self::answer`] found the origin inside: whether another direction is as bad.
+    fn has_rival(&self, polytope: &Polytope<D>, quality: &Quality<D>) -> bool {
+        polytope.has_rival(-quality.lower, &self.metric.to_euclidean(&quality.direction), |z| self.value(z))
+    }
+}
