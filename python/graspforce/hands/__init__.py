@@ -12,7 +12,8 @@ from .known_hands import preset, presets
 from .planner import plan_hand
 from .pose import HandPose
 from .reaching import reach
-from .trial import Trial, largest_pushes, shake
+from .trial import largest_pushes, shake
+from .trial_result import Trial
 
 __all__ = [
     "Fingertip",

@@ -12,6 +12,7 @@ from graspforce._internal.optional_imports import optional
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidInputError
 
+from .model_relations import model_relations
 from .poses import inverse, matrix_of, quaternion_of
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def read_hand(model: Any, palm: str | None, root: str | None) -> HandModel:
         if int(model.site_bodyid[s]) in index
     )  # fmt: skip
     moving = {joint.name for joint in joints}
-    relations = tuple(r for r in _relations(mujoco, model) if r[0] in moving and r[1] in moving)
+    relations = tuple(r for r in model_relations(model) if r[0] in moving and r[1] in moving)
     return HandModel(tuple(bodies), tuple(joints), shapes, sites, relations)
 
 
@@ -224,35 +225,3 @@ def _shape(mujoco: Any, model: Any, g: int, index: dict[int, int]) -> Shape:
         model.geom_size[g].copy(), model.geom_pos[g].copy(), model.geom_quat[g].copy(),
         bool(model.geom_contype[g] or model.geom_conaffinity[g]), vertices, faces,
     )  # fmt: skip
-
-
-_COUPLED = 0.5  # rad: a tendon whose dead band is wider limits its joints, but does not couple them
-
-
-def _relations(mujoco: Any, model: Any) -> list[tuple[str, str, float, float]]:
-    """List dependent joint, driver, ratio and offset, from equalities and short tendons of two joints."""
-    found = []
-    for e in range(model.neq):
-        joint_kind = int(model.eq_type[e]) == int(mujoco.mjtEq.mjEQ_JOINT)
-        if joint_kind and model.eq_obj2id[e] >= 0 and not np.any(model.eq_data[e][2:5]):
-            one, two = (model.joint(int(model.eq_obj1id[e])), model.joint(int(model.eq_obj2id[e])))
-            offset, ratio = (float(x) for x in model.eq_data[e][:2])
-            found.append((one.name, two.name, ratio, float(one.qpos0[0] + offset - ratio * two.qpos0[0])))
-    for t in range(model.ntendon):
-        first, count = int(model.tendon_adr[t]), int(model.tendon_num[t])
-        kinds = model.wrap_type[first : first + count]
-        if count != 2 or (kinds != int(mujoco.mjtWrap.mjWRAP_JOINT)).any() or not model.tendon_limited[t]:
-            continue
-        ends = [int(j) for j in model.wrap_objid[first : first + 2]]
-        coefficients = [float(c) for c in model.wrap_prm[first : first + 2]]
-        # The joint further from the palm depends on the other one.
-        if int(model.jnt_bodyid[ends[0]]) < int(model.jnt_bodyid[ends[1]]):
-            ends, coefficients = ends[::-1], coefficients[::-1]
-        (own, driving), (low, high) = coefficients, model.tendon_range[t]
-        if own * driving >= 0 or (high - low) / abs(own) > _COUPLED:
-            continue
-        # An object that presses on the tip takes up the dead band: the dependent joint is flexed the least.
-        bends_up = abs(model.jnt_range[ends[0]][1]) >= abs(model.jnt_range[ends[0]][0])
-        at = low if bends_up == (own > 0) else high
-        found.append((model.joint(ends[0]).name, model.joint(ends[1]).name, -driving / own, float(at) / own))
-    return found

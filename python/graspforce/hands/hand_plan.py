@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._core import Grasp, Quality, torque_limited_forces, unwarned_grasp
+from graspforce._core import Grasp, Quality
 from graspforce._internal.checks import finite_array, finite_vector, real_number
 from graspforce._internal.restored import expect, expect_array, expect_instance, expect_number
 from graspforce._internal.to_dict import Record
@@ -16,6 +16,7 @@ from graspforce.errors import InfeasibleWrenchError, InvalidFileError, InvalidIn
 
 from .hand import Hand
 from .preload import finger_stiffness, joint_torques, least_forces, slip_onset
+from .torque_polytopes import torque_limited_grasp
 
 if TYPE_CHECKING:
     import os
@@ -198,21 +199,12 @@ class HandPlan(Record):
         InvalidInputError
             The torque limits leave a contact no force.
         """
-        hand, grasp = self.hand, self.grasp
         bound = real_number("max_normal_force", max_normal_force, positive=True)
-        limits = hand.torque_limits[hand.driven]
-        forces = []
-        for k, (axes, J) in enumerate(zip(grasp.frames, self.jacobians @ hand.coupling, strict=True)):
-            mu = float(grasp.friction[k])
-            try:
-                forces.append(torque_limited_forces(axes @ J, limits, mu, bound, 8))
-            except InvalidInputError as error:
-                name = hand.fingertips[self.fingers[k]].name
-                raise InvalidInputError(f"torque_limits: finger {name!r}: {error}") from None
-        return unwarned_grasp(
-            grasp.positions, grasp.normals, grasp.friction, bound, origin=grasp.origin,
-            length_scale=grasp.length_scale, extreme_forces=forces,
-        )  # fmt: skip
+        names = [self.hand.fingertips[f].name for f in self.fingers]
+        hand = self.hand
+        return torque_limited_grasp(
+            self.grasp, self.jacobians @ hand.coupling, hand.torque_limits[hand.driven], bound, names
+        )
 
     def save(
         self, path: str | os.PathLike[str], *, mesh: str | os.PathLike[str] | None = None, unit: str = "m"

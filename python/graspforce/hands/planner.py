@@ -23,7 +23,6 @@ from .plan_making import Maker
 from .search import Search
 
 if TYPE_CHECKING:
-    from collections import Counter
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
@@ -188,7 +187,7 @@ def plan_hand(
                 raise
             search.interrupted = True
     if not plans:
-        raise NoGraspError(_why(search.counts, search.expired))
+        raise NoGraspError(search.why())
     stopped: SearchEnd = "interrupted" if search.interrupted else "time" if search.expired else "done"
     plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
     kept = maker.with_pregrasps(plans[:best])
@@ -230,21 +229,3 @@ def _refuse_wide(kinematics: HandKinematics, problem: GraspProblem) -> None:
             f"mesh: the object is {width * 1e3:.0f} mm wide where it is narrowest, and the tips of "
             f"{hand.name!r} open {opening * 1e3:.0f} mm; check the unit of the mesh"
         )
-
-
-def _why(counts: Counter[str], expired: bool) -> str:
-    parts = [
-        (counts["unreached"], "did not bring all tips to the surface"),
-        (counts["colliding"], "are in collision"),
-        (counts["off their pads"], "touch beside the pads"),
-        (counts["open"], "are not force closure"),
-        (counts["without preload"], "have no forces that press all fingers within friction"),
-        (counts["beyond torques"], "press less than a quarter of the preload within the torque limits"),
-    ]
-    reasons = ", ".join(f"{count} {reason}" for count, reason in parts if count)
-    hint = (
-        "time was over"
-        if expired
-        else "more starts, other fingers, less preload or a larger time limit may help"
-    )
-    return f"no grasp found: of {counts['tried']} poses {reasons or 'none was measured'}; {hint}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from .distances import Distances
 from .grasped_object import grasped_object
 from .kinematics import HandKinematics, Poses
 from .pose import HandPose
-from .poses import quaternion_of
+from .reach_seeds import reach_seeds
 from .snap import SnapOptions, nearest_axis_points, snap
 
 if TYPE_CHECKING:
@@ -30,9 +29,6 @@ if TYPE_CHECKING:
     Integers = NDArray[np.int64]
 
 
-_SHAPES = 60
-_JITTER = 0.3  # rad
-_PER_FACING = 0.01  # m: what a pad that looks at the contact is worth, of the misfit of a shape
 _STEPS, _TIME_STEP = 40, 0.1  # of inverse kinematics
 _SEEN = 5e-3  # m: clearances beyond it are not measured
 _OVERLAP = 5e-4  # m
@@ -110,7 +106,7 @@ def reach(
     tries = whole_number("tries", tries, least=1, most=1000)
     grasped = None if mesh is None else grasped_object(mesh)
     found: list[HandPose] = []
-    for chosen, rows, poses in _seeds(hand, p, n, fingers, tries, whole_number("seed", seed, least=0)):
+    for chosen, rows, poses in reach_seeds(hand, p, n, fingers, tries, whole_number("seed", seed, least=0)):
         kinematics = HandKinematics(hand, grasped, chosen)
         distances = Distances(kinematics)
         targets = p[rows] - n[rows] * kinematics.radii[:, None]
@@ -140,63 +136,6 @@ def _accepted(pose: HandPose, tolerance: float, angle: float) -> bool:
 def _misses(pose: HandPose, tolerance: float, angle: float) -> float:
     """How often the tolerances hold what a pose misses by, added up."""
     return pose.position_error / tolerance + pose.normal_error / angle + max(-pose.clearance, 0) / tolerance
-
-
-def _seeds(
-    hand: HandData, p: Array, n: Array, fingers: Sequence[int] | None, tries: int, seed: int
-) -> list[tuple[tuple[int, ...], Integers, Poses]]:
-    """Poses that fit best, by sets of fingers: the fingers in order, the contact of each, and the poses."""
-    count = len(p)
-    if fingers is None:
-        assignments = list(itertools.permutations(range(hand.num_fingers), count))
-    else:
-        most = hand.num_fingers - 1
-        given = tuple(
-            whole_number(f"fingers, entry {k}", f, least=0, most=most) for k, f in enumerate(fingers)
-        )
-        if len(given) != count or len(set(given)) < count:
-            raise InvalidInputError(f"fingers: {list(given)}, expected {count} different fingertips")
-        assignments = [given]
-    kinematics = HandKinematics(hand, None, range(hand.num_fingers))
-    rng = np.random.default_rng(seed)
-    z = hand.posture[hand.driven] + _JITTER * rng.normal(size=(_SHAPES, len(hand.driven)))
-    driven = np.clip(z, *hand.driven_limits.T)
-    palms = Poses(np.zeros((_SHAPES, 3)), np.tile([1.0, 0, 0, 0], (_SHAPES, 1)), driven)
-    places = kinematics.places(palms)
-    cores = [kinematics.model.geom(f"core {k}").id for k in range(hand.num_fingers)]
-    tips, pads = places.geoms[:, cores], np.einsum("bmij,mj->bmi", places.tip_rotations, kinematics.pads)
-    order = np.array(assignments)
-    centers = p[None] - n[None] * kinematics.radii[order][..., None]
-    turn, shift, misfit = _fits(tips[:, order], centers)
-    facing = np.einsum("saij,samj,mi->sam", turn, pads[:, order], n).min(axis=2)
-    score = misfit - _PER_FACING * np.minimum(facing, 0.7)
-    best = np.argsort(score, axis=None, kind="stable")[:tries]
-    groups: dict[tuple[int, ...], list[tuple[int, int]]] = {}
-    for flat in best:
-        s, a = np.unravel_index(flat, score.shape)
-        groups.setdefault(assignments[a], []).append((int(s), int(a)))
-    found = []
-    for assignment, pairs in groups.items():
-        contact_of = np.argsort(assignment).astype(np.int64)
-        poses = Poses(
-            np.array([shift[s, a] for s, a in pairs]),
-            np.array([quaternion_of(turn[s, a]) for s, a in pairs]),
-            driven[[s for s, _ in pairs]],
-        )
-        found.append((tuple(sorted(assignment)), contact_of, poses))
-    return found
-
-
-def _fits(tips: Array, centers: Array) -> tuple[Array, Array, Array]:
-    """Rotations (S, A, 3, 3), shifts (S, A, 3) and misfits (S, A) in m of tips carried to centres."""
-    a, b = tips.mean(axis=2), centers.mean(axis=1)
-    U, _, V = np.linalg.svd(np.einsum("samj,amk->sajk", tips - a[:, :, None], centers - b[:, None]))
-    V = np.swapaxes(V, -1, -2)
-    V[..., 2] *= np.sign(np.linalg.det(V) * np.linalg.det(U))[..., None]
-    turn = V @ np.swapaxes(U, -1, -2)
-    shift = b[None] - np.einsum("saij,saj->sai", turn, a)
-    carried = np.einsum("saij,samj->sami", turn, tips) + shift[:, :, None]
-    return turn, shift, np.linalg.norm(carried - centers[None], axis=3).max(axis=2)
 
 
 def _inverse_kinematics(kinematics: HandKinematics, poses: Poses, targets: Array) -> Poses:

@@ -82,6 +82,26 @@ class Search:
             self.interrupted = True
             return Candidates.joined(parts)
 
+    def why(self) -> str:
+        """Say why no pose became a plan."""
+        counts = self.counts
+        lost = [
+            (counts["unreached"], "did not bring all tips to the surface"),
+            (counts["colliding"], "are in collision"),
+            (counts["off their pads"], "touch beside the pads"),
+        ]
+        # Refined poses are examined, too.
+        useless = [
+            (counts["open"], "are not force closure"),
+            (counts["without preload"], "have no forces that press all fingers within friction"),
+            (counts["beyond torques"], "press less than a quarter of the preload within the torque limits"),
+        ]
+        examined = sum(count for count, _ in useless)
+        reasons = [f"of {counts['tried']} poses {_listed(lost)}"]
+        reasons += [f"of {examined} with contacts {_listed(useless)}"] if examined else []
+        hint = "more starts, other fingers, less preload or a larger time limit may help"
+        return f"no grasp found: {'; '.join(reasons)}; {'time was over' if self.expired else hint}"
+
     def _snapped(self, poses: Poses, pad: float | None) -> Candidates:
         found = measured(
             self._distances, self._problem, snap(self._distances, poses, SnapOptions(pad=pad)), pad
@@ -95,3 +115,7 @@ class Search:
         counts["off their pads"] += int((free & ~usable).sum())
         counts["usable"] += int(usable.sum())
         return found[np.flatnonzero(usable)]
+
+
+def _listed(reasons: list[tuple[int, str]]) -> str:
+    return ", ".join(f"{count} {reason}" for count, reason in reasons if count) or "none failed"
