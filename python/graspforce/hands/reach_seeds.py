@@ -1,4 +1,4 @@
-"""Where the search for given contacts begins: preshaped hands fitted to them by all assignments of fingers."""
+"""Where the search for given contacts begins: preshaped hands fitted by all assignments of fingers."""
 
 from __future__ import annotations
 
