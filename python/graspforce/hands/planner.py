@@ -95,8 +95,8 @@ def plan_hand(
     pushes : array_like, optional
         (W, 6) wrenches by which plans are ranked; by default 1 N along the six axes.
     rank : {"slip onset", "quality"}
-        What decides among plans. Slip onset predicted in simulation what passive fingers hold; quality, what
-        actively distributed forces can resist.
+        What decides among plans: what passive fingers hold before one slips, or what the best forces can
+        resist.
     seeds : {"palms", "contacts", "both"}
         Whether the search begins with palms around the object, or with good contacts that a preshaped hand
         fits. The latter is for three fingers.

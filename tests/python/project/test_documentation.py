@@ -35,6 +35,7 @@ NOT_RUN = {
     "graspforce plan-hand my_hand.yaml egg.off --unit mm": HANDS,
     "graspforce shake plan.json --closing": HANDS,
     "python benches/hands.py": LONG,
+    "python benches/hands.py --objects 10 --only four --ablations": LONG,
     "make demo": CI,
     "make test": CI,
     "make lint": CI,

@@ -32,7 +32,11 @@ CONTRACT = {
     "within_limits slip_margin",
     gf.ForceBatch: "forces sigma_max sigma_sum status",
     gf.Plan: "params quality grasp history",
-    gf: "quality_many plan from_mujoco GraspForceError InvalidGraspError InvalidInputError "
+    gf.hands.Hand: "load joints joint_limits torque_limits coupling fingertips stiffness reach",
+    gf.hands.HandPose: "palm joints position_error normal_error clearance",
+    gf.hands.HandPlan: "palm joints pregrasp grasp quality penetration contact_error slip_onset torques squeeze",
+    gf.hands.Trial: "held displacement rotation",
+    gf: "plan_hand quality_many plan from_mujoco GraspForceError InvalidGraspError InvalidInputError "
     "InfeasibleWrenchError TooLargeError",
 }
 
