@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 
 
 _CUTS = (0.2, 0.35, 0.5, 0.65, 0.8)
+_FINE = 3000  # triangles: of more, those are left out that matter less than these shares of the extent
+_COARSER = 2e-4, 5e-4, 1e-3
 _SLIVER = 1e-4  # of the solid's volume: a smaller piece is dropped
 
 
 def hull_of(vertices: Array) -> Triangles:
     """Vertices and outward triangles of the convex hull of points (V, 3)."""
     manifold = optional("manifold3d", "hands")
-    return _triangles(manifold.Manifold.hull_points(np.ascontiguousarray(vertices)))
+    return _triangles(_simplified(manifold.Manifold.hull_points(np.ascontiguousarray(vertices))).hull())
 
 
 def convex_parts(vertices: Array, faces: NDArray[np.int64], excess: float, most: int) -> list[Triangles]:
@@ -38,6 +40,7 @@ def convex_parts(vertices: Array, faces: NDArray[np.int64], excess: float, most:
     )
     if solid.status() != manifold.Error.NoError:
         raise InvalidInputError(f"mesh: its parts cannot be cut into convex ones: {solid.status().name}")
+    solid = _simplified(solid)
     volume = solid.volume()
     axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=False)[2]
     pieces = _pieces(solid, volume)
@@ -48,6 +51,17 @@ def convex_parts(vertices: Array, faces: NDArray[np.int64], excess: float, most:
             break
         pieces[:1] = best
     return [_triangles(piece.hull()) for _, piece in pieces]
+
+
+def _simplified(solid: Any) -> Any:
+    """Leave out corners of a fine mesh that hardly matter, until it is small or coarse enough."""
+    box = np.array(solid.bounding_box()).reshape(2, 3)
+    extent = float((box[1] - box[0]).max())
+    for share in _COARSER:
+        if solid.num_tri() <= _FINE:
+            break
+        solid = solid.simplify(share * extent)
+    return solid
 
 
 def _pieces(solid: Any, volume: float) -> list[tuple[float, Any]]:

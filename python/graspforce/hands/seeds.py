@@ -55,7 +55,7 @@ def palm_seeds(
     signed, near, outward = (x.reshape(len(free), T.shape[1], -1) for x in grasped.distance(T.reshape(-1, 3)))
     gap = np.abs(signed[..., 0] - kinematics.radii).max(axis=1)
     first = np.argsort(gap, kind="stable")
-    first = first[gap[first] < max(_REACH, float(gap[first[0]]))][:_MEASURED]
+    first = first[gap[first] < max(_REACH, float(gap[first[0]]))][: max(_MEASURED, keep)]
     if not len(first):
         first = np.argsort(gap, kind="stable")[:keep]
     facing = -(np.einsum("nij,nkj->nki", R[free[first]], pads[chosen[free[first]]]) * outward[first]).sum(
@@ -99,10 +99,10 @@ def contact_seeds(
     shape = misfit.argmin(axis=1)
     misfit = misfit.min(axis=1)
     if reach:
-        first = np.argsort(misfit, kind="stable")[:_MEASURED]
+        first = np.argsort(misfit, kind="stable")[: max(_MEASURED, keep)]
         score = _epsilon(problem, points[sets[first]], normals[sets[first]]) - 2 * _PER_GAP * misfit[first]
     else:
-        first = np.arange(min(len(sets), _MEASURED))
+        first = np.arange(min(len(sets), max(_MEASURED, keep)))
         score = _epsilon(problem, points[sets[first]], normals[sets[first]])
     best = first[np.argsort(-score, kind="stable")[:keep]]
     fitted = [fitted_pose(tips[shape[k]], centers[k]) for k in best]

@@ -118,6 +118,9 @@ def test_convex_parts_cover_the_object_and_little_more():
         assert -0.01 < grasped.excess < most
         inside, _ = trimesh.sample.sample_surface(mesh, 300, seed=0)[:2]
         assert (grasped.distance(np.asarray(inside))[0] < 1e-6).all()
+    fine = grasped_object(trimesh.creation.torus(0.04, 0.01, major_sections=128, minor_sections=64))
+    assert -0.01 < fine.excess < 0.035
+    assert max(len(faces) for _, faces in fine.parts) < 1500
     assert len(grasped_object(box(0.03, 0.04, 0.05)).parts) == 1
     assert grasped_object(box(0.03, 0.04, 0.05)).width == pytest.approx(0.03)
 

@@ -34,7 +34,8 @@ CONTRACT = {
     gf.Plan: "params quality grasp history",
     gf.hands.Hand: "load joints joint_limits torque_limits coupling fingertips stiffness reach",
     gf.hands.HandPose: "palm joints position_error normal_error clearance",
-    gf.hands.HandPlan: "palm joints pregrasp grasp quality penetration contact_error slip_onset torques squeeze",
+    gf.hands.HandPlan: "palm joints pregrasp grasp quality penetration contact_error slip_onset torques "
+    "squeeze",
     gf.hands.Trial: "held displacement rotation",
     gf: "plan_hand quality_many plan from_mujoco GraspForceError InvalidGraspError InvalidInputError "
     "InfeasibleWrenchError TooLargeError",
