@@ -102,7 +102,7 @@ def plan_hand(
         Whether the search begins with palms around the object, or with good contacts that a preshaped hand
         fits. The latter is for three fingers.
     starts : int
-        Poses that are put onto the surface.
+        Largest number of poses that are put onto the surface.
     samples : int
         Random palms, or sets of contacts, from which the starts are chosen.
     refine : bool
