@@ -257,3 +257,37 @@ def test_a_hand_survives_what_mujoco_specs_do_afterwards():
     hand = Hand(spec, TIPS)
     spec.delete(spec.body("thumb"))
     assert hand.num_fingers == 3
+
+
+@pytest.mark.parametrize("root", [None, "arm"])
+def test_references_joint_positions_and_arms_above_the_palm_are_taken_over(root):
+    """Joints with a reference and off their body's origin, on a palm below joints that become fixed."""
+    off = {
+        'name="left_bend"': 'name="left_bend" ref="0.3"',
+        'name="thumb_base"': 'name="thumb_base" pos=".01 0 .02"',
+    }
+    arm = '<body name="arm" pos=".1 0 .2" euler=".3 0 0"><joint name="elbow" axis="1 0 0" ref=".4"/>'
+    arm += (
+        '<geom size=".02"/><body name="palm" euler="0 .5 0"><joint name="slide" type="slide" axis="0 1 0"/>'
+    )
+    text = mjcf(
+        **off, **{'<body name="palm" pos="0 0 1">': arm, "</body></worldbody>": "</body></body></worldbody>"}
+    )
+    model = mujoco.MjSpec.from_string(text).compile()
+    data = mujoco.MjData(model)
+    hand = Hand(model, TIPS, palm="palm", root=root)
+    assert len(hand.joints) == 9
+    kinematics = HandKinematics(hand, None, range(3))
+    rng = np.random.default_rng(6)
+    for _ in range(5):
+        z = rng.uniform(*hand.driven_limits.T)
+        for name, angle in zip(hand.joints, z, strict=True):
+            data.qpos[model.joint(name).qposadr[0]] = angle
+        mujoco.mj_kinematics(model, data)
+        R, p = data.body("palm").xmat.reshape(3, 3), data.body("palm").xpos
+        there = np.array([R.T @ (data.geom(tip).xpos - p) for tip in TIPS])
+        np.testing.assert_allclose(kinematics.shapes(z[None])[0], there, atol=1e-12)
+    if root is not None:
+        kinematics.set(kinematics.qpos(Poses(np.zeros((1, 3)), np.eye(4)[:1], z[None]))[0])
+        arm_there = R.T @ (data.body("arm").xpos - p)
+        np.testing.assert_allclose(kinematics.data.body("body 0").xpos, arm_there, atol=1e-12)
