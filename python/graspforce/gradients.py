@@ -99,5 +99,5 @@ class GradientBatch(Record):
         if gradient.positions.ndim == 3:
             for name in ("positions", "normals", "spins", "friction", "max_normal_force"):
                 array = getattr(gradient, name)
-                finite = np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+                finite = np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
                 expect(bool((finite == known).all()), name, "finite numbers, and NaN where the status is 2")

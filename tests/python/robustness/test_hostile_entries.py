@@ -139,7 +139,7 @@ def test_adapters_refuse_what_is_no_simulation(simulator):
 def test_a_mesh_surface_does_not_change_and_refuses_far_contacts():
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
     ball = gf.surfaces.MeshSurface(trimesh.creation.icosphere(radius=0.045))
-    with pytest.raises(AttributeError, match="bounds: a MeshSurface does not change"):
+    with pytest.raises(AttributeError, match="bounds: a MeshSurface is immutable"):
         ball.bounds = 3
     with pytest.raises(gf.InvalidInputError, match=r"positions, contact 1: 39\.\d+ m away"):
         ball.grasp([(0.05, 0, 0), (40, 0, 0)])
