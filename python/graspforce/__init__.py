@@ -5,9 +5,11 @@
 >>> round(grasp.quality("max").epsilon, 6)
 0.57735
 
-Importing the package needs NumPy alone. Files, figures, viewers and simulators are imported when first used.
+Importing the package needs NumPy alone. Files, figures, viewers, hands and simulators
+are imported when first used.
 """
 
+from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 from typing import Any as _Any
 
@@ -38,6 +40,7 @@ from .errors import (
     InvalidInputError,
     MissingExtraError,
     NoContactError,
+    NoGraspError,
     NotConvergedError,
     ResumeError,
     TooLargeError,
@@ -86,6 +89,7 @@ __all__ = [
     "MinkowskiSum",
     "MissingExtraError",
     "NoContactError",
+    "NoGraspError",
     "NotConvergedError",
     "PlacementNoise",
     "PlacementQuality",
@@ -104,10 +108,12 @@ __all__ = [
     "from_mujoco",
     "from_pinocchio",
     "grade",
+    "hands",
     "least_friction",
     "patch",
     "plan",
     "plan_global",
+    "plan_hand",
     "plan_multistart",
     "probability_of_closure",
     "quality_many",
@@ -120,11 +126,14 @@ __all__ = [
 
 
 if _TYPE_CHECKING:
+    from . import hands as hands
     from .files import load_grasp as load_grasp
     from .files import save_grasp as save_grasp
+    from .hands import plan_hand as plan_hand
 
 
 _FROM_FILES = ("load_grasp", "save_grasp")
+_FROM_HANDS = ("hands", "plan_hand")
 
 
 # Files need the extra `cli`. These names are not in __all__: a star import must work without it.
@@ -133,8 +142,12 @@ def __getattr__(name: str) -> _Any:
         from . import files  # noqa: PLC0415
 
         return getattr(files, name)
+    # Two dozen modules that most programs never need.
+    if name in _FROM_HANDS:
+        module = _import_module("graspforce.hands")
+        return module if name == "hands" else module.plan_hand
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_FROM_FILES])
+    return sorted([*globals(), *_FROM_FILES, *_FROM_HANDS])

@@ -27,6 +27,7 @@ __all__ = [
     "InvalidInputError",
     "MissingExtraError",
     "NoContactError",
+    "NoGraspError",
     "NotConvergedError",
     "ResumeError",
     "TooLargeError",
@@ -139,6 +140,18 @@ class BusyError(GraspForceError):
 
 class NoContactError(GraspForceError):
     """Nothing touches the body in the simulation, so that it has no grasp."""
+
+
+class NoGraspError(GraspForceError):
+    """No pose of a hand grasps the object or touches the contacts; the message says why.
+
+    Attributes
+    ----------
+    nearest : HandPose or None
+        Of `Hand.reach`: the pose that comes nearest to the contacts.
+    """
+
+    nearest: Any = None
 
 
 class NotConvergedError(GraspForceError):

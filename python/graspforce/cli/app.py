@@ -11,7 +11,7 @@ from graspforce import __version__
 from graspforce._internal.printable import printable
 from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFileError
 
-from . import forces, grade, info, plan, quality, reproduce, view
+from . import forces, grade, info, plan, plan_hand, quality, reproduce, shake, view
 from .exit_codes import BAD_FILE, FAILED, INFEASIBLE, MEANINGS
 
 _EXIT_CODES = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in MEANINGS.items()) + "."
@@ -27,6 +27,8 @@ app = typer.Typer(
 app.command("quality")(quality.quality)
 app.command("forces")(forces.forces)
 app.command("plan")(plan.plan)
+app.command("plan-hand")(plan_hand.plan_hand_command)
+app.command("shake")(shake.shake_command)
 app.command("grade")(grade.grade)
 app.command("view")(view.view)
 app.command("reproduce")(reproduce.reproduce)

@@ -19,6 +19,7 @@ _KINDS = {
     "string_type": "text",
     "bool_type": "true or false",
     "list_type": "a list",
+    "dict_type": "fields, `name: value`",
     "model_type": "fields, `name: value`",
     "model_attributes_type": "fields, `name: value`",
 }

@@ -16,6 +16,7 @@ except ModuleNotFoundError as error:
     raise MissingExtraError("plot", error) from error
 
 from .figures import grasp_figure, history_figure, polytope_figure, quality_figure, trajectory_figure
+from .hand import draw_hand, hand_figure
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
 from .scene import draw_mesh, frame_view
@@ -25,6 +26,7 @@ from .trajectories import draw_forces
 
 __all__ = [
     "draw_forces",
+    "draw_hand",
     "draw_latencies",
     "draw_mesh",
     "draw_plan_history",
@@ -33,6 +35,7 @@ __all__ = [
     "draw_wrench_polytopes",
     "frame_view",
     "grasp_figure",
+    "hand_figure",
     "history_figure",
     "polytope_figure",
     "quality_figure",

@@ -37,14 +37,19 @@ def draw_mesh(axes: Axes3D, vertices: ArrayLike, faces: ArrayLike, *, alpha: flo
     """
     places, numbers = triangles("mesh", (vertices, faces))
     corners = places[numbers]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
-    shade = 0.75 + 0.25 * (normals @ _LIGHT) / (lengths * np.linalg.norm(_LIGHT))
-    colours = np.clip(shade[:, None] * np.array(to_rgb(OBJECT)), 0, 1)
-    rgba = np.column_stack([colours, np.full(len(shade), alpha)])
+    rgba = shaded(corners, OBJECT, alpha)
     skin: Artist = Poly3DCollection(corners, facecolors=rgba, edgecolors="none", zorder=1)
     axes.add_collection3d(skin)
     return skin
+
+
+def shaded(corners: NDArray[np.float64], color: str, alpha: float) -> NDArray[np.float64]:
+    """(F, 4) colours of triangles (F, 3, 3), darker away from the light."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+    shade = 0.75 + 0.25 * (normals @ _LIGHT) / (lengths * np.linalg.norm(_LIGHT))
+    colours = np.clip(shade[:, None] * np.array(to_rgb(color)), 0, 1)
+    return np.column_stack([colours, np.full(len(shade), alpha)])
 
 
 def frame_view(

@@ -31,6 +31,9 @@ NEEDED = {
     "graspforce.torch.operators": "torch",
     "simulators": "mujoco",
     "learning": "torch",
+    "own_hand": "mink",
+    "graspforce.plotting.hand": "mink",
+    **{f"graspforce.hands.{m}": "mink" for m in ("hand", "known_hands", "planner", "reaching", "trial")},
 }
 
 

@@ -24,12 +24,19 @@ INSTALLS, WAITS, LONG, CI = "installs", "serves until it is ended", "takes minut
 CLUSTER = "needs a cluster"
 SIMULATED = "needs MuJoCo; tests/python/adapters/test_controller_examples.py runs it"
 TRAINED = "needs JAX; tests/python/learning runs it"
+HANDS = "needs MuJoCo; tests/python/hands/test_grasps.py runs it"
 NOT_RUN = {
     "pip install .": INSTALLS,
     "pip install '.[all]'": INSTALLS,
     "graspforce --install-completion": INSTALLS,
     "graspforce view pinched_egg.yaml --wrenches lift.csv": WAITS,
     "graspforce view best.json": WAITS,
+    "pip install '.[hands,cli,plot]'": INSTALLS,
+    "graspforce plan-hand allegro-right egg.off --unit mm --out plan.json --plot plan.png": HANDS,
+    "graspforce plan-hand my_hand.yaml egg.off --unit mm": HANDS,
+    "graspforce shake plan.json --closing": HANDS,
+    "python benches/hands.py": LONG,
+    "python benches/hands.py --objects 10 --only four --ablations": LONG,
     "make demo": CI,
     "make test": CI,
     "make lint": CI,

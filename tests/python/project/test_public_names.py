@@ -15,10 +15,8 @@ import graspforce as gf
 
 MODULES = [
     "graspforce",
-    *(
-        f"graspforce.{m}"
-        for m in ("surfaces", "surrogates", "adapters", "files", "plotting", "viewer", "torch", "jax")
-    ),
+    *(f"graspforce.{m}" for m in ("surfaces", "surrogates", "adapters", "files", "hands")),
+    *(f"graspforce.{m}" for m in ("plotting", "viewer", "torch", "jax")),
 ]
 NEEDED = {"files": "pydantic", "plotting": "matplotlib", "viewer": "viser", "torch": "torch", "jax": "jax"}
 
@@ -34,7 +32,12 @@ CONTRACT = {
     "within_limits slip_margin",
     gf.ForceBatch: "forces sigma_max sigma_sum status",
     gf.Plan: "params quality grasp history",
-    gf: "quality_many plan from_mujoco GraspForceError InvalidGraspError InvalidInputError "
+    gf.hands.Hand: "load joints joint_limits torque_limits coupling fingertips stiffness reach",
+    gf.hands.HandPose: "palm joints position_error normal_error clearance",
+    gf.hands.HandPlan: "palm joints pregrasp grasp quality penetration contact_error slip_onset torques "
+    "squeeze",
+    gf.hands.Trial: "held displacement rotation",
+    gf: "plan_hand quality_many plan from_mujoco GraspForceError InvalidGraspError InvalidInputError "
     "InfeasibleWrenchError TooLargeError",
 }
 
@@ -120,7 +123,43 @@ def mesh_plan(folder):
     return file_of("mesh: box.stl\nstarts: 2\n", "load_problem", folder)
 
 
+def small_hand():
+    mujoco = pytest.importorskip("mujoco", minversion="4")
+    finger = (
+        '<body name="f{0}" pos="{1} 0 0">'
+        '<joint name="j{0}" axis="0 1 0" range="-1 1" actuatorfrcrange="-1 1"/>'
+        '<geom name="tip{0}" type="capsule" size="0.01" fromto="0 0 0 0 0 0.08"/></body>'
+    )
+    fingers = finger.format(0, -0.03) + finger.format(1, 0.03)
+    text = f'<mujoco><worldbody><body name="palm">{fingers}</body></worldbody></mujoco>'
+    return gf.hands.Hand(mujoco.MjSpec.from_string(text.replace("<worldbody>", RADIANS)), ["tip0", "tip1"])
+
+
+RADIANS = '<compiler angle="radian"/><worldbody>'
+TWO = gf.Grasp([(0.02, 0, 0), (-0.02, 0, 0)], [(-1, 0, 0), (1, 0, 0)], friction=0.6, torsion=0.02)
+
+
+def hand_plan():
+    zero, measures = np.zeros(2), [2.0, 1e-5, 0.0, 0.0, 0.1, 0.005, 1.5]
+    return gf.hands.HandPlan(
+        small_hand(), (0, 1), np.eye(4), zero, zero, TWO, TWO.quality("max"), np.ones((2, 4)),
+        np.zeros(6), np.ones((2, 3, 2)), *measures,
+    )  # fmt: skip
+
+
 MADE = {
+    "graspforce.hands.Hand": lambda _: small_hand(),
+    "graspforce.hands.Fingertip": lambda _: small_hand().fingertips[0],
+    "graspforce.hands.HandPlan": lambda _: hand_plan(),
+    "graspforce.hands.HandPlanSet": lambda _: gf.hands.HandPlanSet(
+        (hand_plan(),), {"tried": 60, "usable": 20}, "done", 0.5
+    ),
+    "graspforce.hands.HandPose": lambda _: gf.hands.HandPose(
+        small_hand(), np.eye(4), np.zeros(2), (1, 0), 1e-5, 1e-3, 0.005
+    ),
+    "graspforce.hands.Trial": lambda _: gf.hands.Trial(
+        np.ones(6, bool), np.zeros(6), np.zeros(6), 1e-4, 1e-3, np.ones(3), 0.1, 0, "squeeze"
+    ),
     "graspforce.Grasp": lambda _: grasp(torsion=0.01),
     "graspforce.Quality": lambda _: grasp().quality("max"),
     "graspforce.Gradient": lambda _: grasp().quality("max").gradient,

@@ -1,0 +1,135 @@
+"""Does a planned grasp hold? Random objects, both hands, six pushes each, in simulation.
+
+Run by ``python benches/hands.py``; one row by ``python benches/hands.py --only shadow``. The objects are
+fifty of the thousand random ones of pybullet. A seed drew them before any run; they are scaled to one size.
+An object that cannot be read or planned for counts as a failure. ``--ablations`` leaves out one part of the
+pipeline at a time.
+"""
+
+import argparse
+import dataclasses
+import functools
+import random
+import time
+import warnings
+
+import numpy as np
+import trimesh
+from pybullet_meshes import data_folder
+
+import graspforce as gf
+from graspforce.hands import preset, search, seeds, shake
+
+ROWS = {
+    "allegro, four fingers": ("allegro-right", None),
+    "allegro, thumb and two": ("allegro-right", [0, 1, 2]),
+    "shadow, five fingers": ("shadow", None),
+}
+PUSH = 10.0  # m/s^2
+
+
+def numbers(count, seed):
+    return random.Random(seed).sample(range(1000), count)
+
+
+def random_mesh(number, size):
+    """Return an object of several closed parts, scaled to a largest extent of `size` m."""
+    mesh = trimesh.load_mesh(data_folder() / "random_urdfs" / f"{number:03d}" / f"{number:03d}.obj")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    mesh.apply_scale(size / mesh.extents.max())
+    return mesh
+
+
+def pressed_alike(plan):
+    """Return the plan with a preload that does not balance: each finger presses as hard as the others."""
+    forces = np.zeros_like(plan.resting_forces)
+    forces[:, 0] = plan.preload
+    return dataclasses.replace(plan, resting_forces=forces)
+
+
+def run(
+    hand, fingers, size, objects, *, trials=("squeeze", "closing"), change=None, verbose=False, **options
+):
+    """Plan and shake each object, and print what was held and what it took."""
+    held, seconds, cpu, plans = dict.fromkeys(trials, 0), [], [], []
+    for number in objects:
+        began, used = time.perf_counter(), time.process_time()
+        try:
+            mesh = random_mesh(number, size)
+            began, used = time.perf_counter(), time.process_time()
+            found = gf.plan_hand(hand, mesh, fingers, **options)
+        except gf.GraspForceError as error:
+            print(f"  object {number:03d}: no plan: {error}")
+            seconds.append(time.perf_counter() - began)
+            cpu.append(time.process_time() - used)
+            continue
+        seconds.append(time.perf_counter() - began)
+        cpu.append(time.process_time() - used)
+        plan = found.best if change is None else change(found.best)
+        plans.append(plan)
+        result = []
+        for name in trials:
+            control = "squeeze" if name == "closing" else name
+            trial = shake(plan, mesh, control=control, closing=name == "closing", acceleration=PUSH)
+            held[name] += trial.success
+            result.append(f"{name} {int(trial.held.sum())} of 6")
+        if verbose or any("6 of 6" not in text for text in result):
+            print(f"  object {number:03d}: {plan}: {', '.join(result)}")
+    count = len(objects)
+    on_pads = np.mean([p.pad_angle <= np.deg2rad(45.01) for p in plans]) if plans else 0
+    shown = ", ".join(f"{name} {n}" for name, n in held.items())
+    error = max((p.contact_error for p in plans), default=0) * 1e3
+    depth = max((p.penetration for p in plans), default=0) * 1e3
+    print(f"  {len(plans)} of {count} planned; all six pushes held: {shown}")
+    print(
+        f"  contact error at most {error:.2f} mm, penetration {depth:.2f} mm, on pads within 45 degrees "
+        f"{100 * on_pads:.0f}%"
+    )
+    print(f"  median time to a plan {np.median(seconds):.2f} s, {np.median(cpu):.2f} s of processor")
+
+
+def ablations(hand, fingers, size, objects):
+    whole = {"seeds": "contacts"}
+    cases = {
+        "whole pipeline": {},
+        "no refinement": {"refine": False},
+        "chosen by quality, not by slip onset": {"rank": "quality"},
+        "no balanced preload: all fingers press alike": {"change": pressed_alike},
+        "contacts first, with reach in the choice": whole,
+        "contacts first, no reach in the choice": whole,
+    }
+    for name, options in cases.items():
+        print(name)
+        search.contact_seeds = functools.partial(seeds.contact_seeds, reach="no reach" not in name)
+        run(hand, fingers, size, objects, trials=("squeeze",), **options)
+    search.contact_seeds = seeds.contact_seeds
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--objects", type=int, default=50)
+    parser.add_argument("--sizes", default="8", help="largest extents in cm")
+    parser.add_argument("--only", default="", help="rows whose names hold this word")
+    parser.add_argument("--trials", default="squeeze,closing", help="of squeeze, closing, servo and torque")
+    parser.add_argument("--seed", type=int, default=1, help="of the choice of objects")
+    parser.add_argument("--ablations", action="store_true")
+    parser.add_argument("--verbose", action="store_true", help="a line for each object")
+    given = parser.parse_args()
+    warnings.simplefilter("ignore", gf.GraspWarning)
+    objects = numbers(given.objects, given.seed)
+    for size in given.sizes.split(","):
+        for name, (which, fingers) in ROWS.items():
+            if given.only not in name:
+                continue
+            print(f"{name}, objects of {size} cm")
+            if given.ablations:
+                ablations(preset(which), fingers, float(size) / 100, objects)
+            else:
+                run(
+                    preset(which), fingers, float(size) / 100, objects, trials=given.trials.split(","),
+                    verbose=given.verbose,
+                )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,85 @@
+"""The surface of a hand in a pose, as triangles for pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graspforce._internal.checks import finite_array, finite_vector
+from graspforce._internal.optional_imports import optional
+from graspforce.errors import InvalidInputError
+
+from .poses import matrix_of, rotation_of, rotations
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from .hand_data import HandData
+    from .hand_model import Shape
+
+    Array = NDArray[np.float64]
+
+
+_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # mjtGeom
+
+
+def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes."""
+    pose = finite_array("palm", palm)
+    if pose.shape != (4, 4):
+        raise InvalidInputError(f"palm: shape {pose.shape}, expected (4, 4)")
+    bodies = _body_poses(hand, pose, finite_vector("joints", joints, len(hand.joints)))
+    model = hand._model  # noqa: SLF001
+    # A body that has meshes to be seen hides the shapes that it collides by.
+    seen = {shape.body for shape in model.shapes if not shape.collides and shape.kind == _MESH}
+    vertices, faces, start = [], [], 0
+    for shape in model.shapes:
+        if shape.collides and shape.body in seen:
+            continue
+        made = _triangles(shape)
+        if made is None:
+            continue
+        points, numbers = made
+        place = bodies[shape.body] @ matrix_of(shape.position, rotations(shape.quaternion))
+        vertices.append(points @ place[:3, :3].T + place[:3, 3])
+        faces.append(numbers + start)
+        start += len(points)
+    return np.vstack(vertices), np.vstack(faces).astype(np.int64)
+
+
+def _body_poses(hand: HandData, palm: Array, joints: Array) -> list[Array]:
+    model = hand._model  # noqa: SLF001
+    poses: list[Array] = []
+    for number, part in enumerate(model.bodies):
+        above = palm if part.parent < 0 else poses[part.parent]
+        pose = above @ matrix_of(part.position, rotations(part.quaternion))
+        for j, joint in enumerate(model.joints):
+            if joint.body != number:
+                continue
+            moved = joints[j] - joint.reference
+            turn = rotation_of(joint.axis * moved) if joint.hinge else np.eye(3)
+            # A hinge turns about its own point of the body.
+            shift = joint.position - turn @ joint.position if joint.hinge else joint.axis * moved
+            pose = pose @ matrix_of(shift, turn)
+        poses.append(pose)
+    return poses
+
+
+def _triangles(shape: Shape) -> tuple[Array, NDArray[Any]] | None:
+    if shape.vertices is not None and shape.faces is not None:
+        return shape.vertices, shape.faces
+    creation = optional("trimesh", "hands").creation
+    size = shape.size
+    if shape.kind == _BOX:
+        mesh = creation.box(2 * size)
+    elif shape.kind in (_SPHERE, _ELLIPSOID):
+        mesh = creation.icosphere(2, 1.0)
+        mesh.apply_scale(size if shape.kind == _ELLIPSOID else float(size[0]))
+    elif shape.kind in (_CAPSULE, _CYLINDER):
+        make = creation.capsule if shape.kind == _CAPSULE else creation.cylinder
+        mesh = make(height=2 * float(size[1]), radius=float(size[0]))
+        mesh.vertices -= (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+    else:
+        return None
+    return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
