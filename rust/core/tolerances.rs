@@ -114,8 +114,7 @@ pub(crate) const NEGLIGIBLE_RADIUS: f64 = 1e-12;
 /// many maps are tried depends on it.
 pub(crate) const ALIKE_FEATURES: f64 = 1e-4;
 
-/// How far from the nearest boundary wrench the forces that exert it may end, relative to the longest wrench: the default
-/// tolerance of quality.
+/// How far from the nearest boundary wrench its forces may end, relative to the longest one: the default tolerance.
 pub(crate) const EXERTED_WRENCH: f64 = 1e-9;
 
 /// The same where contacts have true cones: the minimiser of a smooth function is only as exact as the square root of
@@ -373,8 +372,7 @@ pub(crate) const CHOSEN_GAP: f64 = 5e-10;
 /// What forces chosen by least squares may leave over: a hundredth of [`FEASIBILITY_TOLERANCE`].
 pub(crate) const CHOSEN_REST: f64 = 1e-11;
 
-/// Witnesses in doubles with a larger margin, along which nothing reaches beyond [`CLEAR_REACH`], need no proof in
-/// 32 digits.
+/// Witnesses in doubles with a larger margin need no proof in 32 digits, if nothing reaches beyond [`CLEAR_REACH`].
 pub(crate) const CLEAR_MARGIN: f64 = 1e-6;
 
 /// How far wrenches may reach along a clear witness: rounding.
@@ -383,13 +381,14 @@ pub(crate) const CLEAR_REACH: f64 = 4e-15;
 /// A wrench that reaches this far along a witness, relative to both their lengths, pushes along it.
 pub(crate) const PUSHING: f64 = 1e-9;
 
-/// What is left over of a wrench that was computed in doubles: some dozen roundings. To balance less than that may take
-/// multipliers that are too large for doubles.
+/// What is left over of a wrench computed in doubles: to balance less may take multipliers too large for doubles.
 pub(crate) const ROUNDED_WRENCH: f64 = 1e-14;
 
-/// The objective up to which forces count, relative to a wrench of unit size: rounding of the products of larger ones
-/// comes near to [`FEASIBILITY_TOLERANCE`].
+/// The objective up to which forces count for a wrench of size 1: rounding of larger ones nears [`FEASIBILITY_TOLERANCE`].
 pub(crate) const LARGEST_OBJECTIVE: f64 = 1e5;
+
+/// Extreme forces that reach this near to the furthest one, relative to the longest, are as good.
+pub(crate) const SUPPORTED: f64 = 1e-9;
 
 /// How far a support value in doubles may be off, relative to the multipliers, before it is computed in 32 digits.
 pub(crate) const ROUNDED_SUPPORT: f64 = 1e-14;

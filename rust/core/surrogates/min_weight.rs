@@ -11,13 +11,13 @@
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::equilibration::Equilibration;
-use crate::force::gradient::SUPPORTED;
 use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::surrogates::{SurrogateValue, determine_forces, with_gradient};
+use crate::tolerances::SUPPORTED;
 
 /// A relative gap of the least weight above this is no answer.
 const UNPROVEN_WEIGHT: f64 = 1e-9;

@@ -5,12 +5,12 @@
 
 use crate::convex::min_norm_point::nearest_point;
 use crate::error::Result;
-use crate::force::gradient::SUPPORTED;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::surrogates::{SurrogateValue, determine_forces, norm_of_forces, with_gradient};
+use crate::tolerances::SUPPORTED;
 use crate::tolerances::{DISTANCE_RTOL, ROUNDED_RESIDUAL};
 use crate::wrench_set::Support;
 

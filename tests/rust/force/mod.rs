@@ -8,6 +8,7 @@ mod laws;
 mod limits;
 mod nearest;
 mod preload;
+mod priced_squares;
 mod proven_answers;
 mod reduced;
 mod reference;

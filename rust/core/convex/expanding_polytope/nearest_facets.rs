@@ -34,12 +34,12 @@ impl<const D: usize> Polytope<D> {
         self.boundary.rank_all();
         while found.len() < search.count && !interrupt::stopped() {
             let Some(nearest) = self.boundary.pop_nearest() else { break };
-            let z = self.boundary.normal(&self.boundary.plane(nearest.facet));
+            let z = self.boundary.normal(nearest.facet);
             if found.iter().any(|(_, known)| (known - z).norm() <= search.apart) {
                 continue;
             }
             let Support { value, wrench } = oracle(&z);
-            if value <= nearest.distance * (1.0 + search.rtol) + self.boundary.noise_along(&z) {
+            if self.boundary.is_within_noise(value, nearest.distance * (1.0 + search.rtol), &z) {
                 found.push((value, z));
                 continue;
             }

@@ -26,9 +26,6 @@ use crate::grasp::derivative::ForceDerivative;
 use crate::grasp::{Grasp, Wrench};
 use crate::tolerances::AT_LIMIT;
 
-/// Extreme forces that reach this near to the furthest one, relative to the longest, are as good.
-pub(crate) const SUPPORTED: f64 = 1e-9;
-
 /// How the least objective, or the distance from balance, changes as contacts move and the wrench changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceGradient<const D: usize> {

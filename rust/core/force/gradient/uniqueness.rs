@@ -7,7 +7,6 @@
 use nalgebra::{DVector, SVector};
 
 use crate::force::equilibration::units;
-use crate::force::gradient::SUPPORTED;
 use crate::force::gradient::active_face::active_face;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
@@ -15,7 +14,7 @@ use crate::force::solution::Distribution;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::derivative::ForceDerivative;
 use crate::grasp::{Grasp, Wrench};
-use crate::tolerances::{AT_LIMIT, INDEPENDENT_SHIFT, SAME_GRADIENT, SAME_GRADIENT_BY_CONES};
+use crate::tolerances::{AT_LIMIT, INDEPENDENT_SHIFT, SAME_GRADIENT, SAME_GRADIENT_BY_CONES, SUPPORTED};
 use crate::wrench_set::Criterion;
 use crate::wrench_set::cone::{cone_slope, cone_support};
 
