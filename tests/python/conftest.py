@@ -2,20 +2,16 @@
 
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
-
-REFERENCE = Path(__file__).parents[1] / "reference"
+from support.reference_answers import REFERENCE, SPATIAL
 
 # A continuous-integration run must not fail by luck: there the generated cases are the same every time.
 settings.register_profile("default", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "default")
-
-SPATIAL: list[dict[str, Any]] = json.loads((REFERENCE / "spatial.json").read_text())
 
 
 @pytest.fixture(scope="session")

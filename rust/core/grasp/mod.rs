@@ -32,7 +32,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::{Error, Result, digits};
 use crate::grasp::contact::{Contact, ContactForce, ForceModel, MAX_EXTREME_FORCES, force_components};
-use crate::memory::room;
+use crate::memory::{check_room, room};
 
 /// What a grasp is measured about and with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,6 +131,12 @@ impl<const D: usize> Grasp<D> {
             options,
             force_dim: if planar { 2 } else { 3 + usize::from(contacts.iter().any(has_torsion)) },
         };
+        // Those that the caller gave are copied with their contacts.
+        let given = contacts.iter().map(|contact| match &contact.forces {
+            ForceModel::Extreme(forces) => forces.len(),
+            _ => 0,
+        });
+        check_room("edges", 2 * given.sum::<usize>(), size_of::<ContactForce>())?;
         for (index, contact) in contacts.iter().enumerate() {
             grasp.push(index, contact, planar, &mut extreme_forces)?;
         }

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from conftest import SPATIAL
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.oracles import grasp_arguments, least_max, least_sum, outside_cones, primitive_wrenches
+from support.reference_answers import SPATIAL
 
 import graspforce as gf
 from graspforce.paper import RACKET, RACKET_WRENCH, TABLE_1

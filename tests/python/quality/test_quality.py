@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from conftest import SPATIAL
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import QhullError
 from scipy.spatial.transform import Rotation
 from support.oracles import grasp_arguments, inner_radius, minkowski_points, primitive_wrenches
 from support.random_grasps import random_grasp
+from support.reference_answers import SPATIAL
 
 import graspforce as gf
 

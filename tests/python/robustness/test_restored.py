@@ -221,7 +221,7 @@ def test_records_that_contradict_themselves_are_refused():
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
             make(*changed)
-    make, ((good, bad),) = gf.quality_many(
+    make, ((good, bad), *records) = gf.quality_many(
         [PLANAR.positions] * 2, [PLANAR.normals, [(0, 0)] * 2]
     ).__reduce__()
     for rows in [
@@ -229,7 +229,7 @@ def test_records_that_contradict_themselves_are_refused():
         [(*good[:5], "why")], [(*bad[:5], None)], [(0.0, *bad[1:])],
     ]:  # fmt: skip
         with pytest.raises(gf.InvalidInputError):
-            make(rows)
+            make(rows, *records)
 
 
 def test_records_of_plans_that_contradict_themselves_are_refused():

@@ -171,6 +171,26 @@ fn least_squares_in_the_plane_are_those_of_an_interior_point_solver() {
 }
 
 #[test]
+fn references_are_held_in_balance_however_small_the_wrench() {
+    let mut random = Random::new(91);
+    for turn in 0..60 {
+        let grasp = grasp(&mut random, 3 + turn % 3, KINDS[turn % 6]);
+        let reference = (0..grasp.num_contacts())
+            .map(|_| ContactForce::new(random.within(0.5, 0.8), random.within(-0.3, 0.3), 0.1, 0.0))
+            .collect();
+        let distributor =
+            ForceDistributor::squares(&grasp, SquaresOptions { reference, ..SquaresOptions::default() })
+                .unwrap();
+        let mut workspace = distributor.workspace();
+        for size in [0.0, 1e-12, 1e-6, 1e-3] {
+            let answer = distributor.solve(&mut workspace, &wrench::<6>(&mut random, size));
+            let refused = answer.err().filter(|error| !error.is_infeasible());
+            assert!(refused.is_none(), "{turn} {size:e}: {refused:?}");
+        }
+    }
+}
+
+#[test]
 fn a_wrench_beyond_the_limits_has_a_witness() {
     let mut random = Random::new(43);
     let mut beyond = 0;

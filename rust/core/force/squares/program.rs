@@ -30,6 +30,8 @@ pub(crate) struct SquaresProgram<const D: usize> {
     units: Wrench<D>,
     /// Lower bounds of the shares; none where empty.
     least: Vec<f64>,
+    /// The largest reference, in `units`: what the contacts may press with where no wrench acts.
+    pressed: f64,
     limits: bool,
     rtol: f64,
     /// `phi(0)`: without references and lower bounds zero.
@@ -84,12 +86,17 @@ impl<const D: usize> SquaresProgram<D> {
             let columns = dual.whitening.map * SMatrix::from_columns(&columns);
             Slack { price, inverse, columns }
         });
+        let units = units(grasp);
+        let pressed = dual.contacts.iter().map(|contact| contact.reference.norm() * units[0]);
+        let pressed =
+            pressed.fold(0.0, |most: f64, one| most.max(if options.limits { one.min(1.0) } else { one }));
         let mut program = Self {
             grasp: Arc::clone(grasp),
             dual,
             slack,
-            units: units(grasp),
+            units,
             least,
+            pressed,
             limits: options.limits,
             rtol: options.rtol,
             value_at_zero: 0.0,
@@ -333,7 +340,14 @@ impl<const D: usize> SquaresProgram<D> {
             allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
             let held = self.least.iter().copied().fold(0.0, f64::max);
             let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
-            missing = imbalance(b, &self.units, held, contacts);
+            let wanting = imbalance(b, &self.units, held, contacts);
+            // Beside references a small wrench counts as little.
+            missing = if wanting > FEASIBILITY_TOLERANCE && self.pressed > 0.0 {
+                let left = self.residual(b, forces).component_mul(&self.units).lp_norm(1);
+                wanting.min(left / self.pressed)
+            } else {
+                wanting
+            };
         }
         let gap = if gap == 0.0 { 0.0 } else { gap / size };
         let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
