@@ -17,8 +17,10 @@ use crate::convert::restored::{Checked, copied, expect, within};
 /// ----------
 /// forces : numpy.ndarray
 ///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
-/// sigma_max, sigma_sum : numpy.ndarray
-///     (T,) largest normalised normal force (Eq. 7) and their sum (Eq. 6).
+/// sigma_max : numpy.ndarray
+///     (T,) largest normalised normal force (Eq. 7).
+/// sigma_sum : numpy.ndarray
+///     (T,) sum of normalised normal forces (Eq. 6).
 /// residual : numpy.ndarray
 ///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
 /// balanced : numpy.ndarray
