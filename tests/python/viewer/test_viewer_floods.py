@@ -89,7 +89,7 @@ def test_hundreds_of_sockets_are_closed_within_a_second_of_ctrl_c(tmp_path):
     # Where others use the machine, too, what counts is that nothing is waited for.
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     ended = used.ru_utime + used.ru_stime - children.ru_utime - children.ru_stime - before
-    assert took < 1.0 or (took < 5.0 and ended < 1.0), f"{took:.2f} s, of which it computed {ended:.2f} s"
+    assert took < 1.0 or (took < 5.0 and ended < 0.7), f"{took:.2f} s, of which it computed {ended:.2f} s"
     assert "Traceback" not in output + errors
 
 
