@@ -48,7 +48,7 @@ fn assert_stationary(grasp: &Grasp<6>, options: &SquaresOptions<6>, found: &Dist
         gap += furthest * if furthest > 0.0 { high } else { low } - pull.dot(force);
         size += grasp.maps()[i].norm() * found.dual.norm() * force.norm() + force.norm_squared();
     }
-    assert!(gap.abs() <= 1e-8 * size, "{gap:e} {size:e}");
+    assert!(gap.abs() <= 1e-9 * size, "{gap:e} {size:e}");
 }
 
 /// How far a force of share one reaches along `h`.
