@@ -7,6 +7,7 @@ the tables into the page.
 
 import argparse
 import json
+import re
 import time
 import warnings
 from pathlib import Path
@@ -20,9 +21,10 @@ import graspforce as gf
 from graspforce.hands import preset
 
 RESULTS = Path(__file__).parent / "holding/results.jsonl"
+PAGE = Path(__file__).parents[1] / "docs/holds.md"
 HANDS = ("allegro-right", "shadow")
 OBJECTS, SIZE, SEED = 30, 0.08, 3
-PERTURBED, RANDOM = 3, 3
+PERTURBED, RANDOM = 2, 3
 
 
 def measured():
@@ -76,7 +78,12 @@ def main():
     warnings.simplefilter("ignore", gf.GraspWarning)
     if given.run:
         run()
-    agreement.show([row for row in measured()[0] if row["kind"] != "counts"], write=given.write)
+    for name, text in agreement.tables([row for row in measured()[0] if row["kind"] != "counts"]).items():
+        print(f"{name}:\n{text}\n")
+        if given.write:
+            begin, end = f"<!-- {name} -->\n", "\n<!-- end -->"
+            page = re.sub(f"({begin}).*?({end})", lambda m, t=text: m[1] + t + m[2], PAGE.read_text(), flags=re.S)
+            PAGE.write_text(page)
 
 
 if __name__ == "__main__":

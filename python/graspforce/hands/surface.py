@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # mjtGeom
 
 
-def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes."""
+def hand_surface(
+    hand: HandData, palm: ArrayLike, joints: ArrayLike, *, forearm: bool
+) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes; see `Hand.surface`."""
     pose = finite_array("palm", palm)
     if pose.shape != (4, 4):
         raise InvalidInputError(f"palm: shape {pose.shape}, expected (4, 4)")
@@ -33,9 +35,10 @@ def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Ar
     model = hand._model  # noqa: SLF001
     # A body that has meshes to be seen hides the shapes that it collides by.
     seen = {shape.body for shape in model.shapes if not shape.collides and shape.kind == _MESH}
+    behind = set() if forearm else _behind_the_wrist(hand, bodies, pose)
     vertices, faces, start = [], [], 0
     for shape in model.shapes:
-        if shape.collides and shape.body in seen:
+        if shape.body in behind or shape.collides and shape.body in seen:
             continue
         made = _triangles(shape)
         if made is None:
@@ -46,6 +49,17 @@ def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Ar
         faces.append(numbers + start)
         start += len(points)
     return np.vstack(vertices), np.vstack(faces).astype(np.int64)
+
+
+def _behind_the_wrist(hand: HandData, bodies: list[Array], palm: Array) -> set[int]:
+    """Return the bodies above that to which the palm is fixed."""
+    parents = [part.parent for part in hand._model.bodies]  # noqa: SLF001
+    # The palm's body has the palm's pose.
+    body = next((k for k, pose in enumerate(bodies) if np.allclose(pose, palm, atol=1e-6)), 0)
+    above = []
+    while (body := parents[body]) >= 0:
+        above.append(body)
+    return set(above[1:])
 
 
 def _body_poses(hand: HandData, palm: Array, joints: Array) -> list[Array]:
