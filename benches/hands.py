@@ -9,13 +9,11 @@ search at a time, and also pushes three times as hard. ``--servo 1`` changes the
 import argparse
 import dataclasses
 import functools
-import random
 import time
 import warnings
 
 import numpy as np
-import trimesh
-from pybullet_meshes import data_folder
+from holding.objects import numbers, random_mesh
 
 import graspforce as gf
 from graspforce.hands import preset, search, seeds, shake
@@ -34,18 +32,6 @@ TRIALS = {
     "torque": ("torque", False, PUSH),
     "three times the push": ("squeeze", False, 3 * PUSH),
 }
-
-
-def numbers(count, seed):
-    return random.Random(seed).sample(range(1000), count)
-
-
-def random_mesh(number, size):
-    """Return an object of several closed parts, scaled to a largest extent of `size` m."""
-    mesh = trimesh.load_mesh(data_folder() / "random_urdfs" / f"{number:03d}" / f"{number:03d}.obj")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    mesh.apply_scale(size / mesh.extents.max())
-    return mesh
 
 
 def pressed_alike(plan):
@@ -110,9 +96,7 @@ def ablations(hand, fingers, size, objects):
     for name, options in cases.items():
         print(name)
         search.contact_seeds = functools.partial(seeds.contact_seeds, reach="no reach" not in name)
-        run(
-            hand, fingers, size, objects, trials=("squeeze", "three times the push"), ablated=True, **options
-        )
+        run(hand, fingers, size, objects, trials=("squeeze", "three times the push"), ablated=True, **options)
     search.contact_seeds = seeds.contact_seeds
 
 
@@ -122,7 +106,9 @@ def main():
     parser.add_argument("--sizes", default="8", help="largest extents in cm")
     parser.add_argument("--only", default="", help="rows whose names hold this word")
     parser.add_argument("--trials", default="squeeze,closing", help=", ".join(TRIALS))
-    parser.add_argument("--servo", type=float, help="stiffness of all servos in N m/rad, in place of the preset's")
+    parser.add_argument(
+        "--servo", type=float, help="stiffness of all servos in N m/rad, in place of the preset's"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the choice of objects")
     parser.add_argument("--ablations", action="store_true")
     parser.add_argument("--verbose", action="store_true", help="a line for each object")

@@ -1,8 +1,8 @@
 """Which number predicts what a hand holds? Planned, perturbed and random grasps of 30 objects, both hands.
 
 ``python benches/holds.py`` prints the tables of docs/holds.md from ``benches/holding/results.jsonl``.
-``--run`` first measures what that file lacks; it can be interrupted and goes on where it was. ``--write`` puts
-the tables into the page.
+``--run`` first measures what that file lacks; it can be interrupted and goes on where it was. ``--write``
+puts the tables into the page.
 """
 
 import argparse
@@ -12,10 +12,9 @@ import time
 import warnings
 from pathlib import Path
 
-from hands import numbers as drawn
-from hands import random_mesh
 from holding import agreement, measure
 from holding.grasps import GraspMaker
+from holding.objects import numbers, random_mesh
 
 import graspforce as gf
 from graspforce.hands import preset
@@ -59,7 +58,7 @@ def run():
     kept, done = measured()
     RESULTS.write_text("".join(json.dumps(row) + "\n" for row in kept))
     hands = {name: preset(name) for name in HANDS}
-    for number in drawn(OBJECTS, SEED):
+    for number in numbers(OBJECTS, SEED):
         for name, hand in hands.items():
             if (name, number) in done:
                 continue
@@ -82,7 +81,9 @@ def main():
         print(f"{name}:\n{text}\n")
         if given.write:
             begin, end = f"<!-- {name} -->\n", "\n<!-- end -->"
-            page = re.sub(f"({begin}).*?({end})", lambda m, t=text: m[1] + t + m[2], PAGE.read_text(), flags=re.S)
+            page = re.sub(
+                f"({begin}).*?({end})", lambda m, t=text: m[1] + t + m[2], PAGE.read_text(), flags=re.DOTALL
+            )
             PAGE.write_text(page)
 
 

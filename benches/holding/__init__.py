@@ -1,4 +1,5 @@
-"""Does a number predict what a hand holds? `grasps` makes hands' grasps, `measure` rates and shakes them.
+"""Does a number predict what a hand holds?
 
-`agreement` compares both by areas under ROC curves and rank correlations.
+`objects` draws meshes, `grasps` makes grasps of them, and `measure` rates and pushes these. `agreement` compares
+both by areas under ROC curves and rank correlations.
 """

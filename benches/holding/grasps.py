@@ -48,7 +48,9 @@ class GraspMaker:
     def near(self, plan, count):
         """Return up to `count` grasps from random moves of a plan."""
         middle = Poses(
-            plan.palm[None, :3, 3], quaternion_of(plan.palm[:3, :3])[None], plan.joints[None, self.hand.driven]
+            plan.palm[None, :3, 3],
+            quaternion_of(plan.palm[:3, :3])[None],
+            plan.joints[None, self.hand.driven],
         )
         size = self.distances.kinematics.size
         deviations = np.repeat([PALM, 1.0, 1.0], [3, 3, size - 6])

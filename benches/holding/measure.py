@@ -18,12 +18,16 @@ SECONDS = 0.5  # a push of 1 N moves a free object by 1.25 m in this time
 def torque_limited(plan):
     """Return the grasp of soft fingers whose forces the torque limits bound.
 
-    The extreme forces are those of hard fingers and those with torsion, each as long as the torques allow. What
-    torsion itself loads the joints with is left out.
+    The extreme forces are those of hard fingers and those with torsion, each as long as the torques allow. The
+    load of torsion itself on the joints is left out.
     """
     hard, hand, limits = plan.torque_limited(), plan.hand, plan.hand.torque_limits[plan.hand.driven]
     fingers = zip(
-        plan.grasp.frames, plan.jacobians @ hand.coupling, by_contact(plan.grasp), by_contact(hard), strict=True
+        plan.grasp.frames,
+        plan.jacobians @ hand.coupling,
+        by_contact(plan.grasp),
+        by_contact(hard),
+        strict=True,
     )
     forces = []
     for axes, J, soft, without in fingers:

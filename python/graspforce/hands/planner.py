@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-# Least cosine of pads and steps onto the surface, round by round. Small objects need more steps than large ones;
-# pads may look aside only where no plan was found.
+# Least cosine of pads and steps onto the surface, round by round. Small objects need more steps than large
+# ones; pads may look aside only where no plan was found.
 _45, _70 = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0))
 _ROUNDS: tuple[tuple[float | None, int], ...] = (_45, 25), (_45, 60), (_45, 120), (_70, 25), (None, 25)
 _POOL = 16

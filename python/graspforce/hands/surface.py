@@ -38,7 +38,7 @@ def hand_surface(
     behind = set() if forearm else _behind_the_wrist(hand, bodies, pose)
     vertices, faces, start = [], [], 0
     for shape in model.shapes:
-        if shape.body in behind or shape.collides and shape.body in seen:
+        if shape.body in behind or (shape.collides and shape.body in seen):
             continue
         made = _triangles(shape)
         if made is None:

@@ -167,7 +167,14 @@ def largest_pushes(
 
 
 def _prepared(
-    plan: HandPlan, mesh: Any, mass: Any, control: Any, known: bool, closing: bool, friction: Any, torsion: Any
+    plan: HandPlan,
+    mesh: Any,
+    mass: Any,
+    control: Any,
+    known: bool,
+    closing: bool,
+    friction: Any,
+    torsion: Any,
 ) -> tuple[Simulation, Controller]:
     """Check what all trials take; the simulation holds the object, after closing and settling."""
     instance_of("plan", plan, HandPlan)

@@ -135,7 +135,13 @@ def hand_figure(
     for column, name, azimuth in views:
         axes = figure.add_subplot(1, 3, column, projection="3d")
         draw_hand(
-            axes, plan, mesh, pose=name, labels=name == "grasp", elevation=first.elev, azimuth=azimuth,
+            axes,
+            plan,
+            mesh,
+            pose=name,
+            labels=name == "grasp",
+            elevation=first.elev,
+            azimuth=azimuth,
         )  # type: ignore[arg-type]
         axes.set_title(name, fontsize=9, color=INK)
     if title is not None:

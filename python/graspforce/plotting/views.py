@@ -61,9 +61,7 @@ def lit(corners: Array, color: str, view: Array) -> tuple[Array, Array]:
 def seen(points: Array, middles: Array, view: Array) -> NDArray[np.bool_]:
     """(m,) whether nothing with triangles about `middles` (F, 3) lies between points (m, 3) and the eye."""
     p, x = points @ view.T, middles[::_EVERY] @ view.T
-    hidden = [
-        (np.hypot(*(x[:, :2] - q[:2]).T)[x[:, 2] > q[2] + _BEFORE] < _NEAR).any() for q in p
-    ]
+    hidden = [(np.hypot(*(x[:, :2] - q[:2]).T)[x[:, 2] > q[2] + _BEFORE] < _NEAR).any() for q in p]
     return ~np.array(hidden, dtype=bool)
 
 
