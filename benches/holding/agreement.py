@@ -1,7 +1,7 @@
 """Areas under ROC curves and rank correlations between numbers and what is held, with bootstrap intervals.
 
-Grasps are compared with those of the same hand only: hands differ in strength. The bootstrap draws objects, not
-grasps, since grasps of one object are alike.
+Grasps are compared with those of the same hand only: hands differ in strength. The bootstrap draws objects,
+not grasps, since grasps of one object are alike.
 """
 
 import numpy as np

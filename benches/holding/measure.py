@@ -18,8 +18,8 @@ SECONDS = 0.5  # a push of 1 N moves a free object by 1.25 m in this time
 def torque_limited(plan):
     """Return the grasp of soft fingers whose forces the torque limits bound.
 
-    The extreme forces are those of hard fingers and those with torsion, each as long as the torques allow. The
-    load of torsion itself on the joints is left out.
+    The extreme forces are those of hard fingers and those with torsion, each as long as the torques allow.
+    The load of torsion itself on the joints is left out.
     """
     hard, hand, limits = plan.torque_limited(), plan.hand, plan.hand.torque_limits[plan.hand.driven]
     fingers = zip(

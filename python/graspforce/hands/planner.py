@@ -171,7 +171,7 @@ def plan_hand(
     with reporting(progress, "planning", "slip onset") as report:
         try:
             for attempt, (pad, steps) in enumerate(_ROUNDS):
-                poses = search.starts(seeds, samples * (1 + attempt), starts)
+                poses = search.starts(seeds, samples * (1 + attempt), starts, 1.0 if attempt == 0 else 2.0)
                 found = search.usable(poses, pad, steps, refine=refine)
                 order = () if found is None else np.argsort(-found.score, kind="stable")[:_POOL]
                 for row in order:

@@ -43,12 +43,12 @@ class Search:
         """Whether nothing more is to be tried."""
         return self.interrupted or self.expired
 
-    def starts(self, seeds: str, samples: int, count: int) -> Poses:
+    def starts(self, seeds: str, samples: int, count: int, spread: float) -> Poses:
         """Return poses to begin with; see `graspforce.plan_hand`."""
         share = -(-count // 2) if seeds == "both" else count
         parts = []
         if seeds != "contacts":
-            parts.append(palm_seeds(self._distances, self._problem, self._rng, samples, share))
+            parts.append(palm_seeds(self._distances, self._problem, self._rng, samples, share, spread))
         if seeds != "palms":
             parts.append(contact_seeds(self._distances, self._problem, self._rng, samples, share))
         return Poses.joined(parts)

@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from graspforce._internal.checks import chosen, triangles
 
 from .style import CONE, INK, OBJECT
-from .views import clearest_view, lit, seen, small_triangles, view_directions
+from .hand_view import clearest_view, lit, seen, small_triangles, view_directions
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -84,11 +84,15 @@ def draw_hand(
     if elevation is None or azimuth is None:
         elevation, azimuth = clearest_view(where, middles) if len(where) else (20.0, -60.0)
     view = view_directions(elevation, azimuth)
-    front, colours = zip(*(lit(corners, color, view) for corners, color in shown), strict=True)
+    facing = [lit(corners, color, view) for corners, color in shown]
     # One collection: matplotlib sorts the triangles of each by depth, but not those of two.
-    colours = np.concatenate(colours)
+    colours = np.concatenate([rgba for _, rgba in facing])
     surface = Poly3DCollection(
-        np.concatenate(front), facecolors=colours, edgecolors=colours, linewidths=0.3, zorder=1
+        np.concatenate([front for front, _ in facing]),
+        facecolors=colours,
+        edgecolors=colours,
+        linewidths=0.3,
+        zorder=1,
     )
     artists: list[Artist] = [axes.add_collection3d(surface)]
     for number, (point, clear) in enumerate(zip(where, seen(where, middles, view), strict=True)):
@@ -131,7 +135,8 @@ def hand_figure(
     first = figure.add_subplot(1, 3, 2, projection="3d")
     draw_hand(first, plan, mesh, labels=True)
     first.set_title("grasp", fontsize=9, color=INK)
-    views = ((1, "pregrasp", first.azim), (3, "grasp", first.azim + 90))
+    views: tuple[tuple[int, Literal["grasp", "pregrasp"], float], ...]
+    views = (1, "pregrasp", first.azim), (3, "grasp", first.azim + 90)
     for column, name, azimuth in views:
         axes = figure.add_subplot(1, 3, column, projection="3d")
         draw_hand(
@@ -142,7 +147,7 @@ def hand_figure(
             labels=name == "grasp",
             elevation=first.elev,
             azimuth=azimuth,
-        )  # type: ignore[arg-type]
+        )
         axes.set_title(name, fontsize=9, color=INK)
     if title is not None:
         figure.suptitle(title, fontsize=10, color=INK)
