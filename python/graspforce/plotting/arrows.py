@@ -42,7 +42,7 @@ def wrench_lines(
 ) -> Iterator[Array]:
     """Yield lines (n, dim) from tail to head: a force from `at`, and a torque as an arc about `at`.
 
-    The force is as long as its share of the norm, at most `reach`; the angle of the arc is the torque's share.
+    The force is as long as its share of the norm, at most `reach`; the arc has the angle of the torque's.
     """
     turning = float(np.linalg.norm(torque)) / length_scale
     norm = float(np.hypot(np.linalg.norm(force), turning))

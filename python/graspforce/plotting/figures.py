@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-import numpy as np
-
 from graspforce._core import ForceSolution, Grasp, Quality
 from graspforce._internal.checks import instance
 from graspforce._internal.html import vector
@@ -21,6 +19,7 @@ from .trajectories import draw_forces
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.axes3d import Axes3D

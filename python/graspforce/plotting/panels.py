@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.patches import FancyArrowPatch, Patch
+from matplotlib.patches import FancyArrowPatch, Patch, Polygon
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._internal.normal_limits import normal_limits
 
 from .arrows import HEAD, Arrow3D, wrench_lines
+from .hull import hull_faces
 from .planar import FORCE_SHARE, draw_planar_grasp, size_of
 from .scene import fill_view
 from .spatial import draw_contacts
@@ -33,6 +35,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
+_HULL: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": MUTED, "alpha": 0.45}
+
+
 @dataclass(frozen=True, slots=True)
 class DrawnWrench:
     """A wrench (d,) about the grasp's origin, as arrows of a colour; `label` says what it is."""
@@ -43,7 +48,7 @@ class DrawnWrench:
 
     @classmethod
     def weakest(cls, quality: Quality) -> DrawnWrench:
-        """Return the wrench of least size on the boundary of the wrench set, or one that cannot be exerted."""
+        """Return the nearest wrench on the boundary of the wrench set, or one that cannot be exerted."""
         if quality.epsilon > 0:
             return cls(
                 quality.wrench, WEAKEST, f"weakest wrench ({quality.criterion}): {sizes(quality.wrench)}"
@@ -83,6 +88,8 @@ def draw_panel(
         axes = figure.add_subplot(position)
         for curve in curves:
             axes.plot(*curve.T, color=MUTED, lw=4, alpha=0.6, solid_capstyle="round", zorder=1.5)
+        if outline is None and grasp.num_contacts > 1:
+            axes.add_patch(Polygon(hull_faces(grasp.positions)[0], **_HULL, lw=0.8, zorder=1))
         draw_planar_grasp(axes, grasp, forces, outline=outline, labels=True)
         _arrows_2d(axes, grasp, wrench, outline)
         _dress(axes)
@@ -93,6 +100,9 @@ def draw_panel(
         return entries, np.maximum(extent / extent.max(), 0.4)
     solid = cast("Axes3D", figure.add_subplot(position, projection="3d"))
     _, (shown, view), behind = draw_contacts(solid, grasp, forces, mesh, None, True, CONE, view=None)
+    if mesh is None:
+        hull = Poly3DCollection(hull_faces(grasp.positions), **_HULL, linewidths=0.8, zorder=1)
+        solid.add_collection3d(hull)
     lines = _lines(grasp, wrench, grasp.positions if mesh is None else np.asarray(mesh[0], dtype=np.float64))
     for line in lines:
         solid.add_artist(Arrow3D(line, color=wrench.color, lw=2.2, zorder=13))  # type: ignore[union-attr] # lines are of one
@@ -180,9 +190,11 @@ def _entries(
             entries.append(
                 Line2D([], [], color=OVERLOAD, lw=1.8, label=f"force past its limit: {_names(over)}{tail}")
             )
-        if (behind & (normal[:, 0] > 0)).any():
+        covered = behind & (normal[:, 0] > 0)
+        if covered.any():
+            color = OVERLOAD if over[covered].all() else FORCE
             entries.append(
-                Line2D([], [], color=FORCE, lw=1.8, ls=(0, (3, 2)), label="force behind the object")
+                Line2D([], [], color=color, lw=1.8, ls=(0, (3, 2)), label="force behind the object")
             )
     if wrench is not None:
         entries.append(Line2D([], [], color=wrench.color, lw=2.2, label=wrench.label))

@@ -14,8 +14,7 @@ from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import InvalidInputError
 
 from .arrows import HEAD
-from .hull import hull_faces
-from .style import CONE, FORCE, INK, MUTED, OBJECT, OVERLOAD
+from .style import CONE, FORCE, INK, OBJECT, OVERLOAD
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -48,8 +47,7 @@ def draw_planar_grasp(
 ) -> list[Artist]:
     """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
-    The length of a cone is the limit of the normal force. A force past its limit is red. Without an outline
-    the convex hull of the contacts is drawn lightly.
+    The length of a cone is the limit of the normal force. A force past its limit is red.
 
     For one thread at a time, as all of matplotlib.
 
@@ -72,7 +70,7 @@ def draw_planar_grasp(
     Returns
     -------
     list of matplotlib.artist.Artist
-        Outline or hull, cones, arrows and points.
+        Outline, cones, arrows and points.
 
     Raises
     ------
@@ -87,7 +85,7 @@ def draw_planar_grasp(
     >>> grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], max_normal_force=4.0)
     >>> axes = Figure().subplots()
     >>> len(draw_planar_grasp(axes, grasp, [(1, 0.5), (1, -0.5)]))
-    6
+    5
     """
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 3:
@@ -100,9 +98,6 @@ def draw_planar_grasp(
             raise InvalidInputError(f"outline: shape {corners.shape}, expected (n, 2)")
         shown.append(corners)
         artists.append(axes.add_patch(Polygon(corners, facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)))
-    elif len(where) > 1:
-        style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": MUTED, "alpha": 0.5, "zorder": 1}
-        artists.append(axes.add_patch(Polygon(hull_faces(where)[0], lw=0.8, **style)))
     fans = cone_fans(grasp)
     scale = lengths_per_newton(grasp, forces, fans, size_of(np.vstack(shown)), _CONE_SHARE, metres_per_newton)
     for number, (point, fan) in enumerate(zip(where, fans, strict=True)):

@@ -12,10 +12,9 @@ from graspforce._internal.checks import instance, triangles
 from graspforce.errors import InvalidInputError
 
 from .arrows import Arrow3D
-from .hull import hull_faces
 from .planar import cone_fans, force_lines, lengths_per_newton, size_of
 from .scene import draw_mesh, fill_view
-from .style import CONE, FORCE, INK, MUTED, OBJECT
+from .style import CONE, FORCE, INK
 from .views import best_view, hidden
 
 if TYPE_CHECKING:
@@ -41,8 +40,7 @@ def draw_spatial_grasp(
 ) -> list[Artist]:
     """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
-    Contacts behind the object are circles, and their forces are dashed. Without a mesh the convex hull of the
-    contacts is drawn lightly.
+    Contacts behind the object are circles, and their forces are dashed.
 
     For one thread at a time, as all of matplotlib.
 
@@ -70,7 +68,7 @@ def draw_spatial_grasp(
     Returns
     -------
     list of matplotlib.artist.Artist
-        Mesh or hull, cones, arrows and points.
+        Mesh, cones, arrows and points.
 
     Raises
     ------
@@ -85,7 +83,7 @@ def draw_spatial_grasp(
     >>> grasp = gf.Grasp([(-1, 0, 0), (1, 0, 0)], [(1, 0, 0), (-1, 0, 0)], edges=8)
     >>> axes = Figure().add_subplot(projection="3d")
     >>> len(draw_spatial_grasp(axes, grasp))
-    4
+    3
     """
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 6:
@@ -105,7 +103,7 @@ def draw_contacts(
     color: str,
     view: tuple[float, float] | None,
 ) -> tuple[list[Artist], tuple[Array, tuple[float, float]], NDArray[np.bool_]]:
-    """Draw without framing: artists, points (n, 3) and view for `fill_view`, and which contacts are behind."""
+    """Draw without framing. Return artists, arguments of `fill_view`, and which contacts are behind."""
     where = grasp.positions
     skin = None if mesh is None else triangles("mesh", mesh)
     solid = None if skin is None else skin[0][skin[1]]
@@ -116,13 +114,16 @@ def draw_contacts(
     scale = lengths_per_newton(grasp, forces, fans, size_of(np.vstack(shown)), _CONE_SHARE, metres_per_newton)
     # What is behind is drawn first.
     axes.computed_zorder = False
-    artists: list[Artist] = (
-        [_draw_hull(axes, where)] if skin is None else [draw_mesh(axes, *skin, alpha=0.72)]
-    )
+    artists: list[Artist] = [] if skin is None else [draw_mesh(axes, *skin, alpha=0.72)]
     for number, (point, fan, covered) in enumerate(zip(where, fans, behind, strict=True)):
         rim = point - scale.cones * fan
         sides = [np.stack([point, rim[h - 1], rim[h]]) for h in range(len(rim))]
-        style = {"facecolors": color, "edgecolors": FORCE, "linewidths": 0.5, "zorder": 0.5 if covered else 3}
+        style = {
+            "facecolors": color,
+            "edgecolors": FORCE,
+            "linewidths": 6.0 / max(12, len(rim)),
+            "zorder": 0.5 if covered else 3,
+        }
         artists.append(axes.add_collection3d(Poly3DCollection(sides, alpha=0.5, **style)))
         tip = point - 1.16 * (point - rim.mean(axis=0))
         if labels:
@@ -139,11 +140,3 @@ def draw_contacts(
         if group.any():
             artists += axes.plot(*where[group].T, "o", ms=4.5, mfc=fill, mec=INK, mew=0.9, zorder=11)
     return artists, (np.vstack(shown), view), behind
-
-
-def _draw_hull(axes: Axes3D, points: Array) -> Artist:
-    faces = Poly3DCollection(
-        hull_faces(points), facecolors=OBJECT, edgecolors=MUTED, linewidths=0.6, alpha=0.35, zorder=1
-    )
-    hull: Artist = axes.add_collection3d(faces)
-    return hull

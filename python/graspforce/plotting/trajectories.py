@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
-_DASH = 4.0
-"""Length of a dash in line widths."""
+_PERIOD = 10.0
+"""Length of one dash of each contact, in line widths."""
+
+_LIMITS = ((5, 3), (1, 1.5), (7, 2, 1, 2))
+"""Dashes of the limits, in turn."""
 
 
 def draw_forces(
@@ -73,16 +76,20 @@ def draw_forces(
     for i, (column, dashes) in enumerate(zip(forces.T, _dashes(forces), strict=True)):
         colour = CONTACTS[i % len(CONTACTS)]
         artists += axes.plot(moments, column, lw=1.8, ls=dashes, color=colour, label=f"contact {i}")
-    for value in np.unique(limits):
+    for k, value in enumerate(np.unique(limits)):
         owners = np.flatnonzero(limits == value)
         colour = CONTACTS[owners[0] % len(CONTACTS)] if len(owners) == 1 else MUTED
-        limit = axes.axhline(value, lw=1.0, ls=(0, (5, 3)), color=colour)
+        limit = axes.axhline(value, lw=1.0, ls=(0, _LIMITS[k % len(_LIMITS)]), color=colour)
         names = "all" if len(owners) == len(limits) else ", ".join(str(i) for i in owners)
         limit.set_label(f"limit of {names}")
         artists.append(limit)
     plain_axes(axes, "row" if times is None else "time (s)", "normal force (N)")
     axes.set_ylim(bottom=0)
-    axes.legend(fontsize=8, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend = axes.legend(
+        fontsize=8, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5)
+    )
+    for line in legend.get_lines()[: forces.shape[1]]:
+        line.set_linestyle("-")
     return artists
 
 
@@ -93,7 +100,7 @@ def _dashes(forces: NDArray[np.float64]) -> list[Any]:
     for i, column in enumerate(forces.T):
         for group in together:
             apart = np.abs(column - forces[:, group[0]])
-            if (apart < 0.01 * scale).sum() > 0.25 * np.isfinite(apart).sum():
+            if (apart < 0.01 * scale).sum() > 0.5 * np.isfinite(apart).sum():
                 group.append(i)
                 break
         else:
@@ -101,5 +108,6 @@ def _dashes(forces: NDArray[np.float64]) -> list[Any]:
     styles: list[Any] = ["-"] * forces.shape[1]
     for group in together:
         for place, i in enumerate(group[1:], start=1):
-            styles[i] = (_DASH * place, (_DASH, _DASH * (len(group) - 1)))
+            dash = _PERIOD / len(group)
+            styles[i] = (dash * place, (dash, _PERIOD - dash))
     return styles

@@ -20,7 +20,7 @@ _EXAMINED = 16
 
 
 def axes_of(elevation: float, azimuth: float) -> Array:
-    """Unit vectors (3, 3) to the right, upwards and to the viewer, of angles in degrees."""
+    """Return unit vectors (3, 3) to the right, upwards and to the viewer, of angles in degrees."""
     e, a = np.deg2rad([elevation, azimuth])
     toward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
