@@ -14,7 +14,7 @@ from .grasp_options import about_a_grasp
 from .output import note
 
 
-@about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
+@about_a_grasp
 def view(
     file: GraspFile,
     mesh: Annotated[

@@ -43,6 +43,10 @@ if TYPE_CHECKING:
     from graspforce.planning import Plan
     from graspforce.typing import Criterion
 
+_DRAWN = 200
+_GRID = 25
+"""Points of a drawn curve, and along each parameter of a drawn surface."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanFile(ReadOnly):
@@ -63,7 +67,7 @@ class PlanFile(ReadOnly):
     grasp_options : dict
         Other options of the contacts, as for `graspforce.Grasp`.
     outline : numpy.ndarray or None
-        (n, 2) corners of the object in m.
+        (n, 2) corners of the object in m: those of the file, or of the ellipse on which all contacts lie.
     """
 
     path: Path
@@ -72,6 +76,21 @@ class PlanFile(ReadOnly):
     search: dict[str, Any]
     grasp_options: dict[str, Any]
     outline: NDArray[np.float64] | None = None
+
+    def drawing(self) -> dict[str, Any]:
+        """Return the object as `graspforce.plotting.history_figure` draws it: outline, curves and mesh."""
+        bounds = np.array(self.search["bounds"], dtype=np.float64)
+        if self.places[0].num_params == 1:
+            pieces = zip(self.places, bounds, strict=True)
+            curves = [place.point(np.linspace(*ends, _DRAWN)) for place, ends in pieces]
+            return {"outline": self.outline, "curves": curves}
+        vertices, faces = zip(
+            *(_patch(place, bounds[2 * i : 2 * i + 2]) for i, place in enumerate(self.places)), strict=True
+        )
+        first = np.cumsum([0, *map(len, vertices[:-1])])
+        return {
+            "mesh": (np.vstack(vertices), np.vstack([f + k for f, k in zip(faces, first, strict=True)])),
+        }
 
     def plan(self, criterion: Criterion = "max") -> Plan:
         """Search for the best grasp, as `graspforce.plan` does."""
@@ -137,8 +156,37 @@ def _place_problem(document: Document, model: PlanModel) -> PlanFile:
             "friction_margin": model.friction_margin,
             "origin": model.origin,
         },
-        None if model.outline is None else np.array(model.outline),
+        _outline(model),
     )
+
+
+def _outline(model: PlanModel) -> NDArray[np.float64] | None:
+    """Return the corners that the file gives, or the disc on whose rim all contacts lie."""
+    if model.outline is not None:
+        return np.array(model.outline)
+    rims = {(rim.semi_x, rim.semi_y, rim.pressed_from) for rim in _ellipses(model)}
+    if len(rims) != 1 or len(_ellipses(model)) < len(model.contacts):
+        return None
+    ((semi_x, semi_y, side),) = rims
+    turn = np.linspace(0, 2 * np.pi, _DRAWN, endpoint=False)
+    return ellipse(semi_x, semi_y).point(turn) if side == "outside" else None
+
+
+def _ellipses(model: PlanModel) -> list[EllipseModel]:
+    return [contact.curve for contact in model.contacts if isinstance(contact.curve, EllipseModel)]
+
+
+def _patch(
+    place: PlanarCurve | ParametricSurface, bounds: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices (V, 3) in m and triangles (F, 3) of the piece of a surface within bounds (2, 2)."""
+    u, v = np.meshgrid(*(np.linspace(*ends, _GRID) for ends in bounds), indexing="ij")
+    corner = np.arange(_GRID**2).reshape(_GRID, _GRID)
+    a, b, c, d = (
+        part.ravel() for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
+    )
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return place.point(np.column_stack([u.ravel(), v.ravel()])), faces
 
 
 def _search_of(document: Document, i: int, contact: PlanContactModel, size: int) -> dict[str, list[Any]]:
