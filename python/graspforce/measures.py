@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graspforce._internal.html import measures_html
 from graspforce._internal.restored import expect_number
 from graspforce._internal.to_dict import Record
 
@@ -28,7 +29,7 @@ _MAX_HULL_POINTS = 128
 """In six dimensions the facets of a hull grow with the cube of its points."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Measures(Record):
     r"""Algebraic and geometric measures of one grasp.
 
@@ -56,6 +57,15 @@ class Measures(Record):
     ellipsoid_volume: float
     isotropy: float
     hull_volume: float | None
+
+    def __repr__(self) -> str:
+        """Write six digits of each measure."""
+        names = ("smallest_singular_value", "ellipsoid_volume", "isotropy", "hull_volume")
+        shown = (f"{n}={x if (x := getattr(self, n)) is None else f'{x:.6g}'}" for n in names)
+        return f"Measures({', '.join(shown)})"
+
+    def _repr_html_(self) -> str:
+        return measures_html(self)
 
     def _check(self) -> None:
         for name in ("smallest_singular_value", "ellipsoid_volume", "isotropy"):

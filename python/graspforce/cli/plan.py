@@ -75,8 +75,8 @@ def plan(
     Example: `graspforce plan disc.yaml --criterion sum`
     """
     options = {
-        "contacts": contacts, "starts": starts, "best": best, "friction": friction,
-        "max_normal_force": max_normal_force, "edges": edges, "torsion": torsion, "length_scale": length_scale,
+        "contacts": contacts, "starts": starts, "best": best, "friction": friction, "edges": edges,
+        "max_normal_force": max_normal_force, "torsion": torsion, "length_scale": length_scale,
         "refine": refine, "seed": seed,
     }  # fmt: skip
     if is_mesh(problem):

@@ -43,15 +43,20 @@ def scene_triangles(path: Path, kind: str, content: bytes) -> tuple[NDArray[np.f
             _check_gltf(path, _header(content), len(content), beside_it)
         options: dict[str, Any] = {} if kind == "3mf" else {"skip_materials": True}
         scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, resolver=beside_it, **options)
-        count = sum(len(scene.geometry[scene.graph[node][1]].faces) for node in scene.graph.nodes_geometry)
-        if count > _MAX_TRIANGLES:
-            raise InvalidFileError(path, f"{count} triangles, more than {_MAX_TRIANGLES}")
+        _check_size(path, scene)
         mesh = scene.to_mesh()
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except (InvalidFileError, MissingExtraError):
         raise
     except Exception as error:  # noqa: BLE001 - whatever a parser of someone else's makes of a broken file
         raise InvalidFileError(path, f"not a mesh: {error}") from None
+
+
+def _check_size(path: Path, scene: Any) -> None:
+    """Refuse a scene that repeats its meshes without bound."""
+    count = sum(len(scene.geometry[scene.graph[node][1]].faces) for node in scene.graph.nodes_geometry)
+    if count > _MAX_TRIANGLES:
+        raise InvalidFileError(path, f"{count} triangles, more than {_MAX_TRIANGLES}")
 
 
 class _Beside:

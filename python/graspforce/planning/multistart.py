@@ -18,6 +18,7 @@ from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 from graspforce.typing import Stopped
 
+from .contacts_on_mesh import on_mesh
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import pattern_search
 from .plan_result import Plan
@@ -25,8 +26,11 @@ from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce.surfaces import MeshSurface
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .candidates import CandidateSource
@@ -112,12 +116,13 @@ class PlanSet(Record):
 
 
 def plan_multistart(
-    surface: Surface,
-    bounds: ArrayLike,
-    step: ArrayLike,
-    tolerance: ArrayLike,
+    surface: Surface | MeshSurface | str | os.PathLike[str] | Any,
+    bounds: ArrayLike | None = None,
+    step: ArrayLike | None = None,
+    tolerance: ArrayLike | None = None,
     criterion: Criterion = "max",
     *,
+    contacts: int | None = None,
     starts: Starts = 200,
     best: int = 10,
     distinct: float | None = None,
@@ -126,7 +131,7 @@ def plan_multistart(
     external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
-    min_distance: float = 0.0,
+    min_distance: float | None = None,
     placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
@@ -144,11 +149,15 @@ def plan_multistart(
     Parameters
     ----------
     surface, step, tolerance, criterion, rtol, external_wrench, metric
-        As for `graspforce.plan`.
+        As for `graspforce.plan`. With `contacts` the surface is a mesh: a `MeshSurface`, or what it takes.
     feasible, min_distance, placement, max_candidates
         As for `graspforce.plan`.
     bounds : array_like
         (p, 2) finite lower and upper bounds of the starts and of the searches.
+    contacts : int, optional
+        Number of contacts anywhere on a mesh. All other lengths then have defaults from its largest extent:
+        `step` a fifth, `tolerance` a tenth of the step, `min_distance` a twentieth, ``length_scale`` half of
+        it. `bounds` are the mesh's box, and ``origin`` is its centre of mass.
     starts : int or array_like
         Number of starts, or (S, p) the starts themselves. A drawn start without finite contacts is drawn
         again; a given one makes its search fail.
@@ -192,7 +201,25 @@ def plan_multistart(
     ... )
     >>> len(found.plans), found.best.quality.closure
     (3, 'force')
+
+    Contacts anywhere on a mesh:
+
+    >>> import trimesh
+    >>> can = trimesh.creation.cylinder(radius=0.03, height=0.1)
+    >>> gf.plan_multistart(can, contacts=3, starts=3, best=1).best.quality.closure
+    'force'
     """
+    if contacts is not None:
+        surface, lengths = on_mesh(surface, contacts)
+        bounds = lengths.bounds if bounds is None else bounds
+        step = lengths.step if step is None else step
+        tolerance = np.asarray(step) / 10 if tolerance is None else tolerance
+        min_distance = lengths.min_distance if min_distance is None else min_distance
+        grasp_options = cast("GraspOptions", {**lengths.grasp_options, **grasp_options})
+    for name, value in (("bounds", bounds), ("step", step), ("tolerance", tolerance)):
+        if value is None:
+            raise InvalidInputError(f"{name}: missing; only a mesh with `contacts` has a default")
+    bounds, step, tolerance = cast("tuple[Array, Array, Array]", (bounds, step, tolerance))
     best = whole_number("best", best, least=1)
     seed = whole_number("seed", seed, least=0)
     if distinct is not None:
@@ -200,7 +227,7 @@ def plan_multistart(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        plan_multistart, surface, grasp_options, feasible, min_distance, placement=placement,
+        plan_multistart, surface, grasp_options, feasible, min_distance or 0.0, placement=placement,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)

@@ -22,6 +22,7 @@ from graspforce.typing import Stopped
 from .scoring import SearchCounts
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from graspforce._core import Grasp, Quality
@@ -124,6 +125,16 @@ class Plan(Record):
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON."""
         return {**Record.to_dict(self), "num_candidates": self.num_candidates}
+
+    def plot(self, **options: Any) -> Figure:
+        """Draw the search and its grasp: a figure that notebooks show and ``savefig`` writes.
+
+        Needs the ``plot`` extra. Options are those of `graspforce.plotting.history_figure`: ``title``,
+        ``outline``, ``mesh`` and ``curves``.
+        """
+        from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+
+        return history_figure(self, **options)
 
     def _repr_html_(self) -> str:
         header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")

@@ -11,7 +11,6 @@ import numpy as np
 
 from graspforce._core import TriangleTree, unwarned_grasp
 from graspforce._internal.checks import chosen, finite_array, real_number, strength
-from graspforce._internal.optional_imports import optional
 from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 
@@ -80,9 +79,9 @@ class MeshSurface:
     Raises
     ------
     InvalidInputError
-        The file cannot be read. The mesh is empty, has holes, is inside out, or its faces are oriented differently. Its extent does
-        not fit the unit. No face remains that contacts may touch. If the mesh has several parts, the message
-        names the part.
+        The file cannot be read. The mesh is empty, has holes, is inside out, or its faces are oriented
+        differently. Its extent does not fit the unit. No face remains that contacts may touch. If the mesh
+        has several parts, the message names the part.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 
