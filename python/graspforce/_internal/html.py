@@ -6,11 +6,11 @@ The classes of the extension module call these functions.
 from __future__ import annotations
 
 import html
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._internal.rounded import outward, proven
 from graspforce.status import Status
 
 if TYPE_CHECKING:
@@ -120,16 +120,10 @@ def _first_rows(*columns: NDArray[Any]) -> Iterable[tuple[Any, ...]]:
 
 def _bracket(quality: Quality) -> str:
     """Say within which numbers rho is proven; how closely, where both would look the same."""
-    ends = [f"{x:.6g}" for x in (quality.lower, quality.upper)]
-    if ends[0] != ends[1]:
-        return f"proven within [{', '.join(ends)}]"
-    return f"proven to {quality.upper - quality.lower:.1e}"
-
-
-def proven(value: float, width: float) -> str:
-    """Write a number whose error is at most `width`: as many digits as are certain, nine at most."""
-    known = 9 if width <= 0 or value == 0 else math.floor(math.log10(abs(value) / width)) + 1
-    return f"{value + 0.0:.{min(max(known, 1), 9)}g}"
+    width = quality.upper - quality.lower
+    if width < 1e-6 * abs(quality.rho):
+        return f"proven to {width:.1e}"
+    return f"proven within [{', '.join(outward(quality.lower, quality.upper))}]"
 
 
 def number(value: float, scale: float, digits: int) -> str:

@@ -18,7 +18,7 @@ from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 from graspforce.typing import Stopped
 
-from .contacts_on_mesh import on_mesh
+from .contacts_on_mesh import with_lengths
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import pattern_search
 from .plan_result import Plan
@@ -209,17 +209,9 @@ def plan_multistart(
     >>> gf.plan_multistart(can, contacts=3, starts=3, best=1).best.quality.closure
     'force'
     """
-    if contacts is not None:
-        surface, lengths = on_mesh(surface, contacts)
-        bounds = lengths.bounds if bounds is None else bounds
-        step = lengths.step if step is None else step
-        tolerance = np.asarray(step) / 10 if tolerance is None else tolerance
-        min_distance = lengths.min_distance if min_distance is None else min_distance
-        grasp_options = cast("GraspOptions", {**lengths.grasp_options, **grasp_options})
-    for name, value in (("bounds", bounds), ("step", step), ("tolerance", tolerance)):
-        if value is None:
-            raise InvalidInputError(f"{name}: missing; only a mesh with `contacts` has a default")
-    bounds, step, tolerance = cast("tuple[Array, Array, Array]", (bounds, step, tolerance))
+    surface, bounds, step, tolerance, min_distance, grasp_options = with_lengths(
+        surface, contacts, bounds, step, tolerance, min_distance, grasp_options
+    )
     best = whole_number("best", best, least=1)
     seed = whole_number("seed", seed, least=0)
     if distinct is not None:
@@ -227,7 +219,7 @@ def plan_multistart(
     began = time.monotonic()
     deadline = deadline_after(time_limit)
     problem = SearchProblem.of(
-        plan_multistart, surface, grasp_options, feasible, min_distance or 0.0, placement=placement,
+        plan_multistart, surface, grasp_options, feasible, min_distance, placement=placement,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)

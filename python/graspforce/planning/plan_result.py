@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Blocks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Iterate(Record):
     """One iterate of a plan.
 
@@ -50,6 +50,12 @@ class Iterate(Record):
     params: NDArray[np.float64]
     rho: float
     step: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        """Write six digits of each number."""
+        return (
+            f"Iterate(params={vector(self.params, digits=6)}, rho={self.rho:.6g}, step={vector(self.step)})"
+        )
 
     def _check(self) -> None:
         expect_array("params", self.params, (None,))

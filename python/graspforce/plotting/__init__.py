@@ -5,9 +5,10 @@ Functions ``..._figure`` make a whole figure. They do not use pyplot: no window 
 and the caller's own plots do not change.
 
 - `figures`: whole figures; `panels`: one grasp with numbers, a wrench and a legend.
-- `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over time; `statistics`: searches
-  and latencies.
-- `scene`: meshes, and drawings that fill their axes; `views`: what is seen from where; `arrows`, `hull`, `style`.
+- `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over time; `statistics`:
+  searches and latencies.
+- `scene`: meshes, and drawings that fill their axes; `views`: what is seen from where; `arrows`, `hull`,
+  `style`.
 """
 
 from graspforce.errors import MissingExtraError
