@@ -152,7 +152,7 @@ def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: fl
     with _blamed_on({"contacts": "--at"}, options):
         file = grasp_of(document, document.parsed(GraspModel))
     surface = cast("MeshSurface", file.surface)
-    measured = {"origin": surface.center}
+    measured: dict[str, Any] = {"origin": surface.center}
     if options["length_scale"] is None:
         measured["length_scale"] = surface.length_scale
     return dataclasses.replace(file, grasp=file.grasp.replace(**measured))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce import planning
+from graspforce._internal.grid import patch_triangles
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.surfaces import (
@@ -44,8 +45,8 @@ if TYPE_CHECKING:
     from graspforce.typing import Criterion
 
 _DRAWN = 200
-_GRID = 25
-"""Points of a drawn curve, and along each parameter of a drawn surface."""
+_CELLS = 24
+"""Points of a drawn curve, and cells along each parameter of a drawn surface."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,16 +82,16 @@ class PlanFile(ReadOnly):
         """Return the object as `graspforce.plotting.history_figure` draws it: outline, curves and mesh."""
         bounds = np.array(self.search["bounds"], dtype=np.float64)
         if self.places[0].num_params == 1:
-            pieces = zip(self.places, bounds, strict=True)
-            curves = [place.point(np.linspace(*ends, _DRAWN)) for place, ends in pieces]
+            pieces = zip(self.places, bounds.tolist(), strict=True)
+            curves = [place.point(np.linspace(low, high, _DRAWN)) for place, (low, high) in pieces]
             return {"outline": self.outline, "curves": curves}
-        vertices, faces = zip(
-            *(_patch(place, bounds[2 * i : 2 * i + 2]) for i, place in enumerate(self.places)), strict=True
-        )
-        first = np.cumsum([0, *map(len, vertices[:-1])])
-        return {
-            "mesh": (np.vstack(vertices), np.vstack([f + k for f, k in zip(faces, first, strict=True)])),
-        }
+        boxes = bounds.reshape(-1, 2, 2)
+        patches = [
+            patch_triangles(place.point, box, _CELLS) for place, box in zip(self.places, boxes, strict=True)
+        ]
+        first = np.cumsum([0, *(len(vertices) for vertices, _ in patches)])
+        faces = [triangles + k for (_, triangles), k in zip(patches, first, strict=False)]
+        return {"mesh": (np.vstack([vertices for vertices, _ in patches]), np.vstack(faces))}
 
     def plan(self, criterion: Criterion = "max") -> Plan:
         """Search for the best grasp, as `graspforce.plan` does."""
@@ -174,19 +175,6 @@ def _outline(model: PlanModel) -> NDArray[np.float64] | None:
 
 def _ellipses(model: PlanModel) -> list[EllipseModel]:
     return [contact.curve for contact in model.contacts if isinstance(contact.curve, EllipseModel)]
-
-
-def _patch(
-    place: PlanarCurve | ParametricSurface, bounds: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return vertices (V, 3) in m and triangles (F, 3) of the piece of a surface within bounds (2, 2)."""
-    u, v = np.meshgrid(*(np.linspace(*ends, _GRID) for ends in bounds), indexing="ij")
-    corner = np.arange(_GRID**2).reshape(_GRID, _GRID)
-    a, b, c, d = (
-        part.ravel() for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
-    )
-    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    return place.point(np.column_stack([u.ravel(), v.ravel()])), faces
 
 
 def _search_of(document: Document, i: int, contact: PlanContactModel, size: int) -> dict[str, list[Any]]:

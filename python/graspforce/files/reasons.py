@@ -41,9 +41,6 @@ _WORDS = {
 }
 """What is wrong, with the values of the error's context."""
 
-_WRITTEN = {"None": "null", "True": "true", "False": "false"}
-"""Values as files write them."""
-
 _OWN = {"place"}
 """Errors of the schemas themselves, which have their own words."""
 
@@ -91,8 +88,7 @@ def _words(error: ErrorDetails) -> str:
 
 def _given(error: ErrorDetails) -> str:
     shown = error["type"] in ("missing", "extra_forbidden") or isinstance(error["input"], dict | list)
-    given = error["input"]
-    return "" if shown else f", given {_WRITTEN.get(repr(given), shortened(repr(given)))}"
+    return "" if shown else f", given {shortened(repr(error['input']))}"
 
 
 def spelled(field: Sequence[str | int]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,11 +20,8 @@ def shown_iterates(history: tuple[Iterate, ...], most: int) -> list[tuple[int, I
     Of more than `most` the last ones before the end are left out.
     """
     rho = np.array([row.rho for row in history])
-    end = max(
-        k
-        for k in range(len(history))
-        if k == 0 or not np.array_equal(*(history[i].params for i in (k - 1, k)))
-    )
+    moved = [not np.array_equal(a.params, b.params) for a, b in pairwise(history)]
+    end = max((k for k, changed in enumerate(moved, start=1) if changed), default=0)
     least = _CHANGE * float(np.ptp(rho[np.isfinite(rho)], axis=0)) if np.isfinite(rho).any() else 0.0
     shown = [0]
     for k in range(1, end):

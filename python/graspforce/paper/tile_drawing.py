@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from graspforce._core import unwarned_grasp
+from graspforce._internal.grid import patch_triangles
 from graspforce.plotting.scene import fill_view
 from graspforce.plotting.spatial import draw_contacts
 from graspforce.plotting.style import CONE
@@ -39,14 +40,11 @@ _SHOWN = np.array(list(product((-0.24, 0.24), (-0.24, 0.24), (-0.15, 0.15))))
 
 def tile_mesh() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return vertices (V, 3) in m and triangles (F, 3) of both sides of the tile."""
-    u, v = (grid.ravel() for grid in np.meshgrid(*[np.linspace(-0.2, 0.2, _GRID + 1)] * 2, indexing="ij"))
-    corner = np.arange((_GRID + 1) ** 2).reshape(_GRID + 1, _GRID + 1)
-    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-    a, b, c, d = (part.ravel() for part in (a, b, c, d))
-    upward = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    params = np.column_stack([u, v])
-    sides = [tile_side(name).point(params) for name in ("lower", "upper")]
-    return np.vstack(sides), np.vstack([upward[:, ::-1], upward + len(params)])
+    bounds = [(-0.2, 0.2), (-0.2, 0.2)]
+    (lower, faces), (upper, _) = (
+        patch_triangles(tile_side(name).point, bounds, _GRID) for name in ("lower", "upper")
+    )
+    return np.vstack([lower, upper]), np.vstack([faces[:, ::-1], faces + len(lower)])
 
 
 def tile_plan_figure(run: TilePlanRun) -> Figure:

@@ -137,7 +137,7 @@ def quality_figure(
     """
     instance("grasp", grasp, Grasp, Quality)
     if isinstance(grasp, Quality):
-        grasp, qualities = grasp.grasp, [grasp]
+        qualities, grasp = [grasp], grasp.grasp
     found = [grasp.quality(name) for name in CRITERIA] if qualities is None else list(qualities)
     title = "\n".join(line for line in (title, *_numbers(found)) if line)
     wrench = DrawnWrench.weakest(found[0])

@@ -108,7 +108,16 @@ def draw_planar_grasp(
         if labels:
             tip = point + 1.16 * (wedge[1:].mean(axis=0) - point)
             artists.append(
-                axes.text(*tip, str(number), fontsize=9, color=INK, ha="center", va="center", zorder=5)
+                axes.text(
+                    float(tip[0]),
+                    float(tip[1]),
+                    str(number),
+                    fontsize=9,
+                    color=INK,
+                    ha="center",
+                    va="center",
+                    zorder=5,
+                )
             )
             axes.update_datalim([tip])
     for _, point, tail, color in force_lines(grasp, forces, scale):

@@ -110,7 +110,7 @@ def fill_view(
     if len(flat) <= _FEW:
         # Corners alone do not tell where edges and faces are.
         flat = np.concatenate([flat + share * (flat[:, None] - flat) for share in (0.25, 0.5)]).reshape(-1, 2)
-    used = np.maximum((high - low)[:2] / (2 * half) + 1 - _FILLED, _LEAST_USED)
+    used: NDArray[np.float64] = np.maximum((high - low)[:2] / (2 * half) + 1 - _FILLED, _LEAST_USED)
     at, covered = _free_corner(flat, used)
     if covered and used[1] < 1:
         used[1] = min(1.0, used[1] + 0.3)
@@ -126,7 +126,8 @@ def _free_corner(flat: NDArray[np.float64], used: NDArray[np.float64]) -> tuple[
     away = flat - corners[:, None] - (0.04, 0.01)
     covered = (np.abs(away) < (0.13, 0.15)).all(axis=2).sum(axis=1)
     best = int(np.argmin(covered))
-    return corners[best], int(covered[best])
+    at: NDArray[np.float64] = corners[best]
+    return at, int(covered[best])
 
 
 def _show_box(axes: Axes3D, middle: NDArray[np.float64], half: float, zoom: float) -> None:
@@ -165,10 +166,10 @@ class Arms(Artist):
             if length < 0.2 * self._share:
                 continue  # It points at the viewer.
             self._show(Line2D(*np.stack([at, at + arm]).T, color=INK, lw=1.0), renderer)
-            place = at + arm + 0.025 * arm / length
-            self._show(Text(*place, name, fontsize=7, color=INK, ha="center", va="center"), renderer)
-        below = at - (0, 0.02 + self._share * max(0.4, -frame[1].min() + 0.4))
-        self._show(Text(*below, self._text, fontsize=7, color=INK, ha="center", va="top"), renderer)
+            x, y = at + arm + 0.025 * arm / length
+            self._show(Text(x, y, name, fontsize=7, color=INK, ha="center", va="center"), renderer)
+        x, y = at - (0, 0.02 + self._share * max(0.4, -frame[1].min() + 0.4))
+        self._show(Text(x, y, self._text, fontsize=7, color=INK, ha="center", va="top"), renderer)
 
     def _show(self, artist: Artist, renderer: RendererBase) -> None:
         artist.set_figure(self.axes.figure)  # type: ignore[union-attr] # it has axes when drawn

@@ -133,7 +133,9 @@ class MeshSurface:
         self._source = surface.source
         triangles = surface.vertices[surface.faces]
         self.bounds = read_only(np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))], axis=1))
-        self.center = read_only(center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1))
+        center = center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1)
+        # Rounding is no place: a centre at zero is zero.
+        self.center = read_only(np.where(np.abs(center) > 1e-12 * self.length_scale, center, 0.0))
         self._outward = unit_normals(self.vertices[self.faces])
         # Faces without area have no normal: they stay in the list, unused.
         usable = np.linalg.norm(self._outward, axis=1) > 0.5
