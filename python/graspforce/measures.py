@@ -7,12 +7,12 @@ They do not depend on force limits, and the first three not on friction; see `Gr
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._internal.html import measures_html
+from graspforce._internal.html import table
 from graspforce._internal.restored import expect_number
 from graspforce._internal.to_dict import Record
 
@@ -58,14 +58,17 @@ class Measures(Record):
     isotropy: float
     hull_volume: float | None
 
+    def _shown(self) -> list[tuple[str, str]]:
+        values = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return [(name, "None" if value is None else f"{value:.6g}") for name, value in values]
+
     def __repr__(self) -> str:
         """Write six digits of each measure."""
-        names = ("smallest_singular_value", "ellipsoid_volume", "isotropy", "hull_volume")
-        shown = (f"{n}={x if (x := getattr(self, n)) is None else f'{x:.6g}'}" for n in names)
-        return f"Measures({', '.join(shown)})"
+        return f"Measures({', '.join(f'{name}={value}' for name, value in self._shown())})"
 
     def _repr_html_(self) -> str:
-        return measures_html(self)
+        rows = ((name.replace("_", " "), value) for name, value in self._shown())
+        return table("Measures", ("", ""), rows)
 
     def _check(self) -> None:
         for name in ("smallest_singular_value", "ellipsoid_volume", "isotropy"):

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from graspforce._core import ForceBatch, ForceSolution, Gradient, Grasp, Quality, QualityBatch
-    from graspforce.measures import Measures
 
 FORCE_COMPONENTS = {2: "[n, t]", 3: "[n, o, t]", 4: "[n, o, t, torsion]"}
 """Names of the components of a force in its contact frame, by their number."""
@@ -64,14 +63,6 @@ def gradient_html(gradient: Gradient) -> str:
     kind = "" if gradient.unique else "; not differentiable here, one element of the subdifferential"
     header = ("contact", "by position (N/m)", "by normal (N/rad)", "by friction (N)", "by limit (N/N)")
     return table(f"Gradient of epsilon{kind}", header, rows)
-
-
-def measures_html(measures: Measures) -> str:
-    """One measure a row."""
-    names = ("smallest_singular_value", "ellipsoid_volume", "isotropy", "hull_volume")
-    values = ((name, getattr(measures, name)) for name in names)
-    rows = [(name.replace("_", " "), "not known" if x is None else f"{x:.6g}") for name, x in values]
-    return table("Measures", ("", ""), rows)
 
 
 def forces_html(batch: ForceBatch) -> str:

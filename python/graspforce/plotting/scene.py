@@ -75,6 +75,7 @@ def frame_view(
     axes.set_box_aspect(tuple(extent / extent.max()), zoom=zoom)
     axes.view_init(elev=elevation, azim=azimuth)
     axes.set_axis_off()
+    _remove_arms(axes)
 
 
 def fill_view(
@@ -103,9 +104,7 @@ def fill_view(
     center, edge = (_in_axes(axes, point) for point in (middle, middle + half * frame[0]))
     zoom = 0.5 / float((edge - center)[0])
     _show_box(axes, middle + 2 * half * (center - 0.5) @ frame[:2], half, zoom)
-    # Where two drawings share axes, the last one has the arms.
-    for artist in [a for a in axes.artists if isinstance(a, Arms)]:
-        artist.remove()
+    _remove_arms(axes)
     flat = (seen - (low + high) / 2)[:, :2] / (2 * half)
     if len(flat) <= _FEW:
         # Corners alone do not tell where edges and faces are.
@@ -117,6 +116,12 @@ def fill_view(
         at, _ = _free_corner(flat, used)
     axes.add_artist(Arms(0.5 + at, half, names, unit))
     return used
+
+
+def _remove_arms(axes: Axes3D) -> None:
+    """Remove the arms of a drawing whose axes are shown otherwise now."""
+    for artist in [a for a in axes.artists if isinstance(a, Arms)]:
+        artist.remove()
 
 
 def _free_corner(flat: NDArray[np.float64], used: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
