@@ -34,14 +34,18 @@ def hidden(
     found = np.zeros(len(positions), bool)
     if corners is None:
         return found
-    seen = corners @ axes_of(*view).T
-    low, high = seen[:, :, :2].min(axis=1), seen[:, :, :2].max(axis=1)
-    margin = 2e-3 * float(np.ptp(seen.reshape(-1, 3), axis=0).max())
+    # Coordinates first (3, F): reductions over short rows are slow.
+    first, second, third = (
+        np.ascontiguousarray(corner.T) for corner in np.moveaxis(corners @ axes_of(*view).T, 1, 0)
+    )
+    low = np.minimum(np.minimum(first, second), third)
+    high = np.maximum(np.maximum(first, second), third)
+    margin = 2e-3 * float((high.max(axis=1) - low.min(axis=1)).max())
     # A dot on the rim is seen: it stands out of the surface.
     places = (positions - 2 * margin * normals) @ axes_of(*view).T
     for i, (x, y, depth) in enumerate(places):
-        near = ((low <= (x, y)) & (high >= (x, y))).all(axis=1) & (seen[:, :, 2].max(axis=1) > depth + margin)
-        a, b, c = np.moveaxis(seen[near], 1, 0)
+        near = (low[0] <= x) & (high[0] >= x) & (low[1] <= y) & (high[1] >= y) & (high[2] > depth + margin)
+        a, b, c = (corner[:, near].T for corner in (first, second, third))
         to = np.array([x, y]) - a[:, :2]
         u, v = b - a, c - a
         area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
