@@ -165,7 +165,8 @@ class Arms(Artist):
         """Draw the arms as the axes are turned now."""
         axes: Any = self.axes
         frame = axes_of(axes.elev, axes.azim)
-        at = self._at
+        # Arms that point left or down begin further right or up.
+        at = self._at + self._share * np.maximum(0.0, -frame[:2].min(axis=1))
         for name, arm in zip(self._names, self._share * frame[:2].T, strict=True):
             length = float(np.hypot(*arm))
             if length < 0.2 * self._share:
@@ -173,8 +174,8 @@ class Arms(Artist):
             self._show(Line2D(*np.stack([at, at + arm]).T, color=INK, lw=1.0), renderer)
             x, y = at + arm + 0.025 * arm / length
             self._show(Text(x, y, name, fontsize=7, color=INK, ha="center", va="center"), renderer)
-        x, y = at - (0, 0.02 + self._share * max(0.4, -frame[1].min() + 0.4))
-        self._show(Text(x, y, self._text, fontsize=7, color=INK, ha="center", va="top"), renderer)
+        x, y = self._at[0] + 0.3 * self._share, self._at[1] - 0.06
+        self._show(Text(x, y, self._text, fontsize=7, color=INK, ha="center", va="center"), renderer)
 
     def _show(self, artist: Artist, renderer: RendererBase) -> None:
         artist.set_figure(self.axes.figure)  # type: ignore[union-attr] # it has axes when drawn
