@@ -6,7 +6,7 @@
 //! contact). Millimetre positions and force limits spread over many decades then look like any other grasp.
 //!
 //! **Closure is decided as far as rounding allows.** Force closure is a ball inside the twin's hull, no closure a plane
-//! between the hull and the origin, each beyond what rounding may have done to the wrenches (`rounding.rs`): some
+//! between the hull and the origin, each beyond what rounding may have done to the wrenches (`wrench_rounding.rs`): some
 //! `1e-14`. What is neither counts as partial.
 //! Nothing but the twin decides, so no metric, criterion, limit or external wrench changes the class.
 
@@ -18,11 +18,13 @@ use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
-use crate::convex::rounding::{along, edge_magnitude, force_magnitude, map_magnitude};
+use crate::convex::rounding::along;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::exact_map::{Wrench32, dot};
+use crate::grasp::wrench::{split, with_torque};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
+use crate::quality::wrench_rounding::{edge_magnitude, force_magnitude, map_magnitude};
 use crate::tolerances::{
     CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
     ROUNDED_POSITION, SMALLER_SIMPLEX, UNIT_WRENCHES_RTOL,
@@ -319,32 +321,14 @@ impl Shape {
 
     /// The physical wrench about the torque origin.
     fn wrench_of_twin<const D: usize>(&self, twin: &Wrench<D>) -> Wrench<D> {
-        let mut wrench = *twin;
-        let c = &self.shift;
-        if D == 3 {
-            wrench[2] = wrench[2] * self.size() + c.x * twin[1] - c.y * twin[0];
-            return wrench;
-        }
-        let moved = c.cross(&Vector3::new(twin[0], twin[1], twin[2]));
-        for row in 0..3 {
-            wrench[row + 3] = wrench[row + 3] * self.size() + moved[row];
-        }
-        wrench
+        let (force, torque) = split(twin);
+        with_torque(&force, &(torque * self.size() + self.shift.cross(&force)))
     }
 
     /// The inverse of [`Self::wrench_of_twin`].
     fn twin_of_wrench<const D: usize>(&self, wrench: &Wrench<D>) -> Wrench<D> {
-        let mut twin = *wrench;
-        let c = &self.shift;
-        if D == 3 {
-            twin[2] = (twin[2] - c.x * wrench[1] + c.y * wrench[0]) / self.size();
-            return twin;
-        }
-        let moved = c.cross(&Vector3::new(wrench[0], wrench[1], wrench[2]));
-        for row in 0..3 {
-            twin[row + 3] = (twin[row + 3] - moved[row]) / self.size();
-        }
-        twin
+        let (force, torque) = split(wrench);
+        with_torque(&force, &((torque - self.shift.cross(&force)) / self.size()))
     }
 
     /// The unit direction that measures the twin's wrenches as `functional` measures physical ones: the inverse of
@@ -355,40 +339,14 @@ impl Shape {
 
     /// `S^-T y`: what the functional `y` on physical wrenches is on those of the twin.
     fn functional_of_twin<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
-        let mut z = *functional;
-        let c = &self.shift;
-        if D == 3 {
-            z[0] -= z[2] * c.y;
-            z[1] += z[2] * c.x;
-            z[2] *= self.size();
-        } else {
-            let b = Vector3::new(z[3], z[4], z[5]);
-            let a = b.cross(c);
-            for row in 0..3 {
-                z[row] += a[row];
-                z[row + 3] *= self.size();
-            }
-        }
-        z
+        let (a, b) = split(functional);
+        with_torque(&(a + b.cross(&self.shift)), &(b * self.size()))
     }
 
     /// The direction that measures physical wrenches as `z` measures the twin's.
     fn physical<const D: usize>(&self, z: &Wrench<D>) -> Wrench<D> {
-        let mut physical = *z;
-        let c = &self.shift;
-        if D == 3 {
-            let b = z[2] / self.size();
-            physical[0] += b * c.y;
-            physical[1] -= b * c.x;
-            physical[2] = b;
-            return physical;
-        }
-        let b = Vector3::new(z[3], z[4], z[5]) / self.size();
-        let a = b.cross(c);
-        for row in 0..3 {
-            physical[row] -= a[row];
-            physical[row + 3] = b[row];
-        }
-        physical
+        let (a, b) = split(z);
+        let b = b / self.size();
+        with_torque(&(a - b.cross(&self.shift)), &b)
     }
 }

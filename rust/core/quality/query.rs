@@ -3,11 +3,11 @@
 use std::sync::OnceLock;
 
 use crate::convex::expanding_polytope::{DEFAULT_MAX_FACETS, Limits, POLISH};
-use crate::convex::rounding::of_contacts;
 use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::quality::result::QualityOptions;
+use crate::quality::wrench_rounding::of_contacts;
 use crate::tolerances::{QUALITY_RTOL, QUALITY_RTOL_OF_CONES, ROUNDED_QUOTIENT};
 use crate::wrench_set::{Criterion, Support, WrenchSet};
 

@@ -12,12 +12,11 @@ use nalgebra::SMatrix;
 use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
-use crate::convex::rounding::{force_magnitude, of_contacts};
 use crate::grasp::exact_map::{ExactMap, Wrench32, dot};
 use crate::grasp::{ContactMap, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;
-use crate::quality::set_rounding::SetRounding;
+use crate::quality::wrench_rounding::{SetRounding, force_magnitude, of_contacts};
 use crate::tolerances::{
     CLOSED_BRACKET, DISTANCE_RTOL, LOST_IN_32_DIGITS, QUALITY_RTOL, ROUNDED_POINT, ROUNDED_QUOTIENT,
 };
