@@ -11,7 +11,7 @@ use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
-use crate::force::simplex::pricing::ImplicitColumns;
+use crate::force::simplex::columns::ImplicitColumns;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
 use crate::linalg::dense::invert;

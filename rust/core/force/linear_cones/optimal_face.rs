@@ -8,7 +8,8 @@
 use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED, tied_cost};
+use crate::force::simplex::columns::ImplicitColumns;
+use crate::force::simplex::pricing::{Objective, UNUSED, tied_cost};
 use crate::force::simplex::primal::Simplex;
 use crate::tolerances::{NEARLY_TIED, NEARLY_TIED_GAIN, ROUNDED_GAIN, ROUNDED_TIE, UNUSED_LEVEL};
 
@@ -163,7 +164,8 @@ impl OptimalFace {
         contact: usize,
     ) -> ContactStatus {
         let tolerance = 2.0 * tied_cost(&z[0]);
-        let (best, edge) = columns.best(contact, &z[0]);
+        let support = &columns.contacts[contact];
+        let (best, edge) = support.furthest(&z[0]);
         let threshold = if columns.objective == Objective::Sum { 1.0 } else { columns.objective.weight() };
         let near = ROUNDED_TIE * z[0].lp_norm(1)..NEARLY_TIED * columns.objective.unit();
         self.nearly_tied |= near.contains(&(best - threshold).abs());
@@ -171,7 +173,7 @@ impl OptimalFace {
             return ContactStatus::Idle;
         }
         let start = self.edges.len();
-        for edge in columns.contacts[contact].clone() {
+        for edge in support.range() {
             let cost = best - columns.wrenches[edge].dot(&z[0]);
             self.nearly_tied |= near.contains(&cost);
             if cost <= tolerance {

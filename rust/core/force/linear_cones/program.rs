@@ -15,7 +15,8 @@ use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::critical_region_builder::CriticalRegionBuilder;
 use crate::force::linear_cones::enumerated::Enumeration;
 use crate::force::linear_cones::workspace::{LinearWorkspace, Remembered};
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
+use crate::force::simplex::columns::{ImplicitColumns, equilibrated_contacts};
+use crate::force::simplex::pricing::{Objective, Pricing, UNUSED, tied_cost, tied_gain};
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
@@ -42,7 +43,6 @@ impl<const D: usize> LinearProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, options: &DistributionOptions) -> Result<Self> {
         let wrenches = grasp.primitive_wrenches()?;
         let equilibration = Equilibration::new(grasp, wrenches);
-        let mapped = wrenches.iter().map(|w| equilibration.wrench(w)).collect();
         let enumeration = match options.method {
             Method::Implicit => None,
             Method::Enumerated | Method::Reduced => {
@@ -59,7 +59,7 @@ impl<const D: usize> LinearProgram<D> {
             _ => None,
         };
         Ok(Self {
-            columns: ImplicitColumns::new(objective, ImplicitColumns::<D>::ranges(grasp), mapped),
+            columns: ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration)),
             equilibration,
             enumeration,
             reduced,
@@ -96,7 +96,8 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Whether two programs number the same edges in the same way.
     pub(crate) fn matches(&self, other: &Self) -> bool {
-        self.columns.contacts == other.columns.contacts && self.equilibration.rank == other.equilibration.rank
+        self.columns.ranges().eq(other.columns.ranges())
+            && self.equilibration.rank == other.equilibration.rank
     }
 
     /// Writes the forces for `b = -w_ext`, which is not zero. `components` are those that exist.

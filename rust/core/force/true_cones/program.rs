@@ -6,16 +6,18 @@
 //! on to its tolerance; its forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
 //! Nothing but Newton's method remembers earlier wrenches, and its answers do not depend on where it started.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
+use crate::force::simplex::columns::{ImplicitColumns, equilibrated_contacts};
 use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::true_cones::choice::Choice;
-use crate::force::true_cones::columns::ConeColumns;
 use crate::force::true_cones::contact_status::StandardCone;
 use crate::force::true_cones::interior_point_socp::least_forces;
 use crate::force::true_cones::newton::{FEW_CHANGES, MANY_CHANGES, NewtonWorkspace};
@@ -36,9 +38,11 @@ const DOUBTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
-    columns: ConeColumns<D>,
+    columns: ImplicitColumns<D>,
     /// The same, for answers from which Newton's method starts.
-    coarse: [ConeColumns<D>; 3],
+    coarse: [ImplicitColumns<D>; 3],
+    /// The extreme forces of the grasp.
+    extreme_forces: Arc<Vec<ContactForce>>,
     /// The conditions of Newton's method; `None` where a contact has listed extreme forces.
     conditions: Option<ConeConditions<D>>,
     maps: Vec<ContactMap<D>>,
@@ -62,16 +66,18 @@ impl<const D: usize> ConeWorkspace<D> {
 impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
-        let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
+        let columns = ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration));
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
+        let coarse = START_GAPS.map(|gap| columns.with_gap(gap.max(tolerance)));
         let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
-        Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
+        let (extreme_forces, maps) = (Arc::clone(grasp.shared_forces()), grasp.maps().to_vec());
+        let columns = columns.with_gap(tolerance);
+        Self { equilibration, columns, coarse, extreme_forces, conditions, maps, tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
-        let contacts = self.columns.num_contacts();
+        let contacts = self.maps.len();
         ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts) }
     }
 
@@ -233,8 +239,8 @@ impl<const D: usize> ConeProgram<D> {
         scale: f64,
         forces: &mut ContactForces,
     ) -> Option<SVector<f64, D>> {
-        let ConeColumns { objective, contacts, extreme_forces, .. } = &self.columns;
-        let least = least_forces(contacts, extreme_forces, *objective, target.rank, &target.wrench)?;
+        let ImplicitColumns { objective, contacts, .. } = &self.columns;
+        let least = least_forces(contacts, &self.extreme_forces, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
         let rest = target.wrench - least.wrench;
         let size = rest.amax();
@@ -256,10 +262,11 @@ impl<const D: usize> ConeProgram<D> {
         for row in (0..D).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z: SVector<f64, D> = simplex.basis.directions.column(row).into();
             let level = simplex.levels[row] * scale;
-            for (contact, edge) in simplex.basis.edges(row).iter().enumerate() {
+            for (i, (contact, edge)) in self.columns.contacts.iter().zip(simplex.basis.edges(row)).enumerate()
+            {
                 if *edge != UNUSED {
-                    forces.forces[contact] += self.columns.force(contact, &z) * level;
-                    forces.shares[contact] += level;
+                    forces.forces[i] += contact.force(&z, *edge as usize, &self.extreme_forces) * level;
+                    forces.shares[i] += level;
                 }
             }
         }
