@@ -101,11 +101,11 @@ pub(crate) fn nearest_point<const D: usize>(
         if corral.holds(&support.wrench) || stuck > STALLED {
             // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
             // to the set and others will tell.
-            if corral.careful || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
+            if corral.in_32_digits || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
             stuck = 0;
-            corral.be_careful();
+            corral.continue_in_32_digits();
             continue;
         }
         corral.admit(support.wrench, z, best.supports - 1);
@@ -116,7 +116,7 @@ pub(crate) fn nearest_point<const D: usize>(
     best
 }
 
-/// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
+/// Oracle calls in a row, with hardly any progress, that show that rounding is larger than what a call gains.
 const STALLED: usize = 40;
 
 /// Moves both bounds by what rounding may have done to any point. False, and nothing is moved, where that leaves the
@@ -165,8 +165,8 @@ struct Corral<const D: usize> {
     len: usize,
     /// The point of the affine hull nearest to the origin, orthogonal to it beyond what the weights can say.
     nearest: Wrench<D>,
-    /// Whether edges that all but coincide are told apart by twice the precision.
-    careful: bool,
+    /// Whether edges that all but coincide are told apart in 32 digits.
+    in_32_digits: bool,
 }
 
 impl<const D: usize> Corral<D> {
@@ -174,7 +174,7 @@ impl<const D: usize> Corral<D> {
         let mut weights = [0.0; CORRAL];
         weights[0] = 1.0;
         let (points, calls, directions) = ([first; CORRAL], [0; CORRAL], [z; CORRAL]);
-        Self { points, calls, directions, weights, len: 1, nearest: first, careful: false }
+        Self { points, calls, directions, weights, len: 1, nearest: first, in_32_digits: false }
     }
 
     fn combination(&self) -> [(usize, f64); CORRAL] {
@@ -186,10 +186,10 @@ impl<const D: usize> Corral<D> {
         self.points[..self.len].iter().zip(self.weights).map(|(point, weight)| point * weight).sum()
     }
 
-    /// From here on with twice the precision, beginning with the current points.
-    fn be_careful(&mut self) {
-        self.careful = true;
-        self.settle();
+    /// Goes on in 32 digits, beginning with the current points.
+    fn continue_in_32_digits(&mut self) {
+        self.in_32_digits = true;
+        self.minimise();
     }
 
     fn holds(&self, point: &Wrench<D>) -> bool {
@@ -206,16 +206,19 @@ impl<const D: usize> Corral<D> {
         self.directions[self.len] = z;
         self.weights[self.len] = 0.0;
         self.len += 1;
-        self.settle();
+        self.minimise();
     }
 
     /// Moves to the nearest point of the hull, dropping what is not needed.
-    fn settle(&mut self) {
-        let least = if self.careful { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
+    fn minimise(&mut self) {
+        let least = if self.in_32_digits { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
         for _ in 0..=D + 1 {
             self.shortest_first();
-            let (target, nearest) =
-                if self.careful { self.careful_minimiser() } else { self.affine_minimiser() };
+            let (target, nearest) = if self.in_32_digits {
+                self.affine_minimiser_in_32_digits()
+            } else {
+                self.affine_minimiser()
+            };
             let reach = length(&self.points[0]);
             // A wrench's weight counts by how far it moves the point, and a long one moves it far.
             let counts = |k: usize| target[k] * (length(&self.points[k]) / reach).max(1.0) > least;
@@ -318,7 +321,7 @@ impl<const D: usize> Corral<D> {
 
     /// [`Self::affine_minimiser`] in twice the precision: along a smooth boundary, neighbouring support points differ by
     /// hardly more than rounding, and the distance may be small beside them all.
-    fn careful_minimiser(&self) -> ([f64; CORRAL], Wrench<D>) {
+    fn affine_minimiser_in_32_digits(&self) -> ([f64; CORRAL], Wrench<D>) {
         type Point<const D: usize> = [DoubleDouble; D];
         let zero = DoubleDouble::ZERO;
         let dot = |a: &Point<D>, b: &Point<D>| a.iter().zip(b).fold(zero, |sum, (a, b)| sum + *a * *b);

@@ -43,7 +43,7 @@ pub(crate) struct PreloadProgram<const D: usize> {
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: DoubleDoubleProgram<D>,
-    /// The program without lower bounds, which tells whether they are to blame.
+    /// The program without lower bounds, which tells whether they make a wrench infeasible.
     unbounded: DoubleDoubleProgram<D>,
 }
 
