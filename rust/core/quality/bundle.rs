@@ -26,10 +26,10 @@ use crate::tolerances::{ACTIVE_FACES, NEAR_SYMMETRY, QUALITY_RTOL, RIVAL_RADIUS}
 const BEYOND_FACET_OF_CONES: f64 = 1e-2;
 
 /// Directions that are nearer to each other are normals of one facet, rounded.
-const SAME_DIRECTION: f64 = 1e-6;
+const APART: f64 = 1e-6;
 
 /// The same where contacts have true cones: supports of a smooth set hardly differ over so small an angle.
-const SAME_DIRECTION_OF_CONES: f64 = 0.1;
+const APART_OF_CONES: f64 = 0.1;
 
 /// Facets that the polytope makes for a bundle at most, beside those of the answer: some milliseconds.
 const MORE_FACETS: usize = 20_000;
@@ -91,7 +91,7 @@ impl<const D: usize> Grasp<D> {
 }
 
 impl<const D: usize> QualityQuery<'_, D> {
-    /// After [`Self::with_exact_direction`] gave the `worst` direction: it, and others that are nearly as bad, with their supports.
+    /// After [`Self::sharpened`] gave the `worst` direction: it, and others that are nearly as bad, with their supports.
     fn weak_directions(
         &self,
         worst: (f64, Wrench<D>),
@@ -99,9 +99,9 @@ impl<const D: usize> QualityQuery<'_, D> {
         workspace: &mut QualityWorkspace<D>,
     ) -> Vec<(f64, Wrench<D>)> {
         let (rtol, apart, more_facets) = if self.grasp.is_finite() {
-            (QUALITY_RTOL, SAME_DIRECTION, MORE_FACETS)
+            (QUALITY_RTOL, APART, MORE_FACETS)
         } else {
-            (BEYOND_FACET_OF_CONES, SAME_DIRECTION_OF_CONES, MORE_FACETS_OF_CONES)
+            (BEYOND_FACET_OF_CONES, APART_OF_CONES, MORE_FACETS_OF_CONES)
         };
         let mut found = vec![worst];
         if workspace.symmetric {

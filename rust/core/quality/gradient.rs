@@ -91,7 +91,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         workspace: &mut QualityWorkspace<D>,
     ) -> Result<(Quality<D>, Quality<D>, Gradient)> {
         let quality = self.answer(workspace);
-        let (sharp, rival) = self.with_exact_direction(&quality, workspace);
+        let (sharp, rival) = self.sharpened(&quality, workspace);
         let active = ActiveForces::at(self, &sharp);
         let unique = sharp.rho != 0.0 && !rival && active.unique;
         let gradient = Gradient::of_forces(self.grasp, &active.functional, &active.forces, unique);

@@ -9,7 +9,7 @@ use crate::tolerances::{MINIMISER_RTOL, MINIMISER_RTOL_OF_CONES};
 impl<const D: usize> QualityQuery<'_, D> {
     /// After [`Self::answer`]: the same answer with a worst direction to [`MINIMISER_RTOL`], and whether another direction
     /// is as bad.
-    pub(crate) fn with_exact_direction(
+    pub(crate) fn sharpened(
         &self,
         quality: &Quality<D>,
         workspace: &mut QualityWorkspace<D>,
