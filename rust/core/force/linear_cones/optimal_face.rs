@@ -55,6 +55,11 @@ impl OptimalFace {
         &self.edges[self.starts[contact]..self.starts[contact + 1]]
     }
 
+    /// All of these, contact by contact.
+    pub(crate) fn all_edges(&self) -> impl Iterator<Item = (usize, u32)> {
+        (0..self.statuses.len()).flat_map(|i| self.edges(i).iter().map(move |&edge| (i, edge)))
+    }
+
     pub(crate) fn clear(&mut self, objective: Objective) {
         self.limited = objective != Objective::Sum;
         self.nearly_tied = false;
@@ -174,7 +179,7 @@ impl OptimalFace {
         }
         let start = self.edges.len();
         for edge in support.range() {
-            let cost = best - columns.wrenches[edge].dot(&z[0]);
+            let cost = best - support.wrench(&z[0], edge).dot(&z[0]);
             self.nearly_tied |= near.contains(&cost);
             if cost <= tolerance {
                 self.edges.push(edge as u32);
@@ -189,7 +194,7 @@ impl OptimalFace {
             return status;
         }
         let tolerance = 10.0 * tied_cost(&z[1]);
-        let gain = |edge: u32| columns.wrenches[edge as usize].dot(&z[1]) - 1.0;
+        let gain = |edge: u32| columns.wrench(contact, edge).dot(&z[1]) - 1.0;
         let best = self.edges[start..].iter().map(|&edge| gain(edge)).fold(f64::NEG_INFINITY, f64::max);
         let near = ROUNDED_GAIN * z[1].lp_norm(1)..NEARLY_TIED_GAIN;
         self.nearly_tied |= near.contains(&best.abs())

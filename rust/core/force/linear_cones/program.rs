@@ -75,7 +75,7 @@ impl<const D: usize> LinearProgram<D> {
     /// A workspace that allocates while it solves by implicit columns only where the third level has to choose forces, and
     /// for regions beyond the first few.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
-        let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
+        let (contacts, edges) = (self.columns.contacts.len(), self.columns.num_edges());
         LinearWorkspace::new(self.builder.blank(self.objective()), contacts, edges)
     }
 
@@ -85,8 +85,8 @@ impl<const D: usize> LinearProgram<D> {
         let known = &mut workspace.remembered[0];
         known.basis.copy_from(&other.remembered[other.latest].basis);
         for row in (0..D).filter(|&row| !known.basis.artificial[row]) {
-            let used = known.basis.edges(row).iter().filter(|edge| **edge != UNUSED);
-            let wrench: SVector<f64, D> = used.map(|edge| self.columns.wrenches[*edge as usize]).sum();
+            let used = known.basis.edges(row).iter().enumerate().filter(|(_, edge)| **edge != UNUSED);
+            let wrench: SVector<f64, D> = used.map(|(i, edge)| self.columns.wrench(i, *edge)).sum();
             known.basis.columns.set_column(row, &wrench);
         }
         if !known.basis.refactorise() {
@@ -191,7 +191,7 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     fn has_third_level_in_32_digits(&self) -> bool {
-        self.columns.wrenches.len() <= MOST_EDGES
+        self.columns.num_edges() <= MOST_EDGES
     }
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.

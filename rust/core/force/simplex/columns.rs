@@ -16,16 +16,13 @@ use crate::wrench_set::contact_support::ContactSupport;
 pub(crate) struct ImplicitColumns<const R: usize> {
     pub(crate) objective: Objective,
     pub(crate) contacts: Vec<ContactSupport<R>>,
-    /// The wrenches of the extreme forces of all contacts.
-    pub(crate) wrenches: Vec<SVector<f64, R>>,
     /// Reduced costs below this are no improvement.
     threshold: f64,
 }
 
 impl<const R: usize> ImplicitColumns<R> {
     pub(crate) fn new(objective: Objective, contacts: Vec<ContactSupport<R>>) -> Self {
-        let wrenches = contacts.iter().flat_map(ContactSupport::wrenches).collect();
-        Self { objective, contacts, wrenches, threshold: OPTIMAL_COST * objective.unit() }
+        Self { objective, contacts, threshold: OPTIMAL_COST * objective.unit() }
     }
 
     /// The same columns where the simplex may stop at a relative gap: true cones have columns without end.
@@ -36,6 +33,16 @@ impl<const R: usize> ImplicitColumns<R> {
     /// Which extreme forces belong to each contact.
     pub(crate) fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
         self.contacts.iter().map(ContactSupport::range)
+    }
+
+    /// The number of extreme forces of all contacts.
+    pub(crate) fn num_edges(&self) -> usize {
+        self.ranges().map(|range| range.len()).sum()
+    }
+
+    /// The wrench of an extreme force of the contact.
+    pub(crate) fn wrench(&self, contact: usize, edge: u32) -> SVector<f64, R> {
+        self.contacts[contact].wrench(&SVector::zeros(), edge as usize)
     }
 
     /// How much too far a multiplier reaches.
@@ -105,7 +112,7 @@ impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
             }
             let (edge, gain) = best_tied(contact, z, value - tolerance, edge);
             if value > tolerance || gain > 0.0 {
-                wrench += self.wrenches[edge];
+                wrench += contact.wrench(&z[0], edge);
                 *slot = edge as u32;
                 count += 1;
             }
