@@ -61,7 +61,7 @@ pub(crate) fn nearest_point<const D: usize>(
         combination: corral.combination(),
     };
     let mut reached = (first, corral.directions);
-    let mut stuck = 0;
+    let mut stalled = 0;
     for _ in 0..MAX_ITERATIONS {
         let point = corral.nearest;
         let norm = length(&point);
@@ -69,7 +69,7 @@ pub(crate) fn nearest_point<const D: usize>(
         let weighted = corral.weighted();
         let distance = length(&weighted);
         if distance < best.upper {
-            stuck = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stuck };
+            stalled = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stalled };
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
             reached = (weighted, corral.directions);
         }
@@ -84,10 +84,11 @@ pub(crate) fn nearest_point<const D: usize>(
         let support = oracle(&z);
         best.supports += 1;
         if -support.value > best.lower {
-            stuck = if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stuck };
+            stalled =
+                if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stalled };
             (best.lower, best.witness) = (-support.value, z);
         }
-        stuck += 1;
+        stalled += 1;
         // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
         let noise = ROUNDED_DISTANCE * corral.longest().max(length(&support.wrench));
         let lost = along(&z, &uncertain);
@@ -98,13 +99,13 @@ pub(crate) fn nearest_point<const D: usize>(
             break;
         }
         // A point that returns can bring nothing new, unless what is known of the others is more than rounding.
-        if corral.holds(&support.wrench) || stuck > STALLED {
+        if corral.holds(&support.wrench) || stalled > MAX_STALLED_CALLS {
             // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
             // to the set and others will tell.
             if corral.in_32_digits || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
-            stuck = 0;
+            stalled = 0;
             corral.continue_in_32_digits();
             continue;
         }
@@ -117,7 +118,7 @@ pub(crate) fn nearest_point<const D: usize>(
 }
 
 /// Oracle calls in a row, with hardly any progress, that show that rounding is larger than what a call gains.
-const STALLED: usize = 40;
+const MAX_STALLED_CALLS: usize = 40;
 
 /// Moves both bounds by what rounding may have done to any point. False, and nothing is moved, where that leaves the
 /// bracket wider than asked for: [`certify`] asks each contact.

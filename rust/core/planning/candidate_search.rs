@@ -36,7 +36,7 @@ use crate::tolerances::{ROUNDED_BOUND, TIE, UNCERTAIN_QUALITY};
 const KEPT_DIRECTIONS: usize = 50;
 
 /// Oracle calls spent on turning a direction until it rejects: a small part of a polytope's.
-const TURNS: usize = 24;
+const CALLS_OF_TURNING: usize = 24;
 
 /// Oracle calls before candidates are first put in order.
 const FIRST_DIRECTIONS: usize = 6;
@@ -324,7 +324,7 @@ fn turned<const D: usize>(
     mut z: Wrench<D>,
     enough: f64,
 ) -> Option<(f64, Wrench<D>)> {
-    for _ in 0..TURNS {
+    for _ in 0..CALLS_OF_TURNING {
         let support = query.support(&z);
         if support.value < enough {
             return Some((support.value, z));

@@ -23,7 +23,7 @@ use crate::tolerances::{
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// How often the coordinates are turned to a better direction.
-const TURNS: usize = 4;
+const MAX_TURNS: usize = 4;
 
 /// A turn that leaves more than this of the bracket is the last.
 const WORTH_ANOTHER_TURN: f64 = 0.9;
@@ -109,7 +109,7 @@ impl<const D: usize> QualityQuery<'_, D> {
     pub(crate) fn turned_to(&self, nearest: &NearestPoint<D>) -> NearestPoint<D> {
         let rtol = self.rtol().max(DISTANCE_RTOL);
         let mut best = *nearest;
-        for _ in 0..TURNS {
+        for _ in 0..MAX_TURNS {
             let width = best.upper - best.lower;
             if best.lower <= 0.0 || width <= rtol * best.upper {
                 break;

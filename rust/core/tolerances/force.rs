@@ -46,7 +46,7 @@ pub(crate) const SEPARATED: f64 = 1e-11;
 pub(crate) const SMALLEST_GAIN: f64 = 5e-16;
 
 /// Gains below this, relative to the multipliers, may be rounding: nine terms and their sum.
-pub(crate) const FEIGNED_GAIN: f64 = 4e-15;
+pub(crate) const UNCERTAIN_GAIN: f64 = 4e-15;
 
 /// Gains of the tie-break below this are no improvement, and below [`ROUNDED_GAIN`] of its multipliers.
 pub(crate) const TIED_GAIN: f64 = 1e-9;
@@ -63,8 +63,8 @@ pub(crate) const ROUNDED_LEVEL: f64 = 1e-15;
 /// How negative a level may be, relative to the largest, before the basis has lost the wrench.
 pub(crate) const NEGATIVE_LEVEL: f64 = 1e-13;
 
-/// A step of refinement larger than this, relative to the multipliers, means that updates have worn the inverse out.
-pub(crate) const WORN_OUT: f64 = 1e-10;
+/// A step of refinement larger than this, relative to the multipliers, means that updates have cost the inverse its digits.
+pub(crate) const LARGE_REFINEMENT: f64 = 1e-10;
 
 /// Pivot elements below this share of the largest are not trusted: a basis would keep less than half its digits.
 pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
@@ -119,7 +119,7 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 
 /// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
 /// remembered for no other wrench.
-pub(crate) const DELICATE: f64 = 1e5;
+pub(crate) const ILL_CONDITIONED: f64 = 1e5;
 
 /// Forces that add up to more than this beside a wrench, both in their units, are not computed anew for its multiples:
 /// their rounding comes near to [`FEASIBILITY_TOLERANCE`].

@@ -99,7 +99,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
     ) -> Result<()> {
         let mut mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         if mismatch.is_nan() || mismatch > self.trusted(simplex) {
-            // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
+            // Updates pivot by pivot have cost the inverse its digits; a fresh one may do better.
             simplex.refactorise();
             simplex.refresh_multipliers();
             mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);

@@ -154,7 +154,7 @@ impl<const D: usize> LinearProgram<D> {
             let slot = match self.solve_in_doubles(workspace, b) {
                 unclear if self.precise.must_decide(&unclear, b) => self.decide(workspace, b, forces)?,
                 // What the third level could not tell, it tells from the objective alone.
-                Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
+                Ok(slot) if self.needs_32_digits(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;
                     let decided = self.decide(workspace, b, forces);
                     // Whether other wrenches are looked up in it must not depend on the order of wrenches.
@@ -195,8 +195,8 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
-    fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
-        region.is_delicate()
+    fn needs_32_digits(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
+        region.is_ill_conditioned()
             || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > region.rounded_gap)
     }
 

@@ -31,8 +31,8 @@ use crate::tolerances::NEWTON_GAP;
 /// Relative gaps of column generation at which Newton's method tries to take over; the last try is at the tolerance.
 const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
 
-/// How much more multipliers are believed than forces where both nearly vanish: at the last try, one after another.
-const DOUBTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
+/// Weights of the multipliers beside the forces where both nearly vanish: at the last try, one after another.
+const MULTIPLIER_WEIGHTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
@@ -146,11 +146,12 @@ impl<const D: usize> ConeProgram<D> {
             let Some(conditions) = &self.conditions else { continue };
             let z = simplex.multipliers[0];
             let z = z / self.columns.reach(&z).max(f64::MIN_POSITIVE);
-            let doubts = if attempt == START_GAPS.len() { &DOUBTS[..] } else { &DOUBTS[..1] };
-            for (k, doubt) in doubts.iter().enumerate() {
+            let weights =
+                if attempt == START_GAPS.len() { &MULTIPLIER_WEIGHTS[..] } else { &MULTIPLIER_WEIGHTS[..1] };
+            for (k, weight) in weights.iter().enumerate() {
                 newton.restart();
-                classify(conditions, &mut newton.point, z, &forces.forces, *doubt);
-                let last = k + 1 == DOUBTS.len();
+                classify(conditions, &mut newton.point, z, &forces.forces, *weight);
+                let last = k + 1 == MULTIPLIER_WEIGHTS.len();
                 if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
                     && (last || choice != Choice::Open)
                     && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
