@@ -11,6 +11,9 @@
 //! new. Every `p(z)` met on the way bounds the radius from above, whatever led to `z`; every vertex is a support
 //! point, so the polytope stays inside the set and its facets bound the radius from below. Only progress is at stake:
 //! the new vertex must cut the nearest facet nearly as deep as the plain one, or that facet would keep coming back.
+//!
+//! [`boundary`]: the facets and their certificates; [`facet`]: one of them; [`ridge_table`]: its neighbours;
+//! [`plane_norm`]: the norm of planes; [`nearest_facets`]: the facets nearest to the origin.
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
