@@ -102,7 +102,7 @@ pub(crate) fn nearest_point<const D: usize>(
         if corral.holds(&support.wrench) || stalled > MAX_STALLED_CALLS {
             // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
             // to the set and others will tell.
-            if corral.in_32_digits || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
+            if corral.precise || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
             stalled = 0;
@@ -167,7 +167,7 @@ struct Corral<const D: usize> {
     /// The point of the affine hull nearest to the origin, orthogonal to it beyond what the weights can say.
     nearest: Wrench<D>,
     /// Whether edges that all but coincide are told apart in 32 digits.
-    in_32_digits: bool,
+    precise: bool,
 }
 
 impl<const D: usize> Corral<D> {
@@ -175,7 +175,7 @@ impl<const D: usize> Corral<D> {
         let mut weights = [0.0; CORRAL];
         weights[0] = 1.0;
         let (points, calls, directions) = ([first; CORRAL], [0; CORRAL], [z; CORRAL]);
-        Self { points, calls, directions, weights, len: 1, nearest: first, in_32_digits: false }
+        Self { points, calls, directions, weights, len: 1, nearest: first, precise: false }
     }
 
     fn combination(&self) -> [(usize, f64); CORRAL] {
@@ -189,7 +189,7 @@ impl<const D: usize> Corral<D> {
 
     /// Goes on in 32 digits, beginning with the current points.
     fn continue_in_32_digits(&mut self) {
-        self.in_32_digits = true;
+        self.precise = true;
         self.minimise();
     }
 
@@ -212,14 +212,11 @@ impl<const D: usize> Corral<D> {
 
     /// Moves to the nearest point of the hull, dropping what is not needed.
     fn minimise(&mut self) {
-        let least = if self.in_32_digits { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
+        let least = if self.precise { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
         for _ in 0..=D + 1 {
             self.shortest_first();
-            let (target, nearest) = if self.in_32_digits {
-                self.affine_minimiser_in_32_digits()
-            } else {
-                self.affine_minimiser()
-            };
+            let (target, nearest) =
+                if self.precise { self.precise_minimiser() } else { self.affine_minimiser() };
             let reach = length(&self.points[0]);
             // A wrench's weight counts by how far it moves the point, and a long one moves it far.
             let counts = |k: usize| target[k] * (length(&self.points[k]) / reach).max(1.0) > least;
@@ -322,7 +319,7 @@ impl<const D: usize> Corral<D> {
 
     /// [`Self::affine_minimiser`] in twice the precision: along a smooth boundary, neighbouring support points differ by
     /// hardly more than rounding, and the distance may be small beside them all.
-    fn affine_minimiser_in_32_digits(&self) -> ([f64; CORRAL], Wrench<D>) {
+    fn precise_minimiser(&self) -> ([f64; CORRAL], Wrench<D>) {
         type Point<const D: usize> = [DoubleDouble; D];
         let zero = DoubleDouble::ZERO;
         let dot = |a: &Point<D>, b: &Point<D>| a.iter().zip(b).fold(zero, |sum, (a, b)| sum + *a * *b);

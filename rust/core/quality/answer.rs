@@ -19,8 +19,8 @@ use crate::interrupt;
 use crate::quality::closure::{Closure, Verdict, classify, is_clear, is_separated};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityWorkspace};
+use crate::quality::set_rounding::SetRounding;
 use crate::quality::symmetry::Symmetries;
-use crate::quality::wrench_rounding::SetRounding;
 use crate::tolerances::{
     DISTANCE_RTOL, EXACT_SYMMETRY, FIRST_SIMPLEX, NEAR_SYMMETRY, NEGLIGIBLE_RADIUS, ON_BOUNDARY,
     ROUNDED_QUOTIENT, SMALLER_SIMPLEX, SMALLEST_RADIUS,

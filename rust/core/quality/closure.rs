@@ -23,8 +23,8 @@ use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::exact_map::{Wrench32, dot};
 use crate::grasp::wrench::{split, with_torque};
 use crate::grasp::wrench_norm::Metric;
+use crate::grasp::wrench_rounding::{edge_magnitude, force_magnitude, map_magnitude};
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
-use crate::quality::wrench_rounding::{edge_magnitude, force_magnitude, map_magnitude};
 use crate::tolerances::{
     CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
     ROUNDED_POSITION, SMALLER_SIMPLEX, UNIT_WRENCHES_RTOL,

@@ -7,7 +7,7 @@
 //! | [`result`] | options, the answer with its certificate, reused memory |
 //! | [`query`] | the wrench set of a question, in the coordinates of the norm |
 //! | [`answer`] | how one grasp is answered: outside first, then inside, then closure |
-//! | [`wrench_rounding`] | what rounding may have done to the wrenches, and so to the answers of the support oracle |
+//! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
 //! | [`closure`] | the class of Propositions 1 and 2, decided on the scaled grasp |
 //! | [`gradient`] | derivatives of epsilon by positions, normals, friction and limits |
 //! | [`worst_direction`] | the worst direction as exact as rounding allows, and whether it is the only one |
@@ -33,13 +33,13 @@ pub(crate) mod least_friction;
 pub(crate) mod length_scale_hint;
 pub(crate) mod query;
 pub(crate) mod result;
+pub(crate) mod set_rounding;
 pub(crate) mod shifted_sets;
 pub(crate) mod singular_values;
 pub(crate) mod symmetric_radius;
 pub(crate) mod symmetry;
 pub(crate) mod thin_sets;
 pub(crate) mod worst_direction;
-pub(crate) mod wrench_rounding;
 
 pub use result::{Quality, QualityOptions, QualityWorkspace};
 

@@ -13,10 +13,11 @@ use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
 use crate::grasp::exact_map::{ExactMap, Wrench32, dot};
+use crate::grasp::wrench_rounding::{force_magnitude, of_contacts};
 use crate::grasp::{ContactMap, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;
-use crate::quality::wrench_rounding::{SetRounding, force_magnitude, of_contacts};
+use crate::quality::set_rounding::SetRounding;
 use crate::tolerances::{
     CLOSED_BRACKET, DISTANCE_RTOL, LOST_IN_32_DIGITS, QUALITY_RTOL, ROUNDED_POINT, ROUNDED_QUOTIENT,
 };

@@ -68,9 +68,12 @@ impl<const R: usize> ContactSupport<R> {
     #[inline]
     pub(crate) fn furthest(&self, z: &SVector<f64, R>) -> (f64, usize) {
         match self {
-            Self::Finite { blocks, lattice, first, .. } => {
-                let by_lattice = lattice.as_ref().and_then(|lattice| lattice.furthest(blocks, z));
-                let (value, own) = by_lattice.unwrap_or_else(|| furthest_edge(blocks, z));
+            Self::Finite { blocks, lattice: None, first, .. } => {
+                let (value, own) = furthest_edge(blocks, z);
+                (value, first + own)
+            }
+            Self::Finite { blocks, lattice: Some(lattice), first, .. } => {
+                let (value, own) = lattice.furthest(blocks, z).unwrap_or_else(|| furthest_edge(blocks, z));
                 (value, first + own)
             }
             Self::Cone { map, mu, gamma, .. } => {
