@@ -4,8 +4,8 @@ Needs the ``cli`` extra. Only regular files of limited size are read. YAML and J
 files hold no pickles, and a mesh lies beside the file that names it. A wrong file raises
 `graspforce.InvalidFileError` with file, line and field.
 
-- `grasp_file`, `plan_file`, `mesh_plan_file`, `wrench_file`, `save_grasp`: one kind of file each; `schema`
-  and `hand_schema`: their fields.
+- `grasp_file`, `plan_file`, `mesh_plan_file`, `wrench_file`, `save_grasp`: one kind of file each; `schema`:
+  their fields.
 - `mesh_file` and `triangles`: meshes; `contacts_on_mesh`: contacts of a file on its mesh.
 - `yaml_document`: YAML and JSON with lines; `safe_read`: limits of size; `reasons`: error messages about
   fields.

@@ -4,9 +4,8 @@ Needs matplotlib (the ``plot`` extra). Functions ``draw_...`` take axes and retu
 Functions ``..._figure`` make a whole figure. They do not use pyplot: no window opens, no display is needed,
 and the caller's own plots do not change.
 
-- `figures`: whole figures; `planar`, `spatial`: grasps; `hand`: hands; `polytopes`: wrench sets;
-  `trajectories`: forces over time; `statistics`: searches and latencies; `scene`: meshes and views; `style`:
-  colours and lines.
+- `figures`: whole figures; `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over
+  time; `statistics`: searches and latencies; `scene`: meshes and views; `style`: colours and lines.
 """
 
 from graspforce.errors import MissingExtraError

@@ -9,8 +9,6 @@ tensors of another device are copied there, and results are copied back. Each ca
 
 An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. The
 ``status`` that the functions above return says why.
-
-The module `operators` registers the operators of PyTorch.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ const LEAST_PIVOT: f64 = 1e-11;
 const EQUAL_RATIOS: f64 = 1e-13;
 
 /// Rounding of a support, relative to the longest wrench of the set.
-const ROUNDED_REACH: f64 = 1e-13;
+const ROUNDED_SUPPORT: f64 = 1e-13;
 
 type Square = SMatrix<f64, ROWS, ROWS>;
 type Rows = SVector<f64, ROWS>;
@@ -88,7 +88,7 @@ impl<'a> Simplex<'a> {
         };
         let columns: [Column; ROWS] = std::array::from_fn(column);
         let right = Rows::from_fn(|row, _| if row < 4 { load.demand[row] } else { 1.0 });
-        let rounding = ROUNDED_REACH * (1.0 + set.longest());
+        let rounding = ROUNDED_SUPPORT * (1.0 + set.longest());
         let identity = Square::from_fn(|row, at| if row == at { columns[at].rows[row] } else { 0.0 });
         let shares = right.abs();
         let mut simplex = Self { set, load, columns, inverse: identity, shares, right, pivots: 0, rounding };

@@ -12,7 +12,7 @@ use crate::error::Result;
 const ROUNDED_AREA: f64 = 1e-14;
 
 /// Corners that reach less far beyond their edge, in units of the region's extent, are rounding.
-const ROUNDED_GROWTH: f64 = 1e-11;
+const ROUNDED_GAIN: f64 = 1e-11;
 
 /// Points nearer than this, in units of the region's extent, are one vertex.
 const SAME_VERTEX: f64 = 1e-12;
@@ -116,7 +116,7 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
             Open::new([found[at].1.place, found[next].1.place], [axes[at], axes[next]], corners[at])
         })
         .collect();
-    let least = (ROUNDED_GROWTH * size).max(2.0 * enough) + 4.0 * simplex.rounding();
+    let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * simplex.rounding();
     let mut inside = area(&hull(found.iter().map(|(_, one)| one.place).collect(), 0.0));
     let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
     let mut converged = true;

@@ -26,7 +26,7 @@ impl<const R: usize> ImplicitColumns<R> {
     }
 
     /// The same columns where the simplex may stop at a relative gap: true cones have columns without end.
-    pub(crate) fn with_gap(&self, gap: f64) -> Self {
+    pub(crate) fn with_tolerance(&self, gap: f64) -> Self {
         Self { threshold: 0.5 * gap * self.objective.unit(), ..self.clone() }
     }
 

@@ -68,11 +68,11 @@ impl<const D: usize> ConeProgram<D> {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration));
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        let coarse = START_GAPS.map(|gap| columns.with_gap(gap.max(tolerance)));
+        let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
         let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
         let (extreme_forces, maps) = (Arc::clone(grasp.shared_forces()), grasp.maps().to_vec());
-        let columns = columns.with_gap(tolerance);
+        let columns = columns.with_tolerance(tolerance);
         Self { equilibration, columns, coarse, extreme_forces, conditions, maps, tolerance, precise }
     }
 
