@@ -99,12 +99,12 @@ def test_the_page_says_and_draws_what_stays_unbalanced(monkeypatch):
     monkeypatch.setattr(viser.SceneApi, "add_arrows", record)
     viewer = view(feet(), wrenches=BEYOND, port=18083)
     try:
-        assert "unbalanced" not in viewer._numbers.content
+        assert "unbalanced" not in viewer._controls.numbers.content
         np.testing.assert_array_equal(arrows["/unbalanced"], np.zeros((1, 2, 3)))
         for row, shown in ((1, "**unbalanced** 6 N, 2 N m"), (2, "**unbalanced** ")):
-            viewer._row.value = row
+            viewer._controls.row.value = row
             viewer.update()
-            assert shown in viewer._numbers.content
+            assert shown in viewer._controls.numbers.content
             (tail, head), rest = arrows["/unbalanced"][0], viewer.state.forces(row).residual[:3]
             np.testing.assert_allclose(head - tail, viewer._metres_per_newton * rest, atol=1e-9)
         assert np.ptp(arrows["/forces"], axis=1).max() > 0
@@ -271,7 +271,7 @@ def test_forces_move_with_the_wrench_that_is_scrubbed_to(opened):
     for key in ("Home", "End"):
         page.keyboard.press(key)
         row = 0 if key == "Home" else len(WRENCHES) - 1
-        wait_for(lambda row=row: viewer._row.value == row)
+        wait_for(lambda row=row: viewer._controls.row.value == row)
         share = viewer.state.forces(row).sigma_max
         wait_for(lambda share=share: f"up to {100 * share:.3g} %" in page.inner_text("body"))
         shown.append(share)
