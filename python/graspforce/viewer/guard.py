@@ -80,11 +80,11 @@ class Guard:
         The address to listen at; requests must name it, or a loopback name.
     messages : Filter
         Which messages of clients are passed on.
-    title : str
+    title : str, optional
         Title of the page.
     """
 
-    def __init__(self, host: str, messages: Filter, title: str) -> None:
+    def __init__(self, host: str, messages: Filter, title: str = "graspforce") -> None:
         self.host = host
         self.title = title
         self.token = secrets.token_urlsafe(24)

@@ -35,7 +35,7 @@ from .hand import HandOnPage
 from .ports import free_port
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import ArrayLike
 
@@ -282,9 +282,10 @@ class Viewer:
         self._changed.set()
 
     def _ask(self, event: Any) -> None:
-        with self._noting:
-            self._asking.add(event.client)
-        self._asked.set()
+        if event.client is not None:
+            with self._noting:
+                self._asking.add(event.client)
+            self._asked.set()
 
     def _share(self) -> None:
         """Send the page as a file to clients that ask for it; who asks often gets it once a second."""
@@ -293,22 +294,27 @@ class Viewer:
             with self._noting:
                 asking, self._asking = self._asking, set()
             name = re.sub(r"[^\w.-]+", "_", Path(self._title).stem) or "grasp"
-            content = self.html().encode()
-            for client in asking:
-                client.send_file_download(f"{name}.html", content, save_immediately=True)
+            with self._errors_on_page():
+                content = self.html().encode()
+                for client in asking:
+                    client.send_file_download(f"{name}.html", content, save_immediately=True)
             self._stopped.wait(_SHARE_SECONDS)
+
+    @contextlib.contextmanager
+    def _errors_on_page(self) -> Iterator[None]:
+        try:
+            yield
+        except (GraspForceError, ValueError, ArithmeticError) as error:
+            self._controls.message.content = str(error)
 
     def _follow(self) -> None:
         """Apply what clients have changed. Changes that arrive meanwhile are applied together."""
         while self._changed.wait() and not self._stopped.is_set():
             self._changed.clear()
-            with self._turn:
-                try:
-                    self._apply_changes()
-                    self.update()
-                    self._controls.message.content = ""
-                except (GraspForceError, ValueError, ArithmeticError) as error:
-                    self._controls.message.content = str(error)
+            with self._turn, self._errors_on_page():
+                self._apply_changes()
+                self.update()
+                self._controls.message.content = ""
 
     def _apply_changes(self) -> None:
         """Apply the moves and slider values that clients sent."""

@@ -237,6 +237,22 @@ def test_a_flood_of_messages_is_read_slowly_and_answered_as_few(viewer, monkeypa
     wait_for(lambda: not viewer._changed.is_set())
 
 
+def test_a_flood_of_asking_for_the_file_makes_it_at_most_once_a_second(viewer, monkeypatch):
+    made = []
+    html = viewer.html
+    monkeypatch.setattr(viewer, "html", lambda: made.append(1) or html())
+    begin = time.monotonic()
+    with client(viewer) as opened:
+        for _ in range(200):
+            say(opened, slide(viewer._controls.share, True))
+        say(opened, slide(viewer._controls.limits, 1.5))
+        wait_for(lambda: viewer._controls.limits.value == 1.5)
+        say(opened, slide(viewer._controls.limits, 1.0))
+        wait_for(lambda: viewer._controls.limits.value == 1.0 and made)
+    assert len(made) <= time.monotonic() - begin + 1
+    nothing_happens(viewer)
+
+
 def test_the_messages_are_those_of_the_installed_viser():
     for ours in messages.MESSAGES:
         theirs = getattr(_messages, ours.__name__)
