@@ -73,8 +73,8 @@ def about_a_grasp(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command of a `GraspFile` the argument GRASP and the options of a mesh in its place.
 
-    The command's first parameter is what `read`, or by default `grasp_from`, returns. `names` are those of the
-    options that it takes beside ``--at`` and ``--unit``.
+    The command's first parameter is what `read`, or by default `grasp_from`, returns. `names` are those of
+    the options that it takes beside ``--at`` and ``--unit``.
     """
     added = {"at": At, "unit": Unit, **{name: _OPTIONS[name] for name in names}}
 

@@ -60,8 +60,8 @@ def view(
 ) -> None:
     """Show a spatial grasp, or the plan of a hand, in the browser.
 
-    Sliders change friction and limits, and contacts can be dragged. A hand moves from pregrasp to squeeze. Open
-    the printed address. It ends with a token that the page needs.
+    Sliders change friction and limits, and contacts can be dragged. A hand moves from pregrasp to squeeze.
+    Open the printed address. It ends with a token that the page needs.
 
     Example: `graspforce view cup.yaml --wrenches lift.csv`
     """

@@ -64,7 +64,7 @@ class Drawing:
             self._scene.add_mesh_simple(
                 f"/cones/{i}", vertices, faces, color=CONE, opacity=0.4, side="double", flat_shading=True,
                 cast_shadow=False, receive_shadow=False,
-            )
+            )  # fmt: skip
             # Beyond the base of the cone.
             outside = vertices.mean(axis=0) - grasp.positions[i]
             length = max(float(np.linalg.norm(outside)), 1e-300)

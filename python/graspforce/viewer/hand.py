@@ -46,10 +46,10 @@ class HandOnPage:
         self._plan = plan
         self.forces = np.einsum("mij,mi->mj", plan.grasp.frames, plan.resting_forces[:, :3])
         self.names = [plan.hand.fingertips[finger].name for finger in plan.fingers]
+        planned = f"epsilon {plan.quality.criterion} {plan.quality.epsilon:.4g} N"
         self.notes = [
-            f"{plan.hand.name}: slip onset {plan.onset:.3g} N, contacts off by "
-            f"{1e3 * plan.contact_error:.2g} mm, planned epsilon {plan.quality.criterion} "
-            f"{plan.quality.epsilon:.4g} N for normal forces up to 1 N.",
+            f"{plan.hand.name}: slip onset {plan.onset:.3g} N, off by {1e3 * plan.contact_error:.2g} mm.",
+            f"Planned with normal forces up to 1 N: {planned}.",
             "The forces are those at rest.",
         ]
         self._links: dict[int, Any] = {}

@@ -73,7 +73,7 @@ def contact_table(grasp: Grasp, forces: Array | None, shares: Array | None, name
     given = list(names)
     if given:
         labels = [f"{label} {name}" for label, name in zip(labels, given, strict=True)]
-    past = [shares is not None and share > 1 + 1e-9 for share in (shares if shares is not None else labels)]
+    past = [False] * len(labels) if shares is None else (shares > 1 + 1e-9).tolist()
     head = "".join(f"<th style='text-align:{_side(k)}'>{escape(name)}</th>" for k, name in enumerate(heads))
     rows = ""
     for label, red, *values in zip(labels, past, *cells, strict=True):
@@ -85,8 +85,21 @@ def contact_table(grasp: Grasp, forces: Array | None, shares: Array | None, name
     return _boxed(f"<table style='{_TABLE}'><tr>{head}</tr>{rows}</table>")
 
 
-def legend(entries: Iterable[tuple[tuple[int, int, int], str]]) -> str:
-    """Colours with what they stand for."""
+def legend(*, polytopes: bool, forces: bool, hand: bool) -> str:
+    """Colours of the scene with what they stand for.
+
+    `polytopes`: the contacts show the hull of their extreme forces. `forces`: a wrench is balanced. `hand`: a
+    hand is shown, with its forces at rest.
+    """
+    cone = "forces that the contact can exert" if polytopes else "forces within friction and limit"
+    entries = [(CONE, cone)]
+    if forces or hand:
+        entries.append((FORCE, "force, at its limit as long as its cone"))
+    if forces:
+        entries += [(OVERLOAD, "force past its limit"), (UNBALANCED, "unbalanced force")]
+    entries.append((WORST, "weakest disturbance, force not to scale"))
+    if hand:
+        entries.append((HAND, "hand"))
     lines = (
         f"<div><span style='color:rgb{color}'>{'&#10142;' if color in _ARROWS else '&#9632;'}</span> "
         f"{escape(text)}</div>"

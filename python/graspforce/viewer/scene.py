@@ -196,7 +196,9 @@ class Viewer:
                 self._draw_hand(controls.stage.value)
             controls.numbers.content = self._numbers(quality, solution)
             controls.contacts.content = self._contact_table(solution)
-            controls.legend.content = panel.legend(self._entries())
+            controls.legend.content = panel.legend(
+                polytopes=not self.state.has_cones, forces=solution is not None, hand=self._hand is not None
+            )
 
     def html(self) -> str:
         """Return the page as one HTML file that opens without a server.
@@ -213,7 +215,8 @@ class Viewer:
             frames = self._frames()
             # Numbers of one wrench would be wrong while others are played.
             still = self._solution() if len(self.state.wrenches) < 2 else None
-            text = self._numbers(self._quality(), still) + self._contact_table(still) + self._controls.legend.content
+            text = self._numbers(self._quality(), still) + self._contact_table(still)
+            text += self._controls.legend.content
             try:
                 return share.html_of(
                     self._server, self._handles, frames, text, title=self._title, dark=self._dark
@@ -255,7 +258,9 @@ class Viewer:
         scene.set_up_direction("+z")
         if self.state.mesh is not None:
             opacity = 0.5 if self._hand is None else 0.85
-            scene.add_mesh_simple("/object", *self.state.mesh, color=panel.OBJECT, opacity=opacity, side="double")
+            scene.add_mesh_simple(
+                "/object", *self.state.mesh, color=panel.OBJECT, opacity=opacity, side="double"
+            )
         if self._hand is not None:
             self._hand.add(scene)
         self._handles = []
@@ -296,7 +301,8 @@ class Viewer:
             name = re.sub(r"[^\w.-]+", "_", Path(self._title).stem) or "grasp"
             with self._errors_on_page():
                 content = self.html().encode()
-                for client in asking:
+                # Others have left meanwhile.
+                for client in asking & set(self._server.get_clients().values()):
                     client.send_file_download(f"{name}.html", content, save_immediately=True)
             self._stopped.wait(_SHARE_SECONDS)
 
@@ -359,20 +365,6 @@ class Viewer:
             return panel.contact_table(self.state.grasp, solution.world_forces, solution.shares, names)
         forces = None if self._hand is None else self._hand.forces
         return panel.contact_table(self.state.grasp, forces, None, names)
-
-    def _entries(self) -> list[tuple[tuple[int, int, int], str]]:
-        """Colours of the scene with what they stand for."""
-        rows = len(self.state.wrenches) > 0
-        cone = "forces within friction and limit" if self.state.has_cones else "forces that the contact can exert"
-        entries = [(panel.CONE, cone)]
-        if rows or self._hand is not None:
-            entries.append((panel.FORCE, "force, at its limit as long as its cone"))
-        if rows:
-            entries += [(panel.OVERLOAD, "force past its limit"), (panel.UNBALANCED, "unbalanced force")]
-        entries.append((panel.WORST, "weakest disturbance, force not to scale"))
-        if self._hand is not None:
-            entries.append((panel.HAND, "hand"))
-        return entries
 
     def _play(self) -> None:
         seconds = 1 / _FRAMES_PER_SECOND

@@ -102,7 +102,8 @@ def wait_for(condition, timeout=10.0):
 
 def state_of(viewer):
     """Everything that clients might have changed."""
-    controls = (viewer._controls.friction, viewer._controls.limits, viewer._controls.row, viewer._controls.criterion, viewer._controls.playing)
+    shown = viewer._controls
+    controls = (shown.friction, shown.limits, shown.row, shown.criterion, shown.playing, shown.dark)
     return (
         [(control.value, control.label, control.disabled) for control in controls],
         [(*handle.position, *handle.wxyz, handle.visible) for handle in viewer._handles],

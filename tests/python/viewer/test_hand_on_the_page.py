@@ -1,4 +1,4 @@
-"""The plan of a hand in the viewer: its poses, the forces of its fingers, and plan files on the command line."""
+"""The plan of a hand in the viewer: its poses, the forces of its fingers, and its file as an argument."""
 
 import numpy as np
 import pytest
@@ -31,9 +31,9 @@ def shown(plan):
 
 
 def test_the_slider_moves_the_hand_from_pregrasp_over_grasp_to_squeeze(plan, shown):
-    for stage, joints in ((0.0, plan.pregrasp), (1.0, plan.joints), (2.0, plan.squeeze()), (0.5, None)):
-        if joints is None:
-            joints = (plan.pregrasp + plan.joints) / 2
+    between = (plan.pregrasp + plan.joints) / 2
+    poses = ((0.0, plan.pregrasp), (1.0, plan.joints), (2.0, plan.squeeze()), (0.5, between))
+    for stage, joints in poses:
         shown._controls.stage.value = stage
         shown.update()
         corners = []
@@ -64,7 +64,7 @@ def test_the_command_shows_a_plan_file_with_its_object(plan, tmp_path, monkeypat
     BOX.export(tmp_path / "box.obj")
     plan.save(tmp_path / "plan.json", mesh=tmp_path / "box.obj")
     served = []
-    monkeypatch.setattr(scene, "serve", lambda viewer, announce: (served.append(viewer), viewer.stop()))
+    monkeypatch.setattr(scene, "serve", lambda viewer, _: (served.append(viewer), viewer.stop()))
     result = CliRunner().invoke(app, ["view", str(tmp_path / "plan.json"), "--port", "0"])
     assert result.exit_code == 0, result.output
     (viewer,) = served

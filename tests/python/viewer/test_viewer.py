@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -19,17 +18,9 @@ import graspforce as gf
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'graspforce[viewer]'")
 trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[viewer]'")
 
-from graspforce.viewer import ViewState, panel, view
+from support.viewed_grasps import BEYOND, OUTWARD, WRENCHES, cup, feet, showing
 
-ANGLES = np.deg2rad([0, 120, 240])
-OUTWARD = np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1)
-WRENCHES = [[0, 0, -5 - k, 0, 0, 0] for k in range(8)]
-
-
-def cup(**options):
-    return gf.Grasp(
-        0.04 * OUTWARD, -OUTWARD, friction=0.6, max_normal_force=20.0, length_scale=0.04, **options
-    )
+from graspforce.viewer import ViewState, view
 
 
 def cylinder():
@@ -64,24 +55,6 @@ def test_forces_are_those_of_the_chosen_row():
     assert np.isfinite(state.forces(3).forces).all()
 
 
-@contextmanager
-def showing(*arguments, port=0, **options):
-    viewer = view(*arguments, port=port, **options)
-    try:
-        yield viewer
-    finally:
-        viewer.stop()
-
-
-def feet():
-    corners = [(0.2, 0.1, 0), (0.2, -0.1, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0)]
-    return gf.Grasp(corners, [(0, 0, 1)] * 4, friction=0.5, max_normal_force=20.0)
-
-
-BEYOND = [[0, 0, -40, 0, 0, 0], [0, 0, 6, 0, 0, 2], [30, 0, -40, 0, 0, 0]]
-"""A load that feet balance, one that lifts them off, and one that pushes them beyond their friction."""
-
-
 def test_wrenches_that_nothing_balances_have_the_nearest_forces():
     state = ViewState(feet(), wrenches=BEYOND)
     assert [state.forces(row).balanced for row in range(3)] == [True, False, False]
@@ -93,66 +66,6 @@ def test_wrenches_that_nothing_balances_have_the_nearest_forces():
         np.testing.assert_allclose(state.forces(row).forces, expected.forces, atol=1e-9)
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """Return the points and colours of the arrows that a page shows, and the vertices of its cones."""
-    shown = {}
-    arrows, meshes, remove = viser.SceneApi.add_arrows, viser.SceneApi.add_mesh_simple, viser.SceneNodeHandle.remove
-
-    def arrow(scene, name, points, color, **options):
-        shown[name] = np.array(points)[0], color
-        return arrows(scene, name, points, color, **options)
-
-    def mesh(scene, name, vertices, *arguments, **options):
-        shown[name] = np.array(vertices)
-        return meshes(scene, name, vertices, *arguments, **options)
-
-    def removed(handle):
-        shown.pop(handle.name, None)
-        remove(handle)
-
-    monkeypatch.setattr(viser.SceneApi, "add_arrows", arrow)
-    monkeypatch.setattr(viser.SceneApi, "add_mesh_simple", mesh)
-    monkeypatch.setattr(viser.SceneNodeHandle, "remove", removed)
-    return shown
-
-
-def test_the_page_says_and_draws_what_stays_unbalanced(drawn):
-    with showing(feet(), wrenches=BEYOND) as viewer:
-        assert "unbalanced" not in viewer._controls.numbers.content
-        assert "/unbalanced" not in drawn
-        for row, said in ((1, "6 N, 2 N m"), (2, " N, ")):
-            viewer._controls.row.value = row
-            viewer.update()
-            assert "unbalanced" in viewer._controls.numbers.content
-            assert said in viewer._controls.numbers.content
-            (tail, head), _ = drawn["/unbalanced"]
-            rest = viewer.state.forces(row).residual[:3]
-            np.testing.assert_allclose(head - tail, viewer._drawing.metres_per_newton * rest, atol=1e-9)
-
-
-def test_a_force_at_its_limit_is_as_long_as_its_cone_and_none_has_no_arrow(drawn):
-    normals = np.array([(1.0, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
-    grasp = gf.Grasp(-0.05 * normals, normals, friction=0.0, max_normal_force=[10, 20, 20, 20])
-    pushes = [[-10.0, 0, 0, 0, 0, 0], [-15.0, 0, 0, 0, 0, 0], [0.0] * 6]
-    with showing(grasp, wrenches=pushes) as viewer:
-        for row, (length, color) in enumerate([(1.0, panel.FORCE), (1.5, panel.OVERLOAD), (0.0, None)]):
-            viewer._controls.row.value = row
-            viewer.update()
-            arrows = {name for name in drawn if name.startswith("/forces/")}
-            assert arrows == ({"/forces/0"} if length else set())
-            tip, *rim = drawn["/cones/0"]
-            cone = np.mean(rim, axis=0) - tip
-            if length:
-                (tail, head), shown = drawn["/forces/0"]
-                np.testing.assert_allclose(head, grasp.positions[0], atol=1e-12)
-                np.testing.assert_allclose(tail - head, length * cone, atol=1e-9)
-                assert shown == color
-        # The largest limit has the longest cone; others are shorter on the same scale.
-        lengths = [np.linalg.norm(drawn[f"/cones/{i}"][1:].mean(axis=0) - p) for i, p in enumerate(grasp.positions)]
-        np.testing.assert_allclose(lengths, 0.03 * np.array([0.5, 1, 1, 1]), rtol=1e-6)
-
-
 def test_given_forces_are_not_scaled():
     extreme = [[(1, 0.3, 0), (1, -0.3, 0.3), (1, 0, -0.3)]] * 3
     state = ViewState(cup(extreme_forces=extreme))
@@ -160,32 +73,6 @@ def test_given_forces_are_not_scaled():
     state.scale(friction=2.0, limits=2.0)
     assert not state.has_cones
     assert state.quality("max").epsilon == before
-
-
-@pytest.mark.parametrize("size", [None, 0.01, 1.0, 500.0])
-def test_cones_are_as_long_as_the_object_allows_whatever_the_forces_given(size, drawn):
-    forces = [[(1, 0.3, 0), (1, -0.3, 0.3), (1, 0, -0.3)], [(0.5, 0, 0)], [(0.25, 0.1, 0), (-1, 0, 0)]]
-    given = {} if size is None else {"extreme_forces": [size * np.array(rows) for rows in forces]}
-    grasp = cup(**given)
-    with showing(grasp):
-        longest = 0.3 * np.ptp(grasp.positions, axis=0).max()
-        for i, share in enumerate([1, 1, 1] if size is None else [1, 0.5, 0.25]):
-            depths = (grasp.positions[i] - drawn[f"/cones/{i}"]) @ grasp.normals[i]
-            assert depths.max() == pytest.approx(share * longest)
-
-
-def test_given_forces_are_drawn_as_the_hull_that_they_span(drawn):
-    limits = gf.torque_limited_forces(np.eye(3), [1.0, 2.0, 3.0], 0.5, 100.0)
-    grasp = cup(extreme_forces=[limits] * 3)
-    with showing(grasp) as viewer:
-        assert viewer._controls.friction.disabled
-        assert "extreme forces" in viewer._controls.friction.hint
-        for i, tip in enumerate(grasp.positions):
-            shape = (tip - drawn[f"/cones/{i}"]) @ grasp.frames[i].T / viewer._drawing.metres_per_newton
-            for z in np.random.default_rng(0).normal(size=(50, 3)):
-                reach = max(0.0, (np.array(limits) @ z).max())
-                # Corners of a small distance about the tip let flat sets have a hull.
-                assert reach - 1e-5 <= (shape @ z).max() <= max(reach, 0.02 * np.linalg.norm(z) * np.max(limits)) + 1e-5
 
 
 def test_what_cannot_be_shown_is_refused():
@@ -198,8 +85,10 @@ def test_what_cannot_be_shown_is_refused():
 
 
 def test_a_port_that_is_taken_is_named():
-    with showing(cup(), port=0) as viewer, pytest.raises(gf.InvalidInputError, match=f"port: {viewer.port} is taken"):
-        view(cup(), port=viewer.port)
+    with showing(cup(), port=0) as viewer:
+        taken = pytest.raises(gf.InvalidInputError, match=f"port: {viewer.port} is taken")
+        with taken:
+            view(cup(), port=viewer.port)
     refused = pytest.raises(gf.InvalidInputError, match=r"host: cannot listen at '192\.0\.2\.1'")
     with refused, pytest.warns(UserWarning, match="anyone on the network"):
         view(cup(), host="192.0.2.1", port=0)

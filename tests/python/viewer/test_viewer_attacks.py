@@ -148,7 +148,11 @@ def test_forged_updates_are_ignored(viewer):
         {"type": "GuiUpdateMessage", "uuid": identifier(slider), "updates": {}},
         {"type": "GuiUpdateMessage", "uuid": [1, 2], "updates": {"value": 1}},
         {"type": "GuiUpdateMessage", "uuid": "unknown", "updates": {"value": 1}},
-        {"type": "GuiUpdateMessage", "uuid": identifier(viewer._controls.message), "updates": {"content": "<script>"}},
+        {
+            "type": "GuiUpdateMessage",
+            "uuid": identifier(viewer._controls.message),
+            "updates": {"content": "<script>"},
+        },
         *(slide(slider, value) for value in (0.0, -1, 2.1, 1e308, 1 << 60, "1", True, None, [1.0], {})),
         *(slide(viewer._controls.row, value) for value in (-1, 8, 1e9, "x", False)),
         *(slide(viewer._controls.criterion, value) for value in ("", "min", 1, True, ["max"])),
@@ -238,9 +242,12 @@ def test_a_flood_of_messages_is_read_slowly_and_answered_as_few(viewer, monkeypa
 
 
 def test_a_flood_of_asking_for_the_file_makes_it_at_most_once_a_second(viewer, monkeypatch):
-    made = []
+    made, sent = [], []
     html = viewer.html
     monkeypatch.setattr(viewer, "html", lambda: made.append(1) or html())
+    monkeypatch.setattr(
+        viser.ClientHandle, "send_file_download", lambda *arguments, **_: sent.append(arguments)
+    )
     begin = time.monotonic()
     with client(viewer) as opened:
         for _ in range(200):
@@ -248,7 +255,7 @@ def test_a_flood_of_asking_for_the_file_makes_it_at_most_once_a_second(viewer, m
         say(opened, slide(viewer._controls.limits, 1.5))
         wait_for(lambda: viewer._controls.limits.value == 1.5)
         say(opened, slide(viewer._controls.limits, 1.0))
-        wait_for(lambda: viewer._controls.limits.value == 1.0 and made)
+        wait_for(lambda: viewer._controls.limits.value == 1.0 and sent)
     assert len(made) <= time.monotonic() - begin + 1
     nothing_happens(viewer)
 
