@@ -38,6 +38,8 @@ class HandOnPage:
         Fingertips, by contact.
     stages : list of str
         Poses of the slider, at 0, 1 and 2.
+    rows : list of (str, str)
+        Numbers of the plan, by name.
     notes : list of str
         Lines of text for the page.
     """
@@ -46,12 +48,13 @@ class HandOnPage:
         self._plan = plan
         self.forces = np.einsum("mij,mi->mj", plan.grasp.frames, plan.resting_forces[:, :3])
         self.names = [plan.hand.fingertips[finger].name for finger in plan.fingers]
-        planned = f"epsilon {plan.quality.criterion} {plan.quality.epsilon:.4g} N"
-        self.notes = [
-            f"{plan.hand.name}: slip onset {plan.onset:.3g} N, off by {1e3 * plan.contact_error:.2g} mm.",
-            f"Planned with normal forces up to 1 N: {planned}.",
-            "The forces are those at rest.",
+        self.rows = [
+            ("hand", plan.hand.name),
+            ("slip onset", f"{plan.onset:.3g} N"),
+            ("contacts off by", f"{1e3 * plan.contact_error:.2g} mm"),
+            (f"planned epsilon {plan.quality.criterion}", f"{plan.quality.epsilon:.4g} N for 1 N each"),
         ]
+        self.notes = ["The forces are those at rest."]
         self._links: dict[int, Any] = {}
         self.stages, self._joints = ["pregrasp", "grasp"], [plan.pregrasp, plan.joints]
         try:
@@ -67,20 +70,21 @@ class HandOnPage:
 
     def add(self, scene: viser.SceneApi) -> None:
         """Add the links of the hand to a scene; `move` puts them in their places."""
+        # Forces and polytopes lie inside the fingertips.
+        touching = {self._plan.hand.fingertips[finger].body for finger in self._plan.fingers}
         for body, (vertices, faces) in body_surfaces(self._plan.hand).items():
+            opacity = 0.35 if body in touching else None
             self._links[body] = scene.add_mesh_simple(
-                f"/hand/{body}", vertices, faces, color=HAND, opacity=0.6, cast_shadow=False,
+                f"/hand/{body}", vertices, faces, color=HAND, opacity=opacity, cast_shadow=False,
                 receive_shadow=False,
             )  # fmt: skip
 
-    def view_from(self, middle: Array) -> Array:
-        """Return where to look from, in sizes of the object: past the palm, which hides nothing then."""
+    def view(self, middle: Array) -> tuple[Array, Array]:
+        """Return the point to look at, and where to look from: beside the palm, in sizes of the object."""
         palm = self._plan.palm[:3, 3] - middle
-        palm[2] = 0.0
-        palm /= max(float(np.linalg.norm(palm)), 1e-9)
-        aside = np.array([palm[1], -palm[0], 0.0])
-        towards: Array = 1.9 * aside - 0.9 * palm + [0.0, 0.0, 1.0]
-        return towards
+        level = np.array([palm[0], palm[1], 0.0]) / max(float(np.hypot(palm[0], palm[1])), 1e-9)
+        aside = np.array([level[1], -level[0], 0.0])
+        return middle + 0.4 * palm, 1.9 * aside - 0.9 * level + [0.0, 0.0, 1.0]
 
     def move(self, stage: float) -> None:
         """Move the hand to a place between two of its stages."""

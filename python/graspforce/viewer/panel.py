@@ -28,13 +28,18 @@ _TABLE = "width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums"
 
 
 def numbers(
-    grasp: Grasp, quality: Mapping[str, Quality], solution: ForceSolution | None, notes: Iterable[str] = ()
+    grasp: Grasp,
+    quality: Mapping[str, Quality],
+    solution: ForceSolution | None,
+    more: Iterable[tuple[str, str]] = (),
+    notes: Iterable[str] = (),
 ) -> str:
-    """Quality and closure, how hard the contacts press, and lines that `notes` add."""
+    """Quality and closure, how hard the contacts press, and what `more` and `notes` add."""
     rows = [(f"epsilon {name}", f"{found.epsilon:.6g} N") for name, found in quality.items()]
     rows.append(("closure", quality["max"].closure))
     rows.append(("friction", _range(grasp.friction / grasp.friction_margin, "")))
     rows.append(("limits", _range(normal_limits(grasp), " N")))
+    rows += more
     lines = list(notes)
     if solution is not None:
         rows.append(("forces", f"up to {100 * solution.sigma_max:.3g} % of the limit"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import socket
 
 from graspforce._internal.checks import whole_number
@@ -57,4 +58,4 @@ def _refusal(host: str, port: int, error: OSError) -> InvalidInputError:
         return _TakenError(f"port: {port} is taken by another program; choose another one, or 0 for any")
     if error.errno in (errno.EACCES, errno.EPERM):
         return InvalidInputError(f"port: {port} is not allowed to this user; choose one above 1023")
-    return InvalidInputError(f"host: cannot listen at {host!r}: {error.strerror or error}")
+    return InvalidInputError(f"host: cannot listen at {host!r}: {os.strerror(error.errno or 0)}")

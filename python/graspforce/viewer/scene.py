@@ -257,7 +257,7 @@ class Viewer:
         scene = self._server.scene
         scene.set_up_direction("+z")
         if self.state.mesh is not None:
-            opacity = 0.5 if self._hand is None else 0.85
+            opacity = 0.5 if self._hand is None else 0.8
             scene.add_mesh_simple(
                 "/object", *self.state.mesh, color=panel.OBJECT, opacity=opacity, side="double"
             )
@@ -274,8 +274,9 @@ class Viewer:
             handle.on_update(partial(self._drag, i))
             self._handles.append(handle)
             self._filter.handles.add(handle.name)
-        middle = self.state.grasp.positions.mean(axis=0)
-        towards = np.array([1.2, -1.2, 0.9]) if self._hand is None else self._hand.view_from(middle)
+        middle, towards = self.state.grasp.positions.mean(axis=0), np.array([1.2, -1.2, 0.9])
+        if self._hand is not None:
+            middle, towards = self._hand.view(middle)
         self._server.initial_camera.look_at = tuple(middle)
         self._server.initial_camera.position = tuple(middle + self._size * towards)
 
@@ -343,8 +344,8 @@ class Viewer:
         return self.state.forces(self.state.row_at(self._controls.row.value))
 
     def _numbers(self, quality: dict[str, Quality], solution: ForceSolution | None) -> str:
-        notes = () if self._hand is None else self._hand.notes
-        return panel.numbers(self.state.grasp, quality, solution, notes)
+        said = ((), ()) if self._hand is None else (self._hand.rows, self._hand.notes)
+        return panel.numbers(self.state.grasp, quality, solution, *said)
 
     def _draw_forces(self, solution: ForceSolution | None) -> None:
         if solution is not None:
