@@ -26,6 +26,9 @@ LONGEST = 0.3
 _PAST = 3.0
 """Length at which an arrow is cut, in lengths of the largest cone."""
 
+_LEAST_TURN = 0.05
+"""Least share of the torque in a disturbance that is drawn."""
+
 _CONE_EDGES = 16
 _CORNERS = np.vstack([np.eye(3), -np.eye(3)])
 
@@ -86,10 +89,30 @@ class Drawing:
         self._arrow("/unbalanced", grasp.origin, self._cut(rest), UNBALANCED)
 
     def weakest(self, grasp: Grasp, direction: Array) -> None:
-        """Draw the force of the worst disturbance, opposite to the weakest direction (6,), at the origin."""
-        length = float(np.linalg.norm(direction[:3]))
-        force = -direction[:3] / length if length > 1e-9 else np.zeros(3)
-        self._arrow("/worst", grasp.origin, 0.5 * self._size * force, WORST)
+        """Draw the worst disturbance, opposite to the weakest direction (6,), at the origin.
+
+        Its force is an arrow, its torque a ring with a tip; they are as long as their shares of its norm.
+        """
+        force, torque = -direction[:3], -direction[3:] / grasp.length_scale
+        norm = max(float(np.hypot(np.linalg.norm(force), np.linalg.norm(torque))), 1e-300)
+        self._arrow("/worst", grasp.origin, 0.5 * self._size * force / norm, WORST)
+        turn = float(np.linalg.norm(torque)) / norm
+        if "/ring" in self._arrows:
+            self._arrows.pop("/ring").remove()
+        if turn < _LEAST_TURN:
+            self._arrow("/ring tip", grasp.origin, np.zeros(3), WORST)
+            return
+        # Two directions across the axis, so that the ring turns about it by the right hand.
+        axis = torque / (norm * turn)
+        across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+        across /= np.linalg.norm(across)
+        angles = np.linspace(0.0, 1.6 * np.pi * turn, 24)
+        arms = np.outer(np.cos(angles), across) + np.outer(np.sin(angles), np.cross(axis, across))
+        points, radius = grasp.origin + 0.25 * self._size * arms, 0.006 * self._size
+        self._arrows["/ring"] = self._scene.add_spline_catmull_rom(
+            "/ring", points, color=WORST, thickness=2 * radius
+        )
+        self._arrow("/ring tip", points[-1], 0.06 * self._size * np.cross(axis, arms[-1]), WORST)
 
     def _cones(self, grasp: Grasp) -> list[tuple[Array, NDArray[np.int64]]]:
         cones = unwarned_grasp(
@@ -97,25 +120,32 @@ class Drawing:
             friction_margin=grasp.friction_margin,
         )  # fmt: skip
         fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
-        shapes = []
-        for fan, frame, tip in zip(fans, cones.frames, cones.positions, strict=True):
-            rim = tip - self.metres_per_newton * fan @ frame
-            count = len(rim)
-            triangles = np.array([(0, 1 + h, 1 + (h + 1) % count) for h in range(count)])
-            shapes.append((np.vstack([tip, rim]), triangles))
-        return shapes
+        return [
+            self._cone(tip, tip - self.metres_per_newton * fan @ frame)
+            for fan, frame, tip in zip(fans, cones.frames, cones.positions, strict=True)
+        ]
 
     def _hulls(self, grasp: Grasp) -> list[tuple[Array, NDArray[np.int64]]]:
         extremes = np.split(grasp.extreme_forces[:, :3], np.cumsum(grasp.num_edges)[:-1])
-        shapes = []
-        for forces, frame, tip in zip(extremes, grasp.frames, grasp.positions, strict=True):
-            # Around the tip there are corners at a small distance, so that flat sets have a hull as well.
-            points = np.vstack([0.003 * self._size * _CORNERS, -self.metres_per_newton * forces @ frame])
-            hull = ConvexHull(points)
-            corners = np.zeros(len(points), dtype=np.int64)
-            corners[hull.vertices] = np.arange(len(hull.vertices))
-            shapes.append((tip + points[hull.vertices], corners[hull.simplices]))
-        return shapes
+        return [
+            self._hull(tip, -self.metres_per_newton * forces @ frame)
+            for forces, frame, tip in zip(extremes, grasp.frames, grasp.positions, strict=True)
+        ]
+
+    def _cone(self, tip: Array, rim: Array) -> tuple[Array, NDArray[np.int64]]:
+        count = len(rim)
+        if count < 3:
+            return self._hull(tip, rim - tip)
+        triangles = np.array([(0, 1 + h, 1 + (h + 1) % count) for h in range(count)])
+        return np.vstack([tip, rim]), triangles
+
+    def _hull(self, tip: Array, ends: Array) -> tuple[Array, NDArray[np.int64]]:
+        # Around the tip there are corners at a small distance, so that flat sets have a hull as well.
+        points = np.vstack([0.003 * self._size * _CORNERS, ends])
+        hull = ConvexHull(points)
+        corners = np.zeros(len(points), dtype=np.int64)
+        corners[hull.vertices] = np.arange(len(hull.vertices))
+        return tip + points[hull.vertices], corners[hull.simplices]
 
     def _cut(self, arrow: Array) -> Array:
         longest = _PAST * LONGEST * self._size

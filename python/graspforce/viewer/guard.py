@@ -172,7 +172,8 @@ class Guard:
         if request.headers.get_all("Upgrade") == ["websocket"]:
             return None
         # What is compressed has no title to replace.
-        del request.headers["Accept-Encoding"]
+        if "Accept-Encoding" in request.headers:
+            del request.headers["Accept-Encoding"]
         response = serve_page(connection, request)
         if response is None:
             return connection.respond(http.HTTPStatus.BAD_REQUEST, "graspforce: not a request for the page\n")

@@ -102,7 +102,7 @@ def legend(*, polytopes: bool, forces: bool, hand: bool) -> str:
         entries.append((FORCE, "force, at its limit as long as its cone"))
     if forces:
         entries += [(OVERLOAD, "force past its limit"), (UNBALANCED, "unbalanced force")]
-    entries.append((WORST, "weakest disturbance, force not to scale"))
+    entries.append((WORST, "weakest disturbance: force and torque (ring)"))
     if hand:
         entries.append((HAND, "hand"))
     lines = (

@@ -1,6 +1,7 @@
 """What an attacker tries against the viewer: another page, another name, a client that lies or floods."""
 
 import dataclasses
+import http.client
 import math
 import resource
 import time
@@ -86,6 +87,19 @@ def test_the_page_carries_the_token_on_in_a_cookie_that_no_script_and_no_other_s
     assert "frame-ancestors 'none'" in answer.getheader("Content-Security-Policy")
     assert get(viewer, "/", Cookie=cookie.partition(";")[0]).status == 200
     assert status(viewer, cookie="", query=f"?token={token_of(viewer)}") == 101
+
+
+def test_the_page_is_titled_whatever_the_request_accepts(viewer):
+    for accepted in ([], ["gzip, br"], ["gzip", "gzip"]):
+        connection = http.client.HTTPConnection("127.0.0.1", viewer.port, timeout=10)
+        connection.putrequest("GET", f"/?token={token_of(viewer)}", skip_accept_encoding=True)
+        for value in accepted:
+            connection.putheader("Accept-Encoding", value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        assert answer.status == 200
+        assert b"<title>graspforce</title>" in answer.read()
+        connection.close()
 
 
 def test_tokens_are_random_and_compared_in_constant_time(viewer, monkeypatch):

@@ -51,6 +51,10 @@ def test_the_page_says_and_draws_what_stays_unbalanced(drawn):
             np.testing.assert_allclose(head - tail, viewer._drawing.metres_per_newton * rest, atol=1e-9)
 
 
+def cone_length(grasp, drawn, contact):
+    return ((grasp.positions[contact] - drawn[f"/cones/{contact}"]) @ grasp.normals[contact]).max()
+
+
 def test_a_force_at_its_limit_is_as_long_as_its_cone_and_none_has_no_arrow(drawn):
     normals = np.array([(1.0, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
     grasp = gf.Grasp(-0.05 * normals, normals, friction=0.0, max_normal_force=[10, 20, 20, 20])
@@ -61,16 +65,14 @@ def test_a_force_at_its_limit_is_as_long_as_its_cone_and_none_has_no_arrow(drawn
             viewer.update()
             arrows = {name for name in drawn if name.startswith("/forces/")}
             assert arrows == ({"/forces/0"} if length else set())
-            tip, *rim = drawn["/cones/0"]
-            cone = np.mean(rim, axis=0) - tip
+            cone = cone_length(grasp, drawn, 0)
             if length:
                 (tail, head), shown = drawn["/forces/0"]
                 np.testing.assert_allclose(head, grasp.positions[0], atol=1e-12)
-                np.testing.assert_allclose(tail - head, length * cone, atol=1e-9)
+                np.testing.assert_allclose(head - tail, length * cone * normals[0], atol=1e-9)
                 assert shown == color
         # The largest limit has the longest cone; others are shorter on the same scale.
-        bases = [drawn[f"/cones/{i}"][1:].mean(axis=0) for i in range(4)]
-        lengths = np.linalg.norm(bases - grasp.positions, axis=1)
+        lengths = [cone_length(grasp, drawn, i) for i in range(4)]
         np.testing.assert_allclose(lengths, 0.03 * np.array([0.5, 1, 1, 1]), rtol=1e-6)
 
 
@@ -99,3 +101,16 @@ def test_given_forces_are_drawn_as_the_hull_that_they_span(drawn):
                 # Corners of a small distance about the tip let flat sets have a hull.
                 small = 0.02 * np.linalg.norm(z) * np.max(limits)
                 assert reach - 1e-5 <= (shape @ z).max() <= max(reach, small) + 1e-5
+
+
+def test_a_disturbance_that_only_turns_is_a_ring_about_its_axis(drawn):
+    pinch = gf.Grasp([(-0.05, 0, 0), (0.05, 0, 0)], [(1, 0, 0), (-1, 0, 0)], friction=0.5)
+    with showing(pinch) as viewer:
+        assert "/worst" not in drawn
+        viewer._drawing.weakest(pinch, np.array([0, 0, 0, -1.0, 0, 0]))
+        (tail, head), color = drawn["/ring tip"]
+        assert color == panel.WORST
+        assert np.cross(tail, head - tail)[0] > 0.9 * np.linalg.norm(tail) * np.linalg.norm(head - tail)
+        viewer._drawing.weakest(pinch, np.array([0, 0, 1.0, 0, 0, 0]))
+        assert "/ring tip" not in drawn
+        assert drawn["/worst"][0][1][2] < 0
