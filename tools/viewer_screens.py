@@ -46,7 +46,7 @@ def take(browser: Browser, make: Callable[[], Viewer], name: str, *, dark: bool)
         page.get_by_role("checkbox").last.click()
     notice = page.locator(".mantine-Notification-closeButton")  # of rendering without a graphics card
     notice.first.click()
-    time.sleep(5)
+    time.sleep(10)
     picture = Image.open(io.BytesIO(page.screenshot(timeout=120_000))).convert("RGB")
     picture.save(ROOT / "docs" / "_static" / name, optimize=True)
     page.close()
