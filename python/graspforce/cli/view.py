@@ -66,7 +66,7 @@ def view(
     Example: `graspforce view cup.yaml --wrenches lift.csv`
     """
     from graspforce.viewer import scene  # noqa: PLC0415 - viser only where it is asked for
-    from graspforce.viewer.guard import is_loopback  # noqa: PLC0415 - the same
+    from graspforce.viewer.guard import exposure, is_loopback  # noqa: PLC0415 - the same
 
     grasp, surface, title = _shown(file)
     surface = surface if mesh is None else load_mesh(mesh)
@@ -78,7 +78,7 @@ def view(
             times=None if given is None else given.times, title=title, host=host, port=port,
         )  # fmt: skip
     if not is_loopback(host):
-        note(f"warning: {scene.exposure(host)}")
+        note(f"warning: {exposure(host)}")
     scene.serve(viewer, lambda: note(f"{viewer.address}  (Ctrl-C ends)"))
 
 

@@ -262,6 +262,14 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def exposure(host: str) -> str:
+    """Return the warning for an address that other machines can reach."""
+    return (
+        f"the viewer listens at {host}, where other machines can reach it: anyone on the network can see and "
+        "move the grasp, because nothing is encrypted, not even the token"
+    )
+
+
 def _bracketed(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 

@@ -54,7 +54,7 @@ class HandOnPage:
             ("contacts off by", f"{1e3 * plan.contact_error:.2g} mm"),
             (f"planned epsilon {plan.quality.criterion}", f"{plan.quality.epsilon:.4g} N for 1 N each"),
         ]
-        self.notes = ["The forces are those at rest."]
+        self.notes: list[str] = []
         self._links: dict[int, Any] = {}
         self.stages, self._joints = ["pregrasp", "grasp"], [plan.pregrasp, plan.joints]
         try:

@@ -25,7 +25,7 @@ try:
 
     from .controls import Controls
     from .drawing import Drawing
-    from .guard import Guard, guarded, is_loopback
+    from .guard import Guard, exposure, guarded, is_loopback
     from .messages import Filter
 except ModuleNotFoundError as error:
     raise MissingExtraError("viewer", error) from error
@@ -37,7 +37,7 @@ from .ports import free_port
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import ForceSolution, Grasp, Quality
 
@@ -105,14 +105,6 @@ def view(
     hand = HandOnPage(grasp) if isinstance(grasp, HandPlan) else None
     state = ViewState(grasp if hand is None else hand.grasp, mesh, wrenches, times)  # type: ignore[arg-type] # no plan
     return Viewer(state, title=title, host=host, port=port, hand=hand)
-
-
-def exposure(host: str) -> str:
-    """Return the warning for an address that other machines can reach."""
-    return (
-        f"the viewer listens at {host}, where other machines can reach it: anyone on the network can see and "
-        "move the grasp, because nothing is encrypted, not even the token"
-    )
 
 
 class Viewer:
@@ -344,16 +336,24 @@ class Viewer:
         return self.state.forces(self.state.row_at(self._controls.row.value))
 
     def _numbers(self, quality: dict[str, Quality], solution: ForceSolution | None) -> str:
-        said = ((), ()) if self._hand is None else (self._hand.rows, self._hand.notes)
-        return panel.numbers(self.state.grasp, quality, solution, *said)
+        if self._hand is None:
+            return panel.numbers(self.state.grasp, quality, solution)
+        notes = [
+            *self._hand.notes,
+            *(["The forces are those at rest."] if self._resting() is not None else []),
+        ]
+        return panel.numbers(self.state.grasp, quality, solution, self._hand.rows, notes)
 
     def _draw_forces(self, solution: ForceSolution | None) -> None:
         if solution is not None:
             rest = None if solution.balanced else solution.residual[:3]
             self._drawing.forces(self.state.grasp, solution.world_forces, solution.shares, rest)
         else:
-            resting = None if self._hand is None else self._hand.forces
-            self._drawing.forces(self.state.grasp, resting, None, None)
+            self._drawing.forces(self.state.grasp, self._resting(), None, None)
+
+    def _resting(self) -> NDArray[np.float64] | None:
+        """Return the forces of a hand at rest, unless wrenches are given that it balances instead."""
+        return None if self._hand is None or len(self.state.wrenches) else self._hand.forces
 
     def _draw_hand(self, stage: float) -> None:
         if self._hand is not None and stage != self._stage:
@@ -364,8 +364,7 @@ class Viewer:
         names = () if self._hand is None else self._hand.names
         if solution is not None:
             return panel.contact_table(self.state.grasp, solution.world_forces, solution.shares, names)
-        forces = None if self._hand is None else self._hand.forces
-        return panel.contact_table(self.state.grasp, forces, None, names)
+        return panel.contact_table(self.state.grasp, self._resting(), None, names)
 
     def _play(self) -> None:
         seconds = 1 / _FRAMES_PER_SECOND

@@ -60,6 +60,17 @@ def test_contacts_show_what_the_torque_limits_allow_and_the_forces_at_rest(plan,
         assert f">{normal:.3g}<" in row
 
 
+def test_wrenches_are_balanced_in_place_of_the_forces_at_rest(plan, shown):
+    assert "at rest" in shown._controls.numbers.content
+    viewer = view(plan, wrenches=[[0, 0, -0.5, 0, 0, 0]], port=0)
+    try:
+        assert "at rest" not in viewer._controls.numbers.content
+        share = viewer.state.forces(0).sigma_max
+        assert f"up to {100 * share:.3g} %" in viewer._controls.numbers.content
+    finally:
+        viewer.stop()
+
+
 def test_the_command_shows_a_plan_file_with_its_object(plan, tmp_path, monkeypatch):
     BOX.export(tmp_path / "box.obj")
     plan.save(tmp_path / "plan.json", mesh=tmp_path / "box.obj")
