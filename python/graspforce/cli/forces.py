@@ -31,7 +31,7 @@ _ON_THE_CONE = (
 )
 
 
-@about_a_grasp
+@about_a_grasp()
 def forces(
     file: GraspFile,
     wrench: Annotated[

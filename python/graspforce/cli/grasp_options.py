@@ -98,30 +98,35 @@ CONTACT_OPTIONS: dict[str, Any] = {
 """Of all contacts on a mesh, in every command that takes one."""
 
 
-def about_a_grasp(command: Callable[..., None]) -> Callable[..., None]:
+def about_a_grasp(
+    read: Callable[..., object] | None = None,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command of a `GraspFile` the argument GRASP and the options of a mesh in its place.
 
-    The command's first parameter is the file that is read.
+    The command's first parameter is what `read`, or by default `grasp_from`, returns.
     """
-
-    @functools.wraps(command)
-    def run(grasp: Path, at: list[str] | None, unit: str | None, **options: Any) -> None:
-        given = {name: options.pop(name) for name in CONTACT_OPTIONS}
-        command(grasp_from(grasp, at, unit, **given), **options)
-
-    _, *own = inspect.signature(command, eval_str=True).parameters.values()
-    kind = inspect.Parameter.KEYWORD_ONLY
     added = {"at": At, "unit": Unit, **CONTACT_OPTIONS}
-    parameters = [
-        inspect.Parameter("grasp", kind, annotation=GraspArgument),
-        *(parameter.replace(kind=kind) for parameter in own),
-        *(inspect.Parameter(n, kind, default=None, annotation=option) for n, option in added.items()),
-    ]
-    # Typer reads both.
-    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    del run.__wrapped__
-    return run
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def run(grasp: Path, at: list[str] | None, unit: str | None, **options: Any) -> None:
+            given = {name: options.pop(name) for name in CONTACT_OPTIONS}
+            command((read or grasp_from)(grasp, at, unit, **given), **options)
+
+        _, *own = inspect.signature(command, eval_str=True).parameters.values()
+        kind = inspect.Parameter.KEYWORD_ONLY
+        parameters = [
+            inspect.Parameter("grasp", kind, annotation=GraspArgument),
+            *(parameter.replace(kind=kind) for parameter in own),
+            *(inspect.Parameter(n, kind, default=None, annotation=option) for n, option in added.items()),
+        ]
+        # Typer reads both.
+        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        del run.__wrapped__
+        return run
+
+    return decorated
 
 
 def is_mesh(path: Path, *, as_mesh: bool = False) -> bool:

@@ -16,7 +16,7 @@ from .output import AsJson, Plot, print_json, print_table, save, vector
 from .progress import progress
 
 
-@about_a_grasp
+@about_a_grasp()
 def quality(
     file: GraspFile,
     external_wrench: Annotated[
