@@ -9,8 +9,9 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._internal.checks import chosen, triangles
 
+from .hand_view import clearest_view, lit, seen, small_triangles
 from .style import CONE, INK, OBJECT
-from .hand_view import clearest_view, lit, seen, small_triangles, view_directions
+from .views import axes_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -83,7 +84,7 @@ def draw_hand(
     where = np.zeros((0, 3)) if grasp is None else grasp.positions - 1e-3 * grasp.normals
     if elevation is None or azimuth is None:
         elevation, azimuth = clearest_view(where, middles) if len(where) else (20.0, -60.0)
-    view = view_directions(elevation, azimuth)
+    view = axes_of(elevation, azimuth)
     facing = [lit(corners, color, view) for corners, color in shown]
     # One collection: matplotlib sorts the triangles of each by depth, but not those of two.
     colours = np.concatenate([rgba for _, rgba in facing])

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.colors import to_rgb
 
+from .views import axes_of
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -17,14 +19,6 @@ _ELEVATIONS, _AZIMUTHS = (15.0, 45.0), np.arange(-180.0, 180.0, 30.0)
 _NEAR = 0.006  # m beside a line of sight: a triangle whose middle is nearer hides what lies behind
 _BEFORE = 0.02  # m: a fingertip does not hide its own contact
 _EVERY = 4  # of the triangles decides about a view
-
-
-def view_directions(elevation: float, azimuth: float) -> Array:
-    """(3, 3) axes of the picture: to the right, up, and towards the eye, for angles in degrees."""
-    e, a = np.deg2rad([elevation, azimuth])
-    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    right = np.array([-np.sin(a), np.cos(a), 0])
-    return np.stack([right, np.cross(eye, right), eye])
 
 
 def small_triangles(corners: Array, longest: float) -> Array:
@@ -69,7 +63,7 @@ def clearest_view(points: Array, middles: Array) -> tuple[float, float]:
     """Elevation and azimuth in degrees from which most points are seen, and widest apart."""
 
     def worth(angles: tuple[float, float]) -> float:
-        view = view_directions(*angles)
+        view = axes_of(*angles)
         apart = np.ptp(points @ view[:2].T, axis=0).sum() / max(float(np.ptp(points, axis=0).sum()), 1e-12)
         return float(seen(points, middles, view).sum() + apart / 2)
 
