@@ -53,6 +53,15 @@ def rows_of(hand, name, number):
     yield {"hand": name, "object": number, "kind": "counts", **maker.counts}
 
 
+def rounded(value):
+    """Return a row with its numbers to five digits."""
+    if isinstance(value, dict):
+        return {name: rounded(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [rounded(one) for one in value]
+    return float(f"{value:.5g}") if isinstance(value, float) else value
+
+
 def run():
     """Measure object by object, and add each to the file once it is whole."""
     kept, done = measured()
@@ -65,7 +74,7 @@ def run():
             began = time.process_time()
             rows = list(rows_of(hand, name, number))
             with RESULTS.open("a") as file:
-                file.writelines(json.dumps(row) + "\n" for row in rows)
+                file.writelines(json.dumps(rounded(row)) + "\n" for row in rows)
             print(f"{name}, object {number:03d}: {len(rows) - 1} grasps, {time.process_time() - began:.0f} s")
 
 
