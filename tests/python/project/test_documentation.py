@@ -38,6 +38,7 @@ NOT_RUN = {
     "graspforce shake plan.json --closing": HANDS,
     "python benches/hands.py": LONG,
     "python benches/hands.py --only shadow --servo 1": LONG,
+    "python benches/hands.py --seed 2": LONG,
     "python benches/holds.py": LONG,
     "pip install --group objects --group simulators": INSTALLS,
     "python benches/hands.py --objects 10 --only four --ablations": LONG,
