@@ -2,14 +2,16 @@
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces};
-use crate::force::nearest::limited_sum::lower_sum;
+use crate::force::nearest::limited_sum::{is_linear_in_forces, lower_sum, weights_of_shares};
 use crate::force::nearest::options::NearestOptions;
+use crate::force::nearest::sum_by_weights::least_sum_by_weights;
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::nearest::wrench_projection::Nearest;
 use crate::force::problem::{Problem, ProblemWorkspace};
 use crate::force::program::Program;
 use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{Distribution, DistributionOptions, check_wrench};
+use crate::force::squares::dual::Dual;
 use crate::grasp::contact::write_components;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
@@ -20,9 +22,9 @@ use crate::wrench_set::Criterion;
 const TIGHT_GAP: f64 = 0.1 * AT_LIMIT;
 
 /// The certificate of forces that come nearest, with the distance and the gap of both.
-struct Found<const D: usize> {
-    answer: Certificate<D>,
-    distance: f64,
+pub(crate) struct Found<const D: usize> {
+    pub(crate) answer: Certificate<D>,
+    pub(crate) distance: f64,
 }
 
 impl<const D: usize> Problem<D> {
@@ -103,20 +105,26 @@ impl<const D: usize> Problem<D> {
         let size = memory.projection.metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
         if nearest.unique {
-            return proven(self.as_projected(workspace, memory, b, &nearest, loose));
+            return proven(self.as_projected(workspace, memory, b, &nearest, loose), tight);
         }
-        let as_projected = |workspace: &ProblemWorkspace<D>, memory: &NearestWorkspace<D>| {
-            let found = self.as_projected(workspace, memory, b, &nearest, loose);
+        let unproven = |found: Found<D>| {
             // These forces come nearest, but nothing proves them the least of those.
-            let gap = if loose > LOOSEST_GAP { loose } else { f64::INFINITY };
+            let gap = if loose > tight { loose } else { f64::INFINITY };
             Found { answer: Certificate { gap, fell_back: true, ..found.answer }, ..found }
         };
+        let normal = memory.projection.normal_of(&nearest, size);
         if let Some((found, forces)) = loose_answer {
-            if found.answer.gap > LOOSEST_GAP && loose <= LOOSEST_GAP {
-                return Ok(as_projected(workspace, memory));
+            if let Some(normal) = normal
+                && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
+            {
+                return Ok(found);
             }
-            workspace.forces = forces;
-            return proven(found);
+            if found.answer.gap <= LOOSEST_GAP || loose > tight {
+                workspace.forces = forces;
+                let answer = Certificate { gap: f64::INFINITY, fell_back: true, ..found.answer };
+                return Ok(Found { answer, ..found });
+            }
+            return proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight);
         }
         let exerted = b + nearest.residual;
         let projected = workspace.forces.clone();
@@ -127,25 +135,21 @@ impl<const D: usize> Problem<D> {
         let rest = self.residual(b, &workspace.forces.forces);
         let metric = memory.projection.metric;
         let distance = metric.norm(&rest);
-        let found = match least {
+        if let Ok(answer) = least
             // Its own tolerance of the balance must not move it away.
-            Ok(answer)
-                if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
-                    && (answer.gap <= LOOSEST_GAP || loose > LOOSEST_GAP) =>
-            {
-                let answer = Certificate {
-                    gap: answer.gap.max(loose),
-                    pivots: answer.pivots + nearest.steps,
-                    ..answer
-                };
-                Found { answer, distance }
-            }
-            _ => {
-                workspace.forces = projected;
-                as_projected(workspace, memory)
-            }
-        };
-        proven(found)
+            && metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
+            && answer.gap.max(loose) <= tight
+        {
+            let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
+            return Ok(Found { answer: Certificate { gap, pivots, ..answer }, distance });
+        }
+        workspace.forces = projected;
+        if let Some(normal) = normal
+            && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
+        {
+            return Ok(found);
+        }
+        proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight)
     }
 
     /// The forces of the projection itself.
@@ -245,23 +249,31 @@ impl<const D: usize> Problem<D> {
             memory.apart = Some(nearest);
             return Err(beyond());
         }
-        let bounds = self.bounds();
         let exerted = b + nearest.residual;
-        let lowered = lower_sum(&self.grasp, &bounds, &exerted, &mut workspace.forces);
+        let lowered = if is_linear_in_forces(&self.grasp) {
+            let weights = weights_of_shares(&self.grasp);
+            let mut dual = Dual::new(&self.grasp, &weights, &workspace.forces.forces, None);
+            for (i, (low, high)) in self.bounds().into_iter().enumerate() {
+                dual.bound(i, low, high);
+            }
+            lower_sum(&self.grasp, &mut dual, &exerted, &mut workspace.forces)
+        } else {
+            least_sum_by_weights(&self.grasp, &self.options, &exerted, &mut workspace.forces)
+        };
         let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
         let sigma = self.value(&workspace.forces);
         Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
     }
 
     /// The objective of these forces.
-    fn value(&self, forces: &ContactForces) -> f64 {
+    pub(crate) fn value(&self, forces: &ContactForces) -> f64 {
         self.program.value(&forces.forces, forces.totals(), self.options.weight)
     }
 }
 
 /// Refuses forces of which nothing proves that they come nearest. Where only their objective is unproven the gap is infinite.
-fn proven<const D: usize>(found: Found<D>) -> Result<Found<D>> {
-    let (gap, allowed) = (found.answer.gap, LOOSEST_GAP);
+fn proven<const D: usize>(found: Found<D>, allowed: f64) -> Result<Found<D>> {
+    let gap = found.answer.gap;
     if gap <= allowed || gap == f64::INFINITY {
         return Ok(found);
     }

@@ -16,6 +16,7 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, unit};
 use crate::interrupt;
+use crate::tolerances::AT_LIMIT;
 
 /// Weights of the proximal steps, relative to the strongest contact; the last is that of all others. A step shrinks the
 /// error by about this, and loses as many digits of the forces.
@@ -49,11 +50,11 @@ pub(crate) struct WrenchProjection<const D: usize> {
     grasp: Arc<Grasp<D>>,
     pub(crate) metric: Metric<D>,
     pub(crate) limits: bool,
-    dual: Dual<D>,
+    pub(crate) dual: Dual<D>,
     /// The square of the longest wrench of a unit force.
     strength: f64,
     /// The contact maps where the metric is Euclidean.
-    maps: Vec<ContactMap<D>>,
+    pub(crate) maps: Vec<ContactMap<D>>,
     last: Last<D>,
     /// Forces before Newton's method on the faces.
     before: Vec<ContactForce>,
@@ -287,6 +288,21 @@ impl<const D: usize> WrenchProjection<D> {
         self.last.forces.copy_from_slice(&forces.forces);
         self.last.strongest = forces.totals().0;
         Some(found)
+    }
+
+    /// The unit normal of the nearest wrench where the metric is Euclidean: the direction of the residual, unless that is
+    /// rounding.
+    pub(crate) fn normal_of(&self, nearest: &Nearest<D>, size: f64) -> Option<Wrench<D>> {
+        if nearest.distance > AT_LIMIT * size {
+            return Some(unit(&self.metric.to_euclidean(&-nearest.residual)));
+        }
+        self.last.known.then_some(self.last.normal)
+    }
+
+    /// The distance of the forces, and what is proven of the least one by their residual or by `n`.
+    pub(crate) fn distances(&self, b: &Wrench<D>, forces: &ContactForces, n: &Wrench<D>) -> (f64, f64) {
+        let brackets = [*n, self.normal(b, forces)].map(|n| self.bracket(b, forces, &n, 0));
+        (brackets[0].distance, brackets[0].lower.max(brackets[1].lower))
     }
 
     /// The unit direction of what the forces leave of `b`, where the metric is Euclidean.
