@@ -105,9 +105,13 @@ impl<'a> DoubleDoubleSimplex<'a> {
     fn solve_from_nothing(&mut self) -> Outcome {
         let unit = self.columns.unit();
         let mut price = FIRST_PRICE * unit;
+        let mut within = None;
         loop {
             if !self.minimise(Some(price)) {
-                return Outcome::Stalled;
+                // The forces of a lower price are optimal for a wrench within the tolerance.
+                let Some(known) = within else { return Outcome::Stalled };
+                (self.solution, self.inverse) = known;
+                return Outcome::Balanced;
             }
             let left = self.solution.left_over();
             let highest = LAST_PRICE * self.solution.objective().value().max(unit);
@@ -117,6 +121,9 @@ impl<'a> DoubleDoubleSimplex<'a> {
             }
             if last {
                 break;
+            }
+            if left <= FEASIBILITY_TOLERANCE {
+                within = Some((self.solution.clone(), self.inverse));
             }
             price = (price * 1e3).min(highest);
         }

@@ -250,16 +250,23 @@ impl<const D: usize> Problem<D> {
             return Err(beyond());
         }
         let exerted = b + nearest.residual;
-        let lowered = if is_linear_in_forces(&self.grasp) {
+        let mut lowered = None;
+        if is_linear_in_forces(&self.grasp) {
             let weights = weights_of_shares(&self.grasp);
             let mut dual = Dual::new(&self.grasp, &weights, &workspace.forces.forces, None);
             for (i, (low, high)) in self.bounds().into_iter().enumerate() {
                 dual.bound(i, low, high);
             }
-            lower_sum(&self.grasp, &mut dual, &exerted, &mut workspace.forces)
-        } else {
-            least_sum_by_weights(&self.grasp, &self.options, &exerted, &mut workspace.forces)
-        };
+            lowered = lower_sum(&self.grasp, &mut dual, &exerted, &mut workspace.forces);
+        }
+        let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
+        if known > self.options.rtol.max(AT_LIMIT) {
+            let mut forces = workspace.forces.clone();
+            let found = least_sum_by_weights(&self.grasp, &self.options, &exerted, &mut forces);
+            if found.is_some_and(|(_, gap, _)| gap < known) {
+                (lowered, workspace.forces) = (found, forces);
+            }
+        }
         let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
         let sigma = self.value(&workspace.forces);
         Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
