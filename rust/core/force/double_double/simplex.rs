@@ -107,22 +107,25 @@ impl<'a> DoubleDoubleSimplex<'a> {
         let mut price = FIRST_PRICE * unit;
         let mut within = None;
         loop {
-            if !self.minimise(Some(price)) {
-                // The forces of a lower price are optimal for a wrench within the tolerance.
-                let Some(known) = within else { return Outcome::Stalled };
-                (self.solution, self.inverse) = known;
-                return Outcome::Balanced;
-            }
+            let solved = self.minimise(Some(price));
             let left = self.solution.left_over();
             let highest = LAST_PRICE * self.solution.objective().value().max(unit);
             let last = price >= highest;
-            if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH } {
-                return Outcome::Balanced;
+            let balanced = solved && left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH };
+            if !solved || balanced {
+                if let Some(known) = within
+                    && !(balanced && self.solution.is_accurate(&self.target))
+                {
+                    // The forces of a lower price are optimal for a wrench within the tolerance.
+                    (self.solution, self.inverse) = known;
+                    return Outcome::Balanced;
+                }
+                return if balanced { Outcome::Balanced } else { Outcome::Stalled };
             }
             if last {
                 break;
             }
-            if left <= FEASIBILITY_TOLERANCE {
+            if left <= FEASIBILITY_TOLERANCE && self.solution.is_accurate(&self.target) {
                 within = Some((self.solution.clone(), self.inverse));
             }
             price = (price * 1e3).min(highest);

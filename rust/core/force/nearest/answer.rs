@@ -53,6 +53,31 @@ impl<const D: usize> Problem<D> {
         Ok(distance)
     }
 
+    /// Takes the memory of these options before the first wrench comes.
+    pub(crate) fn prepare_nearest(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<()> {
+        workspace.nearest = Some(self.nearest_memory(workspace, options)?);
+        Ok(())
+    }
+
+    fn nearest_memory(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<Box<NearestWorkspace<D>>> {
+        self.claim(workspace);
+        match workspace.nearest.take() {
+            Some(memory) if memory.serves(&self.grasp, options) => Ok(memory),
+            _ => {
+                let memory = NearestWorkspace::new(&self.grasp, &self.program, &self.bounds(), options)?;
+                Ok(Box::new(memory))
+            }
+        }
+    }
+
     fn find(
         &self,
         workspace: &mut ProblemWorkspace<D>,
@@ -66,11 +91,7 @@ impl<const D: usize> Problem<D> {
                 format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
-        self.claim(workspace);
-        let mut memory = match workspace.nearest.take() {
-            Some(memory) if memory.serves(&self.grasp, options) => memory,
-            _ => Box::new(NearestWorkspace::new(&self.grasp, &self.program, &self.bounds(), options)?),
-        };
+        let mut memory = self.nearest_memory(workspace, options)?;
         let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
         workspace.nearest = Some(memory);
         interrupt::check()?;
@@ -96,7 +117,8 @@ impl<const D: usize> Problem<D> {
                 return Ok(found);
             }
             // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
-            loose_answer = Some((found, workspace.forces.clone()));
+            memory.kept.clone_from(&workspace.forces);
+            loose_answer = Some(found);
         }
         let nearest = match memory.apart {
             Some(nearest) => nearest,
@@ -113,21 +135,21 @@ impl<const D: usize> Problem<D> {
             Found { answer: Certificate { gap, fell_back: true, ..found.answer }, ..found }
         };
         let normal = memory.projection.normal_of(&nearest, size);
-        if let Some((found, forces)) = loose_answer {
+        if let Some(found) = loose_answer {
             if let Some(normal) = normal
                 && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
             {
                 return Ok(found);
             }
             if found.answer.gap <= LOOSEST_GAP || loose > tight {
-                workspace.forces = forces;
+                workspace.forces.clone_from(&memory.kept);
                 let answer = Certificate { gap: f64::INFINITY, fell_back: true, ..found.answer };
                 return Ok(Found { answer, ..found });
             }
             return proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight);
         }
         let exerted = b + nearest.residual;
-        let projected = workspace.forces.clone();
+        memory.kept.clone_from(&workspace.forces);
         let mut least = self.least(workspace, memory, &exerted, limits);
         if let Err(Error::NotConverged { .. }) = least {
             least = self.least_at_last(workspace, memory, &exerted);
@@ -143,7 +165,7 @@ impl<const D: usize> Problem<D> {
             let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
             return Ok(Found { answer: Certificate { gap, pivots, ..answer }, distance });
         }
-        workspace.forces = projected;
+        workspace.forces.clone_from(&memory.kept);
         if let Some(normal) = normal
             && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
         {

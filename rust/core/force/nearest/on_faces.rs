@@ -139,8 +139,7 @@ impl<const D: usize> WrenchProjection<D> {
             n = *normal;
         }
         within(&exposed, forces);
-        let along: f64 =
-            contacts().zip(&forces.forces).map(|((_, map), force)| n.dot(&(map * force))).sum();
+        let along: f64 = contacts().zip(&forces.forces).map(|((_, map), force)| n.dot(&(map * force))).sum();
         let exerted = b - self.metric.to_physical(&(n * (n.dot(&t) - along)));
         Some(Faces { exposed, normal: n, exerted })
     }

@@ -74,7 +74,11 @@ pub(crate) fn least_sum_by_weights<const D: usize>(
         }
         let (largest, sum) = found.totals();
         let gain = low + weight * sum_within - largest - weight * sum;
-        if largest <= 1.0 { within = found } else { beyond = found }
+        if largest <= 1.0 {
+            within = found
+        } else {
+            beyond = found
+        }
         if gain <= EXACT * answer.sigma {
             break;
         }

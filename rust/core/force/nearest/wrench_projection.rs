@@ -56,8 +56,11 @@ pub(crate) struct WrenchProjection<const D: usize> {
     /// The contact maps where the metric is Euclidean.
     pub(crate) maps: Vec<ContactMap<D>>,
     last: Last<D>,
-    /// Forces before Newton's method on the faces.
+    /// Whether any wrench was asked for.
+    asked: bool,
+    /// Forces before Newton's method on the faces, and before wrenches further out were asked.
     before: Vec<ContactForce>,
+    kept: ContactForces,
 }
 
 /// The last wrench on the boundary or beyond: its faces, its forces and the unit normal.
@@ -112,7 +115,23 @@ impl<const D: usize> WrenchProjection<D> {
             normal: Wrench::zeros(),
             strongest: 0.0,
         };
-        Self { grasp: Arc::clone(grasp), metric, limits, dual, strength, maps, last, before: zero }
+        Self {
+            grasp: Arc::clone(grasp),
+            metric,
+            limits,
+            dual,
+            strength,
+            maps,
+            last,
+            asked: false,
+            before: zero,
+            kept: ContactForces::new(contacts),
+        }
+    }
+
+    /// Forgets the last wrench.
+    pub(crate) fn forget(&mut self) {
+        (self.last.known, self.asked) = (false, false);
     }
 
     /// Whether `b` lies beyond what forces reach along the last normal.
@@ -134,7 +153,8 @@ impl<const D: usize> WrenchProjection<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Option<Nearest<D>> {
-        if !self.last.known {
+        // The first wrench of all may lie beyond, too.
+        if !self.last.known && std::mem::replace(&mut self.asked, true) {
             return None;
         }
         let found = if self.is_beyond(b) { self.continue_from_last(b, forces) } else { None };
@@ -166,7 +186,8 @@ impl<const D: usize> WrenchProjection<D> {
         found: Nearest<D>,
         forces: &mut ContactForces,
     ) -> Nearest<D> {
-        let (kept, size) = (forces.clone(), self.metric.norm(b));
+        let size = self.metric.norm(b);
+        self.kept.clone_from(forces);
         let mut n = self.normal(b, forces);
         for further in OUTSIDE {
             let moved = self.metric.to_physical(&(n * (further * size)));
@@ -177,7 +198,7 @@ impl<const D: usize> WrenchProjection<D> {
                 }
             }
         }
-        *forces = kept;
+        forces.clone_from(&self.kept);
         self.last.known = false;
         found
     }

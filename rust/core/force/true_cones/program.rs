@@ -98,16 +98,11 @@ impl<const D: usize> ConeProgram<D> {
                 let Ok(Reachable { target, scale }) = self.equilibration.reachable(b) else {
                     return Err(error);
                 };
-                let ConeWorkspace { simplex, newton } = workspace;
+                let simplex = &mut workspace.simplex;
                 let Some(z) = self.fall_back(simplex, &target, scale, forces) else {
                     return Err(error);
                 };
-                let pivots = simplex.pivots;
-                let better = self
-                    .certify(&z, b, forces, pivots, self.tolerance)
-                    .ok()
-                    .or_else(|| self.polish(newton, &z, (b, scale), &target.wrench, forces, pivots))
-                    .ok_or(error)?;
+                let better = self.certify(&z, b, forces, simplex.pivots, self.tolerance).or(Err(error))?;
                 Ok(Certificate { fell_back: true, ..better })
             }
             Err(error) => Err(error),
@@ -164,27 +159,6 @@ impl<const D: usize> ConeProgram<D> {
         forces.clear();
         self.add_up(simplex, scale, forces);
         self.certify(&simplex.multipliers[0], b, forces, simplex.pivots, self.tolerance)
-    }
-
-    /// Newton's method from the answer of the interior-point solver.
-    fn polish(
-        &self,
-        newton: &mut NewtonWorkspace<D>,
-        z: &SVector<f64, D>,
-        (b, scale): (&Wrench<D>, f64),
-        target: &SVector<f64, D>,
-        forces: &mut ContactForces,
-        pivots: usize,
-    ) -> Option<Certificate<D>> {
-        let conditions = self.conditions.as_ref()?;
-        let start: Vec<ContactForce> = forces.forces.iter().map(|force| force / scale).collect();
-        let z = z / self.columns.reach(z).max(f64::MIN_POSITIVE);
-        DOUBTS.into_iter().find_map(|doubt| {
-            newton.restart();
-            classify(conditions, &mut newton.point, z, &start, doubt);
-            let choice = newton.solve(conditions, target, MANY_CHANGES)?;
-            self.accept(newton, choice, b, scale, forces, pivots)
-        })
     }
 
     /// Newton's method from the last answer.
