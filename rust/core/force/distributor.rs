@@ -246,7 +246,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// wrench that the forces balance, and that of the distance, relative to the norm of the wrench.
     ///
     /// An infinite gap means that the forces come nearest, but nothing proves them the least of those. A distance whose gap
-    /// stays above 1e-6 is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
+    /// stays above `rtol`, and above 1e-9, is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
     /// forces up to ten times as strong as those returned.
     ///
     /// ```

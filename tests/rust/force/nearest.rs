@@ -209,7 +209,6 @@ fn spread_grasp(random: &mut Random, count: usize, kind: usize) -> Grasp<6> {
 fn beyond_the_limits_the_gap_is_proven_and_wrenches_on_the_boundary_are_their_own_nearest() {
     let mut random = Random::new(57);
     let options = NearestOptions::default();
-    let (mut asked, mut unproven) = (0, 0);
     for turn in 0..150 {
         let grasp = spread_grasp(&mut random, 2 + turn % 5, turn % 4);
         let squares = SquaresOptions { limits: true, ..SquaresOptions::default() };
@@ -228,13 +227,9 @@ fn beyond_the_limits_the_gap_is_proven_and_wrenches_on_the_boundary_are_their_ow
             let touching = external - far.residual;
             for known in [&mut distributor.workspace(), &mut workspace] {
                 let found = distributor.nearest(known, &touching, &options).unwrap();
-                let told = found.gap <= 1e-9;
-                assert!(told || found.gap == f64::INFINITY, "{turn}: gap {:e} on the boundary", found.gap);
-                (asked, unproven) = (asked + 1, unproven + usize::from(!told));
+                assert!(found.gap <= 1e-9, "{turn}: gap {:e} on the boundary", found.gap);
                 assert!(found.distance <= 2e-7 * touching.norm(), "{turn}: {:e}", found.distance);
             }
         }
     }
-    println!("{unproven} objectives unproven, {asked} wrenches on the boundary");
-    assert!(unproven * 20 < asked, "{unproven} of {asked}");
 }
