@@ -69,7 +69,7 @@ def least_sum(grasp: gf.Grasp, exerted: np.ndarray) -> float | None:
 
 
 def rows(share: float) -> list[Row]:
-    """Sums that are not proven are missed."""
+    """Count sums that are not proven as missed."""
     asked = missed = wrong = unanswered = 0
     for rng, grasp in grasps(max(10, round(share * 500))):
         distributor = gf.ForceDistributor(grasp, "sum")

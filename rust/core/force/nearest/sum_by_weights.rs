@@ -75,9 +75,9 @@ pub(crate) fn least_sum_by_weights<const D: usize>(
         let (largest, sum) = found.totals();
         let gain = low + weight * sum_within - largest - weight * sum;
         if largest <= 1.0 {
-            within = found
+            within = found;
         } else {
-            beyond = found
+            beyond = found;
         }
         if gain <= EXACT * answer.sigma {
             break;
