@@ -65,7 +65,9 @@ impl<const D: usize> ConeProgram<D> {
         let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
         let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
-        let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
+        let cones = (0..grasp.num_contacts())
+            .map(|i| StandardCone::new(grasp, i, |wrench| equilibration.wrench(wrench)))
+            .collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
         Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
     }
