@@ -108,7 +108,7 @@ def test_operators_keep_the_rules_of_torch():
     rows = (torch.tensor(0.5), torch.tensor(1.0), *[None] * 7)
     torch.library.opcheck(
         torch.ops.graspforce.quality.default,
-        (positions, normals, *rows, [], [8], 1.0, 0.0, "max", None, None),
+        (positions, normals, *rows, [], [8], None, 1.0, 0.0, "max", None, None, 0.0),
         test_utils=("test_schema", "test_autograd_registration", "test_faketensor"),
     )
 
