@@ -197,7 +197,14 @@ def _differentiated(
     unsolved: float,
 ) -> Differentiated:
     """Bring answers into the shapes of the layout; derivatives are zero where there are none."""
-    found = []
+    solved, found = solved.copy(), []
+    for name, derivative in derivatives.items():
+        # By normals of subnormal length, derivatives lie beyond float64: the row has no answer.
+        owners = None if name == "external_wrenches" else flat.owners
+        trailing = tuple(range(solved.ndim, derivative.ndim))
+        beyond = np.argwhere(~np.isfinite(derivative).all(axis=trailing))
+        rows = beyond[:, 0] if owners is None else owners[beyond[:, 0]]
+        solved[(rows, *beyond[:, 1:].T)] = False
     for name, derivative in derivatives.items():
         owners = None if name == "external_wrenches" else flat.owners
         known = solved if owners is None else solved[owners]

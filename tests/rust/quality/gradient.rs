@@ -168,12 +168,13 @@ fn gradients_of_true_cones_are_central_differences_to_their_tolerance() {
 fn gradients_of_closed_grasps_with_true_cones_are_central_differences() {
     for (criterion, torsion) in [(Criterion::Max, 0.0), (Criterion::Sum, 0.0), (Criterion::Max, 0.3)] {
         let problem = |random: &mut Random| loop {
-            let contacts = support::problems::ellipsoid_contacts(random, 5).into_iter();
+            let contacts = support::problems::ellipsoid_contacts(random, 4).into_iter();
             let limited =
                 contacts.map(|c| c.cone().torsion(torsion).max_normal_force(random.within(0.5, 2.0)));
             let contacts: Vec<_> = limited.collect();
             if Grasp::<6>::new(&contacts).unwrap().closure().unwrap() == Closure::Force {
-                return (contacts, QualityOptions::new(criterion));
+                // The worst direction is exact whatever the bracket, which is most of the time.
+                return (contacts, QualityOptions { rtol: Some(1e-4), ..QualityOptions::new(criterion) });
             }
         };
         check::<6>(problem, 1e-6);
