@@ -25,7 +25,7 @@ from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
-from .frame_spins import frame_spins
+from .frame_spins import contact_frames, frame_spins
 from .linear_pieces import LinearPieces
 from .problem import SearchProblem, deadline_after, read_only_copy
 
@@ -241,7 +241,7 @@ class _Ascent:
                     if iterations >= max_iterations:
                         return result("iterations")
                     iterations += 1
-                    pieces, self._coarse = self._pieces(params[None], params, quality.epsilon)
+                    pieces = self._pieces(params[None], params, quality.epsilon)
                 uphill = float(np.linalg.norm(pieces.near(_NEAR).direction(1.0, *self._bounds_met(params))))
                 flat = uphill <= self._tolerance * max(abs(quality.epsilon), 1e-12)
                 if quality is best[1]:
@@ -256,7 +256,7 @@ class _Ascent:
                 if failures < (_FAILURES // 2 if flat else _FAILURES):
                     radius = _RADII[(failures - 1) % len(_RADII)]
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
-                    pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon)[0])
+                    pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))
                     continue
                 if hops == _HOPS or (stationary and self.evaluations > _QUICK):
                     break
@@ -340,11 +340,8 @@ class _Ascent:
         places[:, self._free] += moves * self._range[self._free]
         return np.clip(places, self._lower, self._upper)
 
-    def _pieces(self, places: Array, params: Array, epsilon: float) -> tuple[LinearPieces, LinearPieces]:
-        """Pieces of epsilon along the critical directions at places (n, p), continued to the parameters.
-
-        The first are by derivatives of the surface, the second by coarse differences.
-        """
+    def _pieces(self, places: Array, params: Array, epsilon: float) -> LinearPieces:
+        """Pieces of epsilon at places (n, p), continued to the parameters; `_coarse` keeps coarse ones."""
         self._count(len(places))
         free = len(self._free)
         moves = np.zeros((free, len(params)))
@@ -356,9 +353,7 @@ class _Ascent:
         rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
         contacts = self._source.contacts(np.vstack(rows))
         cuts = np.cumsum([0, *(len(part) for part in rows)])
-        parts = [
-            {name: array[start:end] for name, array in contacts.items()} for start, end in pairwise(cuts)
-        ]
+        parts = [{name: x[start:end] for name, x in contacts.items()} for start, end in pairwise(cuts)]
         bundle = self._bundle(parts[0], places)
         found = []
         for end, jump in ((0, _JUMP), (2, _COARSE_JUMP)):
@@ -371,7 +366,8 @@ class _Ascent:
             slopes[:, self._free] = rise[known]
             gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
             found.append(LinearPieces(np.maximum(gaps[known], 0.0), slopes))
-        return found[0], found[1]
+        pieces, self._coarse = found
+        return pieces
 
     def _rise(
         self, bundle: BundleBatch, after: Contacts, before: Contacts, rows: tuple[int, int], jump: float
@@ -384,7 +380,7 @@ class _Ascent:
         rise = np.einsum("npmi,nkmi->nkp", positions, bundle.positions)
         rise += np.einsum("npmi,nkmi->nkp", normals, bundle.normals)
         if np.any(bundle.spins):
-            spins = frame_spins(after, before, self._source.options.get("tangents")).reshape(shape[:3])
+            spins = frame_spins(self._frames(after), self._frames(before)).reshape(shape[:3])
             spins[np.abs(spins) > jump] = 0.0
             rise += np.einsum("npm,nkm->nkp", spins, bundle.spins)
         return np.asarray(rise)
@@ -398,3 +394,6 @@ class _Ascent:
         if batch.bundle is None:
             raise InvalidGraspError("no critical directions")
         return batch.bundle
+
+    def _frames(self, contacts: Contacts) -> Array:
+        return contact_frames(contacts, self._source.options.get("tangents"))

@@ -16,12 +16,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["frame_spins"]
+__all__ = ["contact_frames", "frame_spins"]
 
 
-def frame_spins(after: Contacts, before: Contacts, tangents: Any) -> Array:
-    """Return angles (B, m) from frames to later ones; tangents belong to contacts without their own."""
-    new, old = _frames(after, tangents), _frames(before, tangents)
+def frame_spins(new: Array, old: Array) -> Array:
+    """Return angles (B, m) from old frames (B, m, 3, 3) to new ones."""
     n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
     # The smallest rotation from n_old to n_new, applied to o_old.
     axis = cross(n_old, n_new)
@@ -33,8 +32,11 @@ def frame_spins(after: Contacts, before: Contacts, tangents: Any) -> Array:
     return angles
 
 
-def _frames(contacts: Contacts, tangents: Any) -> Array:
-    """Contact frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least."""
+def contact_frames(contacts: Contacts, tangents: Any) -> Array:
+    """Return frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least.
+
+    The tangents belong to contacts without their own.
+    """
     shape = contacts["positions"].shape
     tangents = contacts.get("tangents", tangents)
     if tangents is not None:
