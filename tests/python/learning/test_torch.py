@@ -265,7 +265,8 @@ def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion, 
         assert (smooth >= exact - smoothing * np.log(16)).all()
         before = smooth
     torch.testing.assert_close(gt.quality(positions, normals, smoothing=1e-12, **options), exact)
-    assert (before < exact).any()
+    # Smooth sets have few local minima.
+    assert edges is None or (before < exact).any()
 
     # The bracket of true cones is the noise of differences.
     options["rtol"], step = (1e-12, 1e-6) if edges else (1e-9, 1e-4)
