@@ -348,25 +348,21 @@ class _Ascent:
     def _pieces(self, places: Array, params: Array, epsilon: float) -> LinearPieces:
         """Pieces of epsilon at places (n, p), continued to the parameters; `_coarse` keeps coarse ones."""
         self._count(len(places))
-        free = len(self._free)
-        moves = np.zeros((free, len(params)))
-        moves[np.arange(free), self._free] = self._range[self._free]
+        free, moves = len(self._free), np.diag(self._range)[self._free]
         ends = [
             np.clip(places[:, None] + step * moves, self._lower, self._upper)
             for step in (_DIFFERENCE, -_DIFFERENCE, _COARSE, -_COARSE)
         ]
         rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
-        contacts = self._source.contacts(np.vstack(rows))
-        cuts = np.cumsum([0, *(len(part) for part in rows)])
+        contacts, cuts = self._source.contacts(np.vstack(rows)), np.cumsum([0, *map(len, rows)])
         parts = [{name: x[start:end] for name, x in contacts.items()} for start, end in pairwise(cuts)]
         bundle = self._bundle(parts[0], places)
         found = []
+        back, known = (params - places)[:, self._free] / self._range[self._free], np.isfinite(bundle.values)
         for end, jump in ((0, _JUMP), (2, _COARSE_JUMP)):
             spans = (ends[end] - ends[end + 1]).sum(axis=2) / self._range[self._free]
             rise = self._rise(bundle, parts[end + 1], parts[end + 2], (len(places), free), jump)
             rise /= spans[:, None]
-            back = (params - places)[:, self._free] / self._range[self._free]
-            known = np.isfinite(bundle.values)
             slopes = np.zeros((int(known.sum()), len(params)))
             slopes[:, self._free] = rise[known]
             gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
