@@ -308,6 +308,11 @@ impl<const D: usize> Polytope<D> {
         self.boundary.is_within_noise(*upper, lower * (1.0 + rtol), direction)
     }
 
+    /// The normals of facets that are no further away than this.
+    pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
+        self.boundary.normals_within(distance)
+    }
+
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.
     pub(crate) fn has_rival(
         &self,
