@@ -1,14 +1,17 @@
 """Sphinx configuration: pages, and a gallery and command output that are made while building."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-from matplotlib.sphinxext import mathmpl
+import mathjax
 
 import graspforce
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_extensions"))
 EXAMPLES = HERE.parent / "examples"
 
 project = "graspforce"
@@ -17,13 +20,20 @@ version = release = graspforce.__version__
 
 extensions = [
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "matplotlib.sphinxext.mathmpl",
+    "sphinx.ext.mathjax",
+    "sphinx_design",
     "sphinx_gallery.gen_gallery",
+    "sphinxext.opengraph",
     "myst_parser",
+    "api_pages",
 ]
-mathmpl_fontsize = 12.5
-mathmpl_srcset = ["2x"]
+templates_path = ["_templates"]
+suppress_warnings = ["config.cache"]  # the templates call a function, which Sphinx cannot store
+# A page from disk shows its formulas, too: the script lies beside it.
+mathjax_path = "mathjax/tex-svg.js"
+mathjax3_config = {"options": {"enableMenu": False}}
 default_role = "py:obj"
 # A name of this package must lead somewhere; in backquotes stand parameters and other packages' names, too.
 nitpicky = True
@@ -32,8 +42,14 @@ exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"graspforce {version}"
 html_theme_options = {"sidebar_hide_name": False}
-html_static_path = ["_static"]
+html_static_path = ["_static", "_generated/static"]
 html_css_files = ["blocks.css"]
+html_favicon = "_static/favicon.svg"
+# DOCS_URL is where the pages will be, with a slash at its end: the cards of social networks need whole addresses.
+html_baseurl = ogp_site_url = os.environ.get("DOCS_URL", "")
+ogp_image = "_static/card.png"
+ogp_image_alt = "A grasp of a hand, with its friction cones and forces"
+ogp_social_cards = {"enable": False}
 
 # Gigabytes, of which the pages show nothing.
 autodoc_mock_imports = ["torch", "jax"]
@@ -68,6 +84,14 @@ SCRIPTS = {
 }
 
 
+def copy_mathjax() -> None:
+    """Lay the script of formulas, and its licence, beside the other static files."""
+    package, target = Path(mathjax.__file__).parent / "static" / "mathjax", HERE / "_generated" / "static" / "mathjax"
+    target.mkdir(parents=True, exist_ok=True)
+    for name in ("es5/tex-svg.js", "LICENSE"):
+        shutil.copy(package / name, target)
+
+
 def print_commands(_app: object) -> None:
     """Run every command and script that a page shows: the page shows what they print today."""
     folder = HERE / "_generated"
@@ -82,7 +106,5 @@ def print_commands(_app: object) -> None:
 
 def setup(app):  # noqa: ANN001, ANN201 - Sphinx's hook
     """Register what happens before pages are read."""
+    copy_mathjax()
     app.connect("builder-inited", print_commands)
-    # Formulas as pictures: a page from disk shows them without a script from the network.
-    app.add_role("math", mathmpl.math_role, override=True)
-    app.add_directive("math", mathmpl.MathDirective, override=True)
