@@ -43,7 +43,7 @@ html_theme = "furo"
 html_title = f"graspforce {version}"
 html_theme_options = {"sidebar_hide_name": False}
 html_static_path = ["_static", "_generated/static"]
-html_css_files = ["blocks.css"]
+html_css_files = ["pages.css"]
 html_favicon = "_static/favicon.svg"
 # DOCS_URL is where the pages will be, with a slash at its end: the cards of social networks need whole addresses.
 html_baseurl = ogp_site_url = os.environ.get("DOCS_URL", "")
@@ -86,7 +86,10 @@ SCRIPTS = {
 
 def copy_mathjax() -> None:
     """Lay the script of formulas, and its licence, beside the other static files."""
-    package, target = Path(mathjax.__file__).parent / "static" / "mathjax", HERE / "_generated" / "static" / "mathjax"
+    package, target = (
+        Path(mathjax.__file__).parent / "static" / "mathjax",
+        HERE / "_generated" / "static" / "mathjax",
+    )
     target.mkdir(parents=True, exist_ok=True)
     for name in ("es5/tex-svg.js", "LICENSE"):
         shutil.copy(package / name, target)

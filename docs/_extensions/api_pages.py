@@ -30,7 +30,11 @@ def members_of(module, name):
     shown = []
     for key, member in {key: member for base in own for key, member in vars(base).items()}.items():
         text = getattr(member, "__doc__", None) or getattr(getattr(member, "__func__", None), "__doc__", None)
-        if key.startswith("_") or not text or not (inspect.isroutine(member) or inspect.isdatadescriptor(member)):
+        if (
+            key.startswith("_")
+            or not text
+            or not (inspect.isroutine(member) or inspect.isdatadescriptor(member))
+        ):
             continue
         if key in described and "\n\n" not in inspect.cleandoc(text):
             continue
@@ -50,7 +54,7 @@ def tabulate_attributes(_app, kind, _name, _value, _options, lines):  # noqa: PL
         described = text.splitlines() or [""]
         table += [f"   * - {named}", "", f"       {type_}" if type_ else "", ""]
         table += [f"     - {described[0]}", *(f"       {line}".rstrip() for line in described[1:]), ""]
-    before, after = SECTION.split(inspect.cleandoc(docstring) + "\n")[:: 2]
+    before, after = SECTION.split(inspect.cleandoc(docstring) + "\n")[::2]
     lines[:] = [*before.splitlines(), *table, "", *after.splitlines()]
 
 
