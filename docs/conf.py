@@ -66,6 +66,8 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "plot_gallery": True,
     "capture_repr": (),
+    "image_scrapers": ("labelled_figures.labelled",),
+    "image_srcset": ["2x"],
 }
 
 COMMANDS = {
@@ -81,6 +83,8 @@ COMMANDS = {
 SCRIPTS = {
     "force_controller": ["force_controller.py", "--plot", str(HERE / "_generated" / "force_controller.png")],
     "fourth_foot": ["fourth_foot.py"],
+    "landing": ["landing.py"],
+    "costs": [str(HERE.parent / "benches" / "costs.py")],
 }
 
 
