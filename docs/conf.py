@@ -45,7 +45,7 @@ html_theme_options = {"sidebar_hide_name": False}
 html_static_path = ["_static", "_generated/static"]
 html_css_files = ["pages.css"]
 html_favicon = "_static/favicon.svg"
-# DOCS_URL is where the pages will be, with a slash at its end: the cards of social networks need whole addresses.
+# DOCS_URL is where the pages will be, with a slash at its end: social networks need whole addresses.
 html_baseurl = ogp_site_url = os.environ.get("DOCS_URL", "")
 ogp_image = "_static/card.png"
 ogp_image_alt = "A grasp of a hand, with its friction cones and forces"
@@ -90,10 +90,8 @@ SCRIPTS = {
 
 def copy_mathjax() -> None:
     """Lay the script of formulas, and its licence, beside the other static files."""
-    package, target = (
-        Path(mathjax.__file__).parent / "static" / "mathjax",
-        HERE / "_generated" / "static" / "mathjax",
-    )
+    package = Path(mathjax.__file__).parent / "static" / "mathjax"
+    target = HERE / "_generated" / "static" / "mathjax"
     target.mkdir(parents=True, exist_ok=True)
     for name in ("es5/tex-svg.js", "LICENSE"):
         shutil.copy(package / name, target)

@@ -18,7 +18,7 @@ def attributes_of(docstring):
 
 
 def members_of(module, name):
-    """Return the public members of a class that need an entry: those that its table of attributes does not describe.
+    """Return the public members of a class that its table of attributes does not describe.
 
     An attribute with a longer docstring of its own has both.
     """
@@ -42,7 +42,7 @@ def members_of(module, name):
     return sorted(shown, key=lambda key: (not callable(getattr(value, key)), key))
 
 
-def tabulate_attributes(_app, kind, _name, _value, _options, lines):  # noqa: PLR0917 - Sphinx's hook
+def tabulate_attributes(_app, kind, _name, _value, _options, lines):
     """Turn the section ``Attributes`` of a class into a table."""
     docstring = "\n".join(lines)
     entries = attributes_of(docstring)

@@ -22,7 +22,7 @@ from graspforce.plotting import draw_forces, draw_spatial_grasp
 angles = np.deg2rad([20, 110, 250])
 outward = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
 grasp = gf.Grasp(0.04 * outward, -outward, friction=0.5, max_normal_force=20.0, length_scale=0.04)
-grasp
+print(grasp)
 
 # %%
 
@@ -35,7 +35,7 @@ figure.set_label("Three contacts on a cup, each with its friction cone")
 # %%
 # How good is it?
 # ---------------
-# ``epsilon`` is the largest wrench that the grasp resists in its worst direction, in N. The bracket is proven.
+# ``epsilon`` is the largest wrench in N that the grasp resists in its worst direction. Its bracket is proven.
 
 quality = grasp.quality("max")
 print(quality.closure, f"{quality.epsilon:.2f} N")
@@ -62,7 +62,7 @@ figure.set_label("Normal forces of three fingers over one second of shaking, all
 # %%
 # Where would the fingers be better?
 # ----------------------------------
-# The gradient says how epsilon changes as contacts move. Here it is followed around the cup, degree by degree.
+# `graspforce.plan` searches the angles of the fingers for the best quality, each on its part of the rim.
 
 
 def on_cup(angles):

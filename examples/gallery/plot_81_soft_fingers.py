@@ -2,8 +2,8 @@
 Soft fingers
 ============
 
-A fingertip that deforms resists torque about its normal. Two hard fingers never hold an object: it turns about
-the line through them. Two soft ones do, and epsilon grows with the torsional coefficient.
+A fingertip that deforms resists torque about its normal. Two hard fingers never hold an object: it turns
+about the line through them. Two soft ones do, and epsilon grows with the torsional coefficient.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +22,9 @@ pinch = [gf.Grasp(**contacts, torsion=gamma).quality("max").epsilon for gamma in
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), layout="constrained")
 left.plot(1e3 * coefficients, pinch, "o-", ms=4, color="#1f5f99")
-left.set(xlabel="torsional coefficient (mm)", ylabel="epsilon (N)", ylim=(0, None), title="two fingers, 20 N each")
+left.set(
+    xlabel="torsional coefficient (mm)", ylabel="epsilon (N)", ylim=(0, None), title="two fingers, 20 N each"
+)
 turn = np.linspace(0, 2 * np.pi, 200)
 for gamma, colour in ((0.002, "#3b8ea5"), (0.005, "#1f5f99"), (0.01, "#d1762b")):
     right.plot(0.6 * np.cos(turn), 1e3 * gamma * np.sin(turn), color=colour, label=f"{1e3 * gamma:.0f} mm")
@@ -30,4 +32,6 @@ right.set(xlabel="friction force (N)", ylabel="torque (N mm)", title="one contac
 right.legend(frameon=False, title="coefficient", loc="upper right", fontsize=8)
 for axes in (left, right):
     axes.spines[["top", "right"]].set_visible(False)
-figure.set_label("Left: epsilon of a pinch rises with the torsional coefficient. Right: three ellipses of friction and torque")
+figure.set_label(
+    "Left: epsilon of a pinch rises with the torsional coefficient. Right: ellipses of friction and torque"
+)

@@ -32,4 +32,6 @@ for place, title in zip(axes, ("weight in the plane of the pan", "weight across 
     place.set_title(title)
     place.set_rlabel_position(75)
 axes[0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8)
-figure.set_label("Two polar plots: the disturbance that is resisted on top of a weight of 5, 10 and 15 N, by its direction")
+figure.set_label(
+    "Two polar plots: the disturbance that is resisted on top of a weight of 5, 10 and 15 N, by its direction"
+)

@@ -2,8 +2,9 @@
 Batches and gradients
 =====================
 
-`graspforce.quality_many` measures thousands of grasps with their gradients in one call. Here 400 random
-grasps of an ellipsoid climb together. Each step moves all contacts along the gradient and back to the surface.
+`graspforce.quality_many` measures thousands of grasps with their gradients in one call. Here 400 grasps
+of an ellipsoid climb together from random starts. Each step moves all contacts along the gradient and back to
+the surface.
 """
 
 import time
@@ -56,4 +57,6 @@ right.set(xlabel="epsilon by the sum", ylabel="grasps", title="force closure rig
 right.legend(frameon=False, loc="upper left")
 for axes in (left, right):
     axes.spines[["top", "right"]].set_visible(False)
-figure.set_label("Left: epsilon of 150 grasps climbs over 30 steps. Right: histograms before and after, mostly below and above 0")
+figure.set_label(
+    "Left: epsilon of 150 grasps climbs over 30 steps. Right: histograms before and after the climb"
+)

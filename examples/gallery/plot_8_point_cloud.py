@@ -43,4 +43,6 @@ draw_spatial_grasp(axes, grasp, labels=True)
 shown = axes.scatter(*points.T, c=reached, s=5, cmap="viridis", alpha=0.7, depthshade=False)
 figure.colorbar(shown, shrink=0.6, label="best epsilon by the sum with this point (N)")
 axes.set_axis_off()
-figure.set_label("A noisy point cloud of a capsule, coloured by quality, and the best three contacts with their cones")
+figure.set_label(
+    "A noisy point cloud of a capsule, coloured by quality, and the best three contacts with their cones"
+)
