@@ -148,7 +148,7 @@ def main():
     print("   * - Question\n     - Call\n     - Unit\n     - Time")
     for question, call, unit, timed, answers in ROWS:
         name, arguments = call.partition("(")[::2]
-        shown = f"`graspforce.{name}`" + (f" ``({arguments}``" if arguments else "")
+        shown = f"`{name} <graspforce.{name}>`" + (f" ``({arguments}``" if arguments else "")
         took = readable(median_seconds(timed, answers))
         print(f"   * - {question}\n     - {shown}\n     - {unit}\n     - {took}")
 

@@ -37,3 +37,15 @@ for number, better in enumerate(refined):
     axes.set_title(f"{better.quality.epsilon:.2f} N")
     axes.set_axis_off()
 figure.set_label("The three best grasps of an egg, each with three friction cones on its surface")
+
+# %%
+# The forces with which the best grasp holds a weight of 2 N.
+
+best = refined[0].grasp
+hold = gf.ForceDistributor(best).solve([0, 0, -2, 0, 0, 0])
+print(f"the most loaded finger uses {hold.sigma_max:.0%} of its limit")
+figure = plt.figure(figsize=(4, 4.6), layout="constrained")
+axes = figure.add_subplot(projection="3d")
+draw_spatial_grasp(axes, best, hold.forces, mesh=(mesh.vertices, mesh.faces), labels=True)
+axes.set_axis_off()
+figure.set_label("The best grasp of the egg, with its friction cones and the forces that hold 2 N")
