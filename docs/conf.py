@@ -12,6 +12,8 @@ import graspforce
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_extensions"))
+from social_card import draw_card  # noqa: E402 - from the folder above
+
 EXAMPLES = HERE.parent / "examples"
 
 project = "graspforce"
@@ -48,7 +50,7 @@ html_favicon = "_static/favicon.svg"
 # DOCS_URL is where the pages will be, with a slash at its end: social networks need whole addresses.
 html_baseurl = ogp_site_url = os.environ.get("DOCS_URL", "")
 ogp_image = "_static/card.png"
-ogp_image_alt = "A grasp of a hand, with its friction cones and forces"
+ogp_image_alt = "A ball held by three contacts, with friction cones and forces"
 ogp_social_cards = {"enable": False}
 
 # Gigabytes, of which the pages show nothing.
@@ -68,6 +70,7 @@ sphinx_gallery_conf = {
     "capture_repr": (),
     "image_scrapers": ("labelled_figures.labelled",),
     "image_srcset": ["2x"],
+    "remove_config_comments": True,
 }
 
 COMMANDS = {
@@ -112,4 +115,5 @@ def print_commands(_app: object) -> None:
 def setup(app):  # noqa: ANN001, ANN201 - Sphinx's hook
     """Register what happens before pages are read."""
     copy_mathjax()
+    draw_card(HERE / "_generated" / "static" / "card.png")
     app.connect("builder-inited", print_commands)
