@@ -68,11 +68,13 @@ _OPTIONS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def about_a_grasp(
+    *names: str, read: Callable[..., object] | None = None
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command of a `GraspFile` the argument GRASP and the options of a mesh in its place.
 
-    The command's first parameter is the file that is read. `names` are those of the options that it takes
-    beside ``--at`` and ``--unit``.
+    The command's first parameter is what `read`, or by default `grasp_from`, returns. `names` are those of
+    the options that it takes beside ``--at`` and ``--unit``.
     """
     added = {"at": At, "unit": Unit, **{name: _OPTIONS[name] for name in names}}
 
@@ -80,7 +82,7 @@ def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., 
         @functools.wraps(command)
         def run(grasp: Path, at: list[str] | None, unit: str | None, **options: Any) -> None:
             given = {name: options.pop(name) for name in names}
-            command(grasp_from(grasp, at, unit, **given), **options)
+            command((read or grasp_from)(grasp, at, unit, **given), **options)
 
         _, *own = inspect.signature(command, eval_str=True).parameters.values()
         kind = inspect.Parameter.KEYWORD_ONLY

@@ -19,6 +19,7 @@
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
+//! - [`interior_point`]: Clarabel, where own methods end without an answer, and for the enumerated method.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
@@ -30,6 +31,7 @@ pub(crate) mod double_double;
 pub(crate) mod equilibration;
 pub(crate) mod gradient;
 pub(crate) mod grasp_batch;
+pub(crate) mod interior_point;
 pub(crate) mod least_norm;
 pub(crate) mod limits;
 pub(crate) mod linear_cones;

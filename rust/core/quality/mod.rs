@@ -8,7 +8,7 @@
 //! | [`query`] | the wrench set of a question, in the coordinates of the norm |
 //! | [`answer`] | how one grasp is answered: outside first, then inside, then closure |
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
-//! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
+//! | [`closure`] | the class of Propositions 1 and 2, decided on the scaled grasp |
 //! | [`gradient`] | derivatives of epsilon by positions, normals, friction and limits |
 //! | [`worst_direction`] | the worst direction as exact as rounding allows, and whether it is the only one |
 //! | [`bundle`] | the most critical directions, each with its gradient |

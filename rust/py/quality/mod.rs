@@ -1,4 +1,5 @@
-//! `graspforce.Quality`.
+//! `graspforce.Quality`. [`gradient`]: its `Gradient`; [`batch`]: `quality_many`, with [`gradient_batch`] and
+//! [`bundle_batch`]; [`least_friction`]: brackets of the least friction.
 
 pub(crate) mod batch;
 pub(crate) mod bundle_batch;

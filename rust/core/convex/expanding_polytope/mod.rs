@@ -11,6 +11,9 @@
 //! new. Every `p(z)` met on the way bounds the radius from above, whatever led to `z`; every vertex is a support
 //! point, so the polytope stays inside the set and its facets bound the radius from below. Only progress is at stake:
 //! the new vertex must cut the nearest facet nearly as deep as the plain one, or that facet would keep coming back.
+//!
+//! [`boundary`]: the facets and their certificates; [`facet`]: one of them; [`ridge_table`]: its neighbours;
+//! [`plane_norm`]: the norm of planes; [`nearest_facets`]: the facets nearest to the origin.
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
@@ -33,7 +36,7 @@ pub const DEFAULT_MAX_FACETS: usize = 200_000;
 pub(crate) const POLISH: usize = 8;
 
 /// What part of the plain cut a polished vertex must cut.
-const DEEP: f64 = 0.3;
+const LEAST_CUT: f64 = 0.3;
 
 /// When to stop, and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -264,7 +267,7 @@ impl<const D: usize> Polytope<D> {
         if support.value < self.thinnest.upper {
             (self.thinnest.upper, self.thinnest.direction) = (support.value, *z);
         }
-        self.boundary.admit_noise_of(support.wrench.norm());
+        self.boundary.raise_noise(support.wrench.norm());
         support
     }
 
@@ -279,7 +282,7 @@ impl<const D: usize> Polytope<D> {
         oracle: &mut impl FnMut(&Wrench<D>) -> Support<D>,
     ) -> Wrench<D> {
         let mut vertex = support.wrench;
-        let deep = 1.0 + DEEP * (plane.dot(&vertex) - 1.0);
+        let deep = 1.0 + LEAST_CUT * (plane.dot(&vertex) - 1.0);
         for _ in 0..steps {
             let Some(next) = self.boundary.norm().downhill(&support, &z, lower) else { break };
             let there = self.ask(&next, oracle);

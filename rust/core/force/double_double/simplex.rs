@@ -12,7 +12,7 @@ use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS};
 
-/// Pivots after which a solve gives up.
+/// Pivots after which a solve ends without an answer.
 const MAX_PIVOTS: usize = 3000;
 
 /// Pivots of one price after which ties in the ratio test are decided so that no cycle is possible.

@@ -24,7 +24,7 @@ const CHORD: f64 = 0.02;
 const STALLED: f64 = 1e3;
 
 /// Violations of cones and prices below this, relative to the level or the multiplier, are rounding.
-const VIOLATED: f64 = 1e-11;
+const VIOLATED_CONDITION: f64 = 1e-11;
 
 /// Wrenches of size one that differ by more are a jump.
 const JUMP: f64 = 0.1;
@@ -227,7 +227,7 @@ fn change_statuses<const D: usize>(conditions: &ConeConditions<D>, point: &mut O
     let shares =
         |point: &OptimalPoint<D>| (0..point.contacts.len()).map(|i| point.force(i)[0]).fold(0.0, f64::max);
     let level = if bounded { point.level } else { shares(point) };
-    let (small, flat) = (VIOLATED * level, VIOLATED * (1.0 + point.z.lp_norm(1)));
+    let (small, flat) = (VIOLATED_CONDITION * level, VIOLATED_CONDITION * (1.0 + point.z.lp_norm(1)));
     let units = point.z.amax() / level.max(f64::MIN_POSITIVE);
     let mut changed = false;
     for (contact, cone) in conditions.cones.iter().enumerate() {
