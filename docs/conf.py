@@ -57,7 +57,7 @@ ogp_social_cards = {"enable": False}
 autodoc_mock_imports = ["torch", "jax"]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
-napoleon_use_ivar = True
+napoleon_custom_sections = ["Attributes"]  # api_pages makes a table of it
 
 sphinx_gallery_conf = {
     "examples_dirs": [str(EXAMPLES / "gallery")],
@@ -69,7 +69,6 @@ sphinx_gallery_conf = {
     "plot_gallery": True,
     "capture_repr": (),
     "image_scrapers": ("labelled_figures.labelled",),
-    "image_srcset": ["2x"],
     "remove_config_comments": True,
 }
 

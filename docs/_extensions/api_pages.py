@@ -43,12 +43,12 @@ def members_of(module, name):
 
 
 def tabulate_attributes(_app, kind, _name, _value, _options, lines):
-    """Turn the section ``Attributes`` of a class into a table."""
+    """Turn the entries of the section ``Attributes`` of a class into a table."""
     docstring = "\n".join(lines)
     entries = attributes_of(docstring)
-    if kind != "class" or not entries:
+    if kind not in {"class", "exception"} or not entries:
         return
-    table = [".. rubric:: Attributes", "", ".. list-table::", "   :class: attributes", "   :widths: 1 3", ""]
+    table = ["Attributes", "----------", ".. list-table::", "   :class: attributes", "   :widths: 1 3", ""]
     for names, type_, text in entries:
         named = ", ".join(f"``{each.strip()}``" for each in names.split(","))
         described = text.splitlines() or [""]

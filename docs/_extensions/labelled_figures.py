@@ -13,6 +13,7 @@ def labelled(block, block_vars, gallery_conf, **options):
         raise ValueError(
             f"{block_vars['src_file']}: a figure has no label, the text for those who cannot see it"
         )
-    text = matplotlib_scraper(block, block_vars, gallery_conf, **options)
+    # More pixels than a page is wide, for sharp screens.
+    text = matplotlib_scraper(block, block_vars, gallery_conf, **{"dpi": 140, **options})
     shown = iter(labels)
     return re.sub(r":alt: .*", lambda _: f":alt: {next(shown)}", text)
