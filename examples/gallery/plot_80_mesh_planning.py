@@ -23,7 +23,7 @@ bounds = np.tile(mesh.bounds, (3, 1))
 options = {"friction": 0.5, "max_normal_force": 10.0, "torsion": 0.002, "length_scale": 0.03}
 options |= {"origin": mesh.center, "min_distance": 0.01}
 
-plans = gf.plan_multistart(surface, bounds, step=0.02, tolerance=0.004, starts=12, best=3, **options)
+plans = gf.plan_multistart(surface, bounds, step=0.02, tolerance=0.004, starts=8, best=3, **options)
 refined = [gf.refine(surface, plan.params, bounds, max_iterations=20, **options) for plan in plans.plans]
 for plan, better in zip(plans.plans, refined, strict=True):
     print(f"search {plan.quality.epsilon:.3f} N, refined {better.quality.epsilon:.3f} N")

@@ -20,7 +20,7 @@ outward = capsule.face_normals[faces] + rng.normal(scale=0.05, size=(2000, 3))
 points = points + rng.normal(scale=5e-4, size=(2000, 3))
 inward = -outward / np.linalg.norm(outward, axis=1, keepdims=True)
 
-triples = rng.integers(len(points), size=(400000, 3))
+triples = rng.integers(len(points), size=(200000, 3))
 sides = np.linalg.norm(points[triples] - points[np.roll(triples, 1, axis=1)], axis=2)
 facing = np.linalg.norm(inward[triples].sum(axis=1), axis=1)
 triples = triples[(sides.min(axis=1) > 0.02) & (facing < 0.7)]
