@@ -34,7 +34,7 @@ def _grasp_or_plan(
     return path
 
 
-@about_a_grasp("friction", "max_normal_force", "edges", "length_scale", read=_grasp_or_plan)
+@about_a_grasp(_grasp_or_plan)
 def view(
     file: GraspFile | Path,
     mesh: Annotated[

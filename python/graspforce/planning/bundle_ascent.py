@@ -19,6 +19,7 @@ import numpy as np
 
 from graspforce._core import quality_many, unwarned_grasp
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.html import vector
 from graspforce._internal.restored import expect_instance, expect_number, expect_search_result, expect_whole
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
@@ -55,7 +56,7 @@ _WORTHWHILE = 1e-6  # relative increase below which a step does not count
 _SPARE_PIECES = 4  # critical directions beyond the number of parameters
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Refinement(Record):
     """The result of a refinement.
 
@@ -95,6 +96,10 @@ class Refinement(Record):
     evaluations: int
     unique: bool
     stopped: RefinementStopped
+
+    def __repr__(self) -> str:
+        at, epsilon = vector(self.params, digits=6), f"{self.quality.epsilon:.6g}"
+        return f"Refinement(params={at}, epsilon={epsilon}, gain={self.gain:.3g}, stopped={self.stopped!r})"
 
     def _check(self) -> None:
         expect_search_result(self)
