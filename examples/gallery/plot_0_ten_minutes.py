@@ -25,7 +25,7 @@ grasp = gf.Grasp(0.04 * outward, -outward, friction=0.5, max_normal_force=20.0, 
 print(grasp)
 
 # %%
-# ``grasp.plot()`` draws it in one call, and so do ``plot`` of forces and plans. Here it is drawn beside others.
+# ``grasp.plot()`` draws it in one call; forces and plans have ``plot``, too. Here the cup is drawn with it.
 
 cup = trimesh.creation.cylinder(radius=0.04, height=0.1, sections=64)
 figure = plt.figure(figsize=(5, 4.4), layout="constrained")
