@@ -30,7 +30,7 @@ use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
 /// nearest boundary points are a continuum, or nearly so, come near it.
-pub const DEFAULT_MAX_FACETS: usize = 200_000;
+pub const DEFAULT_MAX_FACETS: usize = 300_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;
