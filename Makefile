@@ -78,7 +78,7 @@ $(PEERS)/ready: pyproject.toml $(CONSTRAINTS)
 learning: build $(LEARNING)/ready
 	PYTHONPATH=python $(LEARNING)/bin/python -m pytest tests/python/learning
 
-# Surrogates of quality beside it: the tables and the figure of docs/surrogates.md, with qpth for the same program. What
+# Surrogates of quality beside it: the tables and the figure of docs/surrogates.md, with peers for the same program. What
 # qpth says of NumPy's version is out of date.
 surrogates: build $(LEARNING)/ready
 	$(LEARNING)/bin/python -m pip install --quiet --group learning-peers
@@ -106,6 +106,7 @@ lint: build $(VENV)/lint
 
 docs: build $(VENV)/docs
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	$(PY) tools/check_pages.py docs/_build/html
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
 

@@ -14,6 +14,7 @@
 //! - [`nearest`]: forces where none balance a wrench.
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call;
 //!   [`grasp_batch`]: many grasps.
+//! - [`slip_margin`]: the share of a contact's friction that a force leaves unused.
 //! - [`pyramid_hull`]: tells early that nothing balances a wrench.
 //! - [`gradient`]: how least forces, and the distance from balance, change with contacts and wrench.
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
@@ -43,6 +44,7 @@ pub(crate) mod pyramid_hull;
 pub(crate) mod resistance;
 pub(crate) mod share_program;
 pub(crate) mod simplex;
+pub(crate) mod slip_margin;
 pub(crate) mod solution;
 pub(crate) mod squares;
 pub(crate) mod true_cones;

@@ -173,7 +173,9 @@ impl PyForceSolution {
 
     /// (m,) unused share of each contact's friction, before ``friction_margin`` divides it.
     ///
-    /// It is 1 for a purely normal force, 0 on the edge of slip, and NaN for general extreme forces.
+    /// It is 1 for a purely normal force and 0 on the edge of slip: ``1 - 1 / s``, where friction force and torsion may
+    /// grow by the factor ``s`` beside the same normal force. With ``extreme_forces`` the contact slips where its force
+    /// leaves the cone that these span, whatever their limits.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.check_arrays(py)?;

@@ -30,7 +30,7 @@ use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
 /// nearest boundary points are a continuum, or nearly so, come near it.
-pub const DEFAULT_MAX_FACETS: usize = 200_000;
+pub const DEFAULT_MAX_FACETS: usize = 300_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;
@@ -306,6 +306,11 @@ impl<const D: usize> Polytope<D> {
     fn closed(&self, lower: f64, rtol: f64) -> bool {
         let Thinnest { upper, direction, .. } = &self.thinnest;
         self.boundary.is_within_noise(*upper, lower * (1.0 + rtol), direction)
+    }
+
+    /// The normals of facets that are no further away than this.
+    pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
+        self.boundary.normals_within(distance)
     }
 
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.

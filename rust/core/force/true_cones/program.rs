@@ -69,7 +69,9 @@ impl<const D: usize> ConeProgram<D> {
         let columns = ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration));
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
         let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
-        let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
+        let cones = (0..grasp.num_contacts())
+            .map(|i| StandardCone::new(grasp, i, |wrench| equilibration.wrench(wrench)))
+            .collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
         let (extreme_forces, maps) = (Arc::clone(grasp.shared_forces()), grasp.maps().to_vec());
         let columns = columns.with_tolerance(tolerance);
