@@ -89,7 +89,8 @@ class DifferentiableFunctions(ABC):
             several gradients does not count. The value lies between ``epsilon - s log(n)`` and ``epsilon``.
             So it never flatters a grasp, and the error is at most 2.78 s. The gradient mixes those of the
             directions. A grasp that is not closed has one direction: its value is epsilon. The value jumps
-            within the bound where a direction joins or leaves the minimum.
+            within the bound where a direction joins or leaves the minimum. True cones in space are refused:
+            a search does not find all local minima of their support.
         offsets : array_like, optional
             (B + 1,) for grasps of different numbers of contacts, as for `graspforce.quality_many`.
         unsolved : float
@@ -249,6 +250,12 @@ class DifferentiableFunctions(ABC):
                 shape = tuple(array.shape)
                 raise InvalidInputError(f"{name}: shape {shape} where at least two dimensions are needed")
         layout = _layout(arrays, offsets)
+        true_cones = layout.dim == 3 and options.get("extreme_forces") is options.get("edges", 8) is None
+        if true_cones and shared.get("smoothing"):
+            raise InvalidInputError(
+                "smoothing: not over true cones (edges=None), because a search does not find all local "
+                "minima of their support; give a number of edges, such as 8"
+            )
         moved = {name: self._expanded(name, array, layout.given(name)) for name, array in arrays.items()}
         rows = {}
         for name in ROWS:

@@ -246,3 +246,5 @@ def test_smoothing_is_that_of_torch_and_has_its_derivative():
     assert (found <= exact).all()
     assert (found >= exact - 0.02 * np.log(16)).all()
     check_grads(smoothed, (positions, normals), **FINITE)
+    with pytest.raises(gf.InvalidInputError, match=r"smoothing: .*edges=None"):
+        gj.quality(positions, normals, smoothing=0.02, edges=None)

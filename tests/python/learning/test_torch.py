@@ -252,11 +252,10 @@ def test_a_ragged_batch_is_its_grasps(function):
     torch.testing.assert_close(compiled(p), values.nansum())
 
 
-@pytest.mark.parametrize("edges", [8, None])
 @pytest.mark.parametrize("criterion", ["max", "sum"])
-def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion, edges):
+def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion):
     positions, normals, _ = case(rows=10, gradient=True)
-    options = {"criterion": criterion, "friction": 0.8, "edges": edges}
+    options = {"criterion": criterion, "friction": 0.8}
     exact = gt.quality(positions, normals, **options).detach()
     before = exact
     for smoothing in (1e-12, 1e-3, 1e-2, 0.1):
@@ -265,11 +264,9 @@ def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion, 
         assert (smooth >= exact - smoothing * np.log(16)).all()
         before = smooth
     torch.testing.assert_close(gt.quality(positions, normals, smoothing=1e-12, **options), exact)
-    # Smooth sets have few local minima.
-    assert edges is None or (before < exact).any()
+    assert (before < exact).any()
 
-    # The bracket of true cones is the noise of differences.
-    options["rtol"], step = (1e-12, 1e-6) if edges else (1e-9, 1e-4)
+    options["rtol"], step = 1e-12, 1e-6
 
     def smoothed(p, n):
         return gt.quality(p, n, smoothing=0.02, **options)
@@ -285,7 +282,7 @@ def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion, 
             errors.append((sides[0] - sides[1]) / (2 * step) - slope)
     errors = torch.stack(errors).abs()
     # A direction that joins or leaves within the step makes the value jump; that is rare.
-    assert edges is None or (errors < 1e-3).double().mean() > 0.9
+    assert (errors < 1e-3).double().mean() > 0.9
     assert errors.median() < 1e-5
 
 
@@ -299,6 +296,16 @@ def test_a_smooth_minimum_mixes_the_gradients_of_equally_bad_directions():
     # The mirror images of the grasp cancel what one direction alone says.
     assert one[:, 1].abs().max() > 0.1
     assert positions.grad[:, 1].abs().max() < 1e-12
+
+
+def test_a_smooth_minimum_over_true_cones_is_refused():
+    positions, normals, _ = case()
+    with pytest.raises(gf.InvalidInputError, match=r"smoothing: .*edges=None"):
+        gt.quality(positions, normals, smoothing=0.1, edges=None)
+    # Two edges are the cone of a planar contact.
+    positions, normals, _ = case(dim=2)
+    smooth = gt.quality(positions, normals, smoothing=0.1, edges=None)
+    torch.testing.assert_close(smooth, gt.quality(positions, normals, smoothing=0.1))
 
 
 @pytest.mark.parametrize("smoothing", [-1.0, float("nan"), float("inf"), "0.1"])
