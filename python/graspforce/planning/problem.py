@@ -43,6 +43,7 @@ class SearchProblem:
         feasible: Feasible | None,
         min_distance: float,
         *,
+        max_opening: float = np.inf,
         placement: PlacementNoise | None = None,
         prune: bool = True,
         **quality_options: Any,
@@ -52,7 +53,7 @@ class SearchProblem:
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}
         known_options(options, GraspOptions.__annotations__, search)
-        source = CandidateSource(surface, options, feasible, min_distance)
+        source = CandidateSource(surface, options, feasible, min_distance, max_opening)
         if placement is None:
             return cls(source, quality_options, EpsilonScore(prune=prune, **quality_options))
         if not isinstance(placement, PlacementNoise):

@@ -1,0 +1,298 @@
+//! Products of triangles with one frame each, divided until no grasp in them can be better than is enough.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::grasp::{ContactMap, Wrench};
+use crate::interrupt;
+use crate::planning::product_bound::cells::{LEAF, furthest};
+use crate::planning::product_bound::exact::Memory;
+use crate::planning::product_bound::{ProductBound, deadline, is_late};
+use crate::wrench_set::Criterion;
+
+/// Divisions of one product, one within the other, after which rounding hides what is left.
+const DEEPEST: usize = 120;
+
+/// Grasps that are returned: the best of those met.
+const OFFERED: usize = 64;
+
+/// A contact's place, and its map there.
+type Corner<const D: usize> = (Vector3<f64>, ContactMap<D>);
+
+/// A product of triangles.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece<const D: usize> {
+    triangles: Vec<[Corner<D>; 3]>,
+    depth: usize,
+    pub(crate) bound: f64,
+    /// The direction that gives this bound.
+    direction: Option<Wrench<D>>,
+}
+
+/// Facets of a polytope at most: triangles that need more are better divided, ...
+const FACETS_OF_TRIANGLES: usize = 400;
+
+/// ... but a grasp is worth more.
+const FACETS_OF_GRASPS: usize = 20_000;
+
+/// Pieces that one product may leave where time ends.
+type Open<const D: usize> = Vec<Piece<D>>;
+
+/// What the threads share.
+struct Shared<const D: usize> {
+    /// The best grasp known.
+    best: f64,
+    /// Epsilon and places of grasps that are better than what was known when they were met.
+    offered: Vec<(f64, Vec<Vector3<f64>>)>,
+    /// The largest bound of what was discarded.
+    discarded: f64,
+    /// Rows that were begun, and what is left of them.
+    begun: Vec<usize>,
+    open: Open<D>,
+}
+
+/// How good a grasp must be to count as better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Goal {
+    /// Epsilon of the best grasp known.
+    pub best: f64,
+    /// Bounds up to this factor of it are low enough.
+    pub factor: f64,
+    /// Bounds up to this are low enough in any case.
+    pub least: f64,
+    /// Whether grasps met on the way count as known. If not, they are only returned.
+    pub adopt: bool,
+}
+
+impl Goal {
+    fn enough(&self, best: f64) -> f64 {
+        self.least.max(best + (self.factor - 1.0) * best.abs())
+    }
+}
+
+impl<const D: usize> ProductBound<D> {
+    /// Divides the triangles of all products, those with the largest bounds first, for so many seconds.
+    ///
+    /// Returns the best grasps met, as epsilon and places of the contacts. Products that are finished are dropped.
+    pub fn divide(&mut self, goal: &Goal, seconds: f64) -> Result<Vec<(f64, Vec<Vector3<f64>>)>> {
+        let one_contact = |group: &super::cells::Group<D>| {
+            group.forces.len() == 1 && !group.tree.positions.is_empty() && group.tree.slacks.iter().all(|&s| s == 0.0)
+        };
+        if !self.groups.iter().all(one_contact) {
+            return Err(Error::input("cells", "not all are triangles with a slack of zero".to_string()));
+        }
+        let (end, scale, interrupt) = (deadline(seconds), self.scale(), interrupt::current());
+        let mut rows: Vec<usize> = (0..self.bounds.len()).collect();
+        rows.sort_by(|&a, &b| self.bounds[b].total_cmp(&self.bounds[a]));
+        let mut waiting = std::mem::take(&mut self.pieces);
+        waiting.sort_by(|a, b| a.bound.total_cmp(&b.bound));
+        let (bound, next, waiting) = (&*self, AtomicUsize::new(0), Mutex::new(waiting));
+        let shared = Mutex::new(Shared {
+            best: goal.best,
+            offered: Vec::new(),
+            discarded: f64::NEG_INFINITY,
+            begun: Vec::new(),
+            open: Vec::new(),
+        });
+        let next_piece = || {
+            if let Some(piece) = waiting.lock().unwrap_or_else(PoisonError::into_inner).pop() {
+                return Some(piece);
+            }
+            loop {
+                let row = *rows.get(next.fetch_add(1, Ordering::Relaxed))?;
+                if let Some(piece) = bound.piece(row) {
+                    lock(&shared).begun.push(row);
+                    return Some(piece);
+                }
+            }
+        };
+        (0..rayon::current_num_threads()).into_par_iter().with_max_len(1).for_each(|_| {
+            interrupt::inherit(interrupt.as_ref(), || {
+                let mut memory = Memory::new();
+                while !is_late(end) && !interrupt::stopped() {
+                    let Some(piece) = next_piece() else { break };
+                    let open = bound.finish(piece, goal, &shared, scale, end, &mut memory);
+                    lock(&shared).open.extend(open);
+                }
+            });
+        });
+        let shared = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+        for row in shared.begun {
+            self.bounds[row] = f32::NEG_INFINITY;
+        }
+        self.discarded = self.discarded.max(shared.discarded);
+        self.drop_below(f64::from(f32::MIN));
+        self.pieces = waiting.into_inner().unwrap_or_else(PoisonError::into_inner);
+        self.pieces.extend(shared.open);
+        interrupt::check()?;
+        Ok(shared.offered)
+    }
+
+    /// The triangles of a product; `None` where cells have children.
+    fn piece(&self, row: usize) -> Option<Piece<D>> {
+        let triangle = |(&cell, group): (&u32, &super::cells::Group<D>)| -> Option<[Corner<D>; 3]> {
+            let corners: [u32; 3] = group.tree.corners_of(cell).try_into().ok()?;
+            let at = |vertex: u32| (group.tree.positions[vertex as usize], group.tree.maps[vertex as usize]);
+            (group.tree.children[cell as usize] == LEAF).then(|| corners.map(at))
+        };
+        let triangles = self.product(row).iter().zip(&self.groups).map(triangle).collect::<Option<_>>()?;
+        Some(Piece { triangles, depth: 0, bound: f64::from(self.bounds[row]), direction: None })
+    }
+
+    /// Divides one product to the end. Returns what is left of it where time ends before.
+    fn finish(
+        &self,
+        piece: Piece<D>,
+        goal: &Goal,
+        shared: &Mutex<Shared<D>>,
+        scale: f64,
+        end: Option<Instant>,
+        memory: &mut Memory<D>,
+    ) -> Open<D> {
+        let (mut stack, mut open) = (vec![piece], Vec::new());
+        while let Some(mut piece) = stack.pop() {
+            if is_late(end) || interrupt::stopped() || piece.depth == DEEPEST {
+                open.push(piece);
+                continue;
+            }
+            let mut best = lock(shared).best;
+            let enough = goal.enough(best);
+            let support = |z: &Wrench<D>| {
+                self.joined(piece.triangles.iter().enumerate().map(|(group, triangle)| {
+                    let (reach, map) = self.furthest_of(group, triangle, z);
+                    (reach, self.wrench(group, map, z))
+                }), z)
+            };
+            let least = memory.least(scale, enough, piece.direction.as_ref(), FACETS_OF_TRIANGLES, support);
+            let (z, bound) = (least.direction, least.upper.min(piece.bound));
+            (piece.bound, piece.direction) = (bound, Some(z));
+            if bound <= enough {
+                let mut shared = lock(shared);
+                shared.discarded = shared.discarded.max(bound);
+                continue;
+            }
+            let middle: Vec<Corner<D>> = piece.triangles.iter().map(mean).collect();
+            let here = |z: &Wrench<D>| {
+                self.joined(middle.iter().enumerate().map(|(group, (_, map))| {
+                    (self.reach(group, map, z), self.wrench(group, map, z))
+                }), z)
+            };
+            if here(&z).value > best && self.is_near(&middle) {
+                let found = memory.least(scale, best, Some(&z), FACETS_OF_GRASPS, here);
+                if found.lower > best {
+                    let mut shared = lock(shared);
+                    shared.offer(found.lower, &middle, goal.adopt);
+                    best = shared.best;
+                }
+            }
+            if bound <= goal.enough(best) {
+                let mut shared = lock(shared);
+                shared.discarded = shared.discarded.max(bound);
+                continue;
+            }
+            let group = self.most_uneven(&piece, &z);
+            for triangle in halves(&piece.triangles[group]) {
+                let mut half = piece.clone();
+                half.triangles[group] = triangle;
+                (half.depth, half.bound) = (piece.depth + 1, bound);
+                if self.may_be_near(&half) {
+                    stack.push(half);
+                }
+            }
+        }
+        open
+    }
+
+    fn reach(&self, group: usize, map: &ContactMap<D>, z: &Wrench<D>) -> f64 {
+        let reach = self.groups[group].forces[0].reach(&map.tr_mul(z));
+        if self.criterion == Criterion::Max { reach.max(0.0) } else { reach }
+    }
+
+    fn wrench(&self, group: usize, map: &ContactMap<D>, z: &Wrench<D>) -> Wrench<D> {
+        furthest(self.criterion, std::iter::once((&self.groups[group].forces[0], map)), z)
+    }
+
+    fn furthest_of<'a>(
+        &self,
+        group: usize,
+        triangle: &'a [Corner<D>; 3],
+        z: &Wrench<D>,
+    ) -> (f64, &'a ContactMap<D>) {
+        let [a, b, c] = triangle.each_ref().map(|(_, map)| (self.reach(group, map, z), map));
+        let longer = if b.0 > a.0 { b } else { a };
+        if c.0 > longer.0 { c } else { longer }
+    }
+
+    /// The group whose contact matters most for the bound along `z`, or else the one with the largest triangle.
+    fn most_uneven(&self, piece: &Piece<D>, z: &Wrench<D>) -> usize {
+        let groups = 0..self.groups.len();
+        let spread = |group: usize| {
+            let reaches = piece.triangles[group].each_ref().map(|(_, map)| self.reach(group, map, z));
+            let [least, most] = [f64::min, f64::max].map(|of| reaches.into_iter().reduce(of).unwrap_or(0.0));
+            // A flat one is divided, too, in the end.
+            most - least + 1e-3 * longest_edge(&piece.triangles[group]).1
+        };
+        groups.max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
+    }
+
+    /// Whether no two of these contacts are too far apart.
+    fn is_near(&self, contacts: &[Corner<D>]) -> bool {
+        let apart = |(one, other): (&Corner<D>, &Corner<D>)| (one.0 - other.0).norm() > self.max_distance;
+        !contacts.iter().enumerate().any(|(at, one)| contacts[..at].iter().any(|other| apart((one, other))))
+    }
+
+    fn may_be_near(&self, piece: &Piece<D>) -> bool {
+        if !self.max_distance.is_finite() {
+            return true;
+        }
+        let spheres: Vec<_> = piece.triangles
+            .iter()
+            .map(|triangle| {
+                let center = mean(triangle).0;
+                (center, triangle.iter().map(|(p, _)| (p - center).norm()).fold(0.0, f64::max))
+            })
+            .collect();
+        !spheres.iter().enumerate().any(|(at, (p, r))| {
+            spheres[..at].iter().any(|(q, s)| (p - q).norm() - r - s > self.max_distance)
+        })
+    }
+}
+
+impl<const D: usize> Shared<D> {
+    fn offer(&mut self, epsilon: f64, places: &[Corner<D>], adopt: bool) {
+        self.offered.push((epsilon, places.iter().map(|(place, _)| *place).collect()));
+        self.offered.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.offered.truncate(OFFERED);
+        if adopt {
+            self.best = self.best.max(epsilon);
+        }
+    }
+}
+
+fn lock<const D: usize>(shared: &Mutex<Shared<D>>) -> std::sync::MutexGuard<'_, Shared<D>> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn mean<const D: usize>([a, b, c]: &[Corner<D>; 3]) -> Corner<D> {
+    ((a.0 + b.0 + c.0) / 3.0, (a.1 + b.1 + c.1) / 3.0)
+}
+
+/// The corner opposite to a triangle's longest edge, and that edge's length.
+fn longest_edge<const D: usize>(triangle: &[Corner<D>; 3]) -> (usize, f64) {
+    let length = |corner: usize| (triangle[(corner + 1) % 3].0 - triangle[(corner + 2) % 3].0).norm();
+    let lengths = [length(0), length(1), length(2)];
+    let corner = (0..3).max_by(|&a, &b| lengths[a].total_cmp(&lengths[b])).unwrap_or(0);
+    (corner, lengths[corner])
+}
+
+fn halves<const D: usize>(triangle: &[Corner<D>; 3]) -> [[Corner<D>; 3]; 2] {
+    let (top, _) = longest_edge(triangle);
+    let [tip, first, last] = [0, 1, 2].map(|step| triangle[(top + step) % 3]);
+    let middle = ((first.0 + last.0) / 2.0, (first.1 + last.1) / 2.0);
+    [[tip, first, middle], [tip, middle, last]]
+}
