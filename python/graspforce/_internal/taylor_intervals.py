@@ -1,7 +1,7 @@
 """Intervals that hold a function's value and its first two derivatives along a line, everywhere in a box.
 
-Formulas of `graspforce.surfaces` run on them as they run on arrays. The second derivatives bound by how much a
-function departs from its values at the corners of the box. Rounding is left to the caller.
+Formulas of `graspforce.surfaces` run on them as they run on arrays. The second derivatives bound by how much
+a function departs from its values at the corners of the box. Rounding is left to the caller.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class TaylorIntervals(NDArrayOperatorsMixin):
         return self.low.ndim - 1
 
     @property
-    def T(self) -> TaylorIntervals:
+    def T(self) -> TaylorIntervals:  # noqa: N802 - as of an array
         """The array with its dimensions reversed."""
         order = (0, *range(self.ndim, 0, -1))
         return TaylorIntervals(self.low.transpose(order), self.high.transpose(order))

@@ -102,7 +102,7 @@ class BoxTree:
         deadline: float,
         report: Report | None,
     ) -> Ended:
-        """Divide the box between two corners until its bound is low enough, or no work is left that may be done."""
+        """Divide the box between two corners until its bound is low enough, or the work allowed is done."""
         # Nothing is known of the whole box before it is bounded.
         popped = [(-np.inf, next(self._serial), lower, upper)]
         try:

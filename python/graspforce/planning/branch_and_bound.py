@@ -1,15 +1,16 @@
 """Branch and bound: the best grasp within a box of a few parameters, or on meshes, with a certified gap.
 
 Bounds of boxes need the curvature of wrenches. It follows from formulas for the curves and surfaces of
-`graspforce.surfaces`, and the caller may give it for others; both make the bound a proof. Otherwise the curvature
-of each box is estimated by second differences along its axes, times `safety`. A bump that is narrow against the box
-escapes them: such a bound is an estimate, and the result says so. Meshes with face normals need no curvature.
+`graspforce.surfaces`, and the caller may give it for others; both make the bound a proof. Otherwise the
+curvature of each box is estimated by second differences along its axes, times `safety`. A bump that is narrow
+against the box escapes them: such a bound is an estimate, and the result says so. Meshes with face normals
+need no curvature.
 """
 
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from .global_optimum import Ended
 
     Array = NDArray[np.float64]
+    Indices = NDArray[np.int64]
 
 _MAX_PARAMS = 4
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
@@ -84,8 +86,8 @@ def plan_global(
     ----------
     surface, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
         As for `graspforce.plan`. Arrangements of `graspforce.surfaces` tell which contacts have parameters of
-        their own; those are bounded apart, which is faster. With a function of your own, the contact frames must
-        vary smoothly: where the default tangents switch axes (normals with ``|n_x|`` about 0.7), give
+        their own; those are bounded apart, which is faster. With a function of your own, the contact frames
+        must vary smoothly: where the default tangents switch axes (normals with ``|n_x|`` about 0.7), give
         ``tangents``.
     bounds : array_like, optional
         (p, 2) finite lower and upper bounds, p at most 4. Contacts that are all on meshes need none: they may
@@ -98,9 +100,9 @@ def plan_global(
     curvature : array_like or callable, optional
         (m, p) upper bounds of the norms of the second derivatives of contact i's primitive wrenches by
         parameter j, valid everywhere within the bounds; or a function of lower and upper corners of boxes
-        (B, p) that returns (B, m, p) bounds valid within each. They make the result a proof. The curvature of
-        curves and surfaces of `graspforce.surfaces` is known, and so is the result's proof. Of other functions
-        it is estimated box by box by default, and the result ends as an "estimate".
+        (B, p) that returns (B, m, p) bounds valid within each. They make the result a proof. For curves and
+        surfaces of `graspforce.surfaces` formulas give the curvature, and the result is a proof, too. For other
+        functions it is estimated box by box by default, and the result ends as an "estimate".
     safety : float
         Factor of the estimated curvature: it multiplies the largest second difference along the box's axes.
     max_opening : float, optional
@@ -197,18 +199,8 @@ def plan_global(
         proven = True
     else:
         known = _curvature(surface, curvature, wrenches, lower, upper)
+        search = _box_tree(problem, incumbent, wrenches, known, safety, (start, lower, upper))
         proven = known is not None
-        rates = parameter_rates(source, lower, upper)
-        search = BoxTree(problem, incumbent, first, known, safety, rates)
-        groups = contact_groups(surface, first.num_contacts, len(box))
-        if len(groups) > 1:
-
-            def departures(low: Array, high: Array, contacts: Any, axes: Any) -> Departures:
-                if known is not None:
-                    return known.over(low, high, contacts, axes)
-                return estimated_departures(wrenches, low, high, contacts, axes, safety)
-
-            search.separable = SeparableBounds(wrenches, departures, groups, start, lower, upper, rates)
 
     def result(stopped: Ended) -> GlobalOptimum | None:
         if incumbent.best is None:
@@ -217,8 +209,8 @@ def plan_global(
         top = max(search.top, quality.epsilon)
         ended: Ended = "estimate" if stopped in ("tolerance", "open") and not proven else stopped
         return GlobalOptimum(
-            read_only_copy(incumbent.best), quality, grasp, top, _relative(top, quality.epsilon), search.boxes,
-            proven, ended, time.monotonic() - began,
+            read_only_copy(incumbent.best), quality, grasp, top, _relative(top, quality.epsilon),
+            search.boxes, proven, ended, time.monotonic() - began,
         )  # fmt: skip
 
     try:
@@ -235,6 +227,30 @@ def plan_global(
     if found is None:
         raise InvalidInputError(f"{source.conditions}: refused all {source.counts.candidates} grasps tried")
     return found
+
+
+def _box_tree(
+    problem: SearchProblem,
+    incumbent: Incumbent,
+    wrenches: ContactWrenches,
+    known: GivenCurvature | FormulaCurvature | None,
+    safety: float,
+    box: tuple[Array, Array, Array],
+) -> BoxTree:
+    """Return the search of a box with a start, a lower and an upper corner."""
+    start, lower, upper = box
+    rates = parameter_rates(problem.source, lower, upper)
+    tree = BoxTree(problem, incumbent, problem.source.grasp(start), known, safety, rates)
+    groups = contact_groups(problem.surface, wrenches.num_contacts, len(lower))
+    if len(groups) > 1:
+
+        def departures(low: Array, high: Array, contacts: Indices, axes: Indices) -> Departures:
+            if known is not None:
+                return known.over(low, high, contacts, axes)
+            return estimated_departures(wrenches, low, high, contacts, axes, safety)
+
+        tree.separable = SeparableBounds(wrenches, departures, groups, start, lower, upper, rates)
+    return tree
 
 
 def _given(bounds: ArrayLike | None) -> ArrayLike:

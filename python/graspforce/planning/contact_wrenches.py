@@ -89,7 +89,7 @@ class ContactWrenches:
     def force_sets(self, contacts: NDArray[np.int64]) -> list[Array]:
         """Return the forces of contacts as `ProductBound` takes them."""
         return [
-            np.array(self._cones[at]) if self._forces[at] is None else self._forces[at]  # type: ignore[misc]
+            np.array(self._cones[at]) if self._forces[at] is None else self._forces[at]
             for at in contacts.tolist()
         ]
 
@@ -196,7 +196,8 @@ class ContactWrenches:
 
 def default_seeds(normals: Array) -> Array:
     """Return what the first tangents are projections of, for normals (..., 3)."""
-    return np.where(np.abs(normals[..., :1]) > SWITCH, SEEDS[1], SEEDS[0])
+    seeds: Array = np.where(np.abs(normals[..., :1]) > SWITCH, SEEDS[1], SEEDS[0])
+    return seeds
 
 
 def unit_columns(positions: Any, normals: Any, seed: Any, origin: Array, force_dim: int) -> list[Any]:

@@ -1,9 +1,9 @@
 """Bounds of grasps whose contacts lie anywhere on meshes with face normals.
 
-On one face the frame of a contact is constant, so that its wrenches are affine in its position. The support of a
-contact along any direction is therefore largest at a corner of the face, and the bound of a product of faces is
-exact at these corners. Trees of faces discard most products by additions. Products that are left are bounded
-along their own worst directions, and then their faces are divided.
+On one face the frame of a contact is constant, so that its wrenches are affine in its position. The support
+of a contact along any direction is therefore largest at a corner of the face: no slack is left in between.
+Trees of faces discard most products by additions. Products that are left are bounded by mixtures of
+directions, and then their faces are divided.
 """
 
 from __future__ import annotations
@@ -142,13 +142,14 @@ class FaceProducts:
         self._forget()
         self._ask_all(enough, middles, left)
         while (len(self._bound) or self._bound.pieces) and left():
+            state = len(self._bound), self._bound.pieces, self.top
             known = incumbent.epsilon if incumbent.best is not None else 0.0
             goal = known, 1 + incumbent.gap, incumbent.open
             _, places = self._bound.divide(*goal, self._adopt, min(_TURN, left()))
             if len(places):
                 attempt(places)
             self.proven = min(self.proven, self.top)
-            if left() > 0 and self.top <= enough():
+            if state == (len(self._bound), self._bound.pieces, self.top) and not len(places):
                 return
 
     def _ask_all(
@@ -158,10 +159,11 @@ class FaceProducts:
         asked, level = 0, enough()
         while asked < len(self._bound) and left():
             before, rows = len(self._bound), list(range(asked, min(asked + _SLICE, len(self._bound))))
-            self._bound.ask(rows, level, left())
+            self._bound.ask(rows, level, True, left())
             self.boxes += len(rows)
             asked = len(self._bound) - (before - asked - len(rows))
-            look(rows[: min(64, len(self._bound) - rows[0])])
+            if shown := rows[: min(64, len(self._bound) - rows[0])]:
+                look(shown)
             self.proven = min(self.proven, self.top)
 
     def _forget(self) -> None:
@@ -242,6 +244,6 @@ def _refuse_too_many(faces: list[int], *, same: bool, limited: bool) -> None:
     count = math.prod(faces) / (math.factorial(len(faces)) if same else 1)
     if count > _MAX_COMBINATIONS and not limited:
         raise TooLargeError(
-            f"surface: {count:.1e} combinations of faces take some {count / _PER_SECOND / 3600:.1f} hours; use a "
-            "coarser mesh, `allowed` to leave out faces, or `time_limit` for a wider gap"
+            f"surface: {count:.1e} combinations of faces take some {count / _PER_SECOND / 3600:.1f} hours; "
+            "use a coarser mesh, `allowed` to leave out faces, or `time_limit` for a wider gap"
         )

@@ -39,6 +39,7 @@ _FIRST_DIRECTIONS = 300
 _COARSE = 0.3  # of what is enough: cells that leave more open are cut before products are looked at
 _COARSE_CELLS = 4096
 _LOOKED_AT = 96  # products whose worst directions are asked for at a time
+_MIXED = 20_000  # products that are bounded closely, one by one, before cells are cut
 _NEAR = 100  # grasps that are tried around the best one at a time
 
 
@@ -129,8 +130,7 @@ class SeparableBounds:
         bounds, cells = self._bound.products(list(range(len(self._bound))) if rows is None else rows)
         low = np.empty((len(bounds), len(self._start)))
         high = low.copy()
-        for group, boxes in enumerate(self._cells):
-            of = cells.reshape(len(bounds), -1)[:, group].astype(int) if len(bounds) else []
+        for boxes, of in zip(self._cells, cells.astype(np.int64).T, strict=len(bounds) > 0):
             low[:, boxes.axes], high[:, boxes.axes] = boxes.low[of], boxes.high[of]
         return bounds, low, high
 
@@ -171,6 +171,8 @@ class SeparableBounds:
                 attempt((low + high) / 2)
 
             ask_samples(self._bound, random, enough, left, middles, _MAX_PRODUCTS)
+            if len(self._bound) <= _MIXED:
+                self._bound.ask(list(range(len(self._bound))), enough(), True, left())
             self.proven = min(self.proven, self.top)
             if not len(self._bound) or not left() or not self._cut(enough()):
                 return
@@ -290,7 +292,7 @@ def ask_samples(
         rows = bound.worst(_LOOKED_AT // 2) + random.integers(0, before, _LOOKED_AT // 2).tolist()
         rows = sorted(set(rows))
         look(rows)
-        directions = bound.ask(rows, enough(), left())
+        directions = bound.ask(rows, enough(), False, left())
         if not len(bound) or not bound.learn(directions):
             return
         bound.descend(enough(), most, left())

@@ -1,10 +1,11 @@
 """How far the wrenches of contacts within boxes of parameters can be from those at the boxes' corners.
 
-Along each axis of a box, the wrench of a fixed contact force departs from its interpolation between the corners
-by at most half its largest second derivative times the square of the half-width. Second derivatives are given by
-the caller, bounded by formulas over the box, or estimated by differences.
+Along each axis of a box, the wrench of a fixed contact force departs from its interpolation between the
+corners by at most half its largest second derivative times the square of the half-width. Second derivatives
+are given by the caller, bounded by formulas over the box, or estimated by differences.
 
-The default tangents switch axes where ``|n_x|`` passes 0.7. A box in which they do has both frames at its corners.
+The default tangents switch axes where ``|n_x|`` passes 0.7. A box in which they do has both frames at its
+corners.
 """
 
 from __future__ import annotations
@@ -71,7 +72,9 @@ class GivenCurvature:
     def __init__(self, largest: Array | Callable[[Array, Array], Array], num_contacts: int) -> None:
         self._largest, self._num_contacts = largest, num_contacts
 
-    def over(self, low: Array, high: Array, contacts: NDArray[np.int64], axes: NDArray[np.int64]) -> Departures:
+    def over(
+        self, low: Array, high: Array, contacts: NDArray[np.int64], axes: NDArray[np.int64]
+    ) -> Departures:
         """Bound the departures of some contacts in boxes (B, p) along some axes."""
         largest = self._largest
         if callable(largest):
@@ -139,8 +142,9 @@ class FormulaCurvature:
                 axis=1,
             )
             # A box without width has no departure, whatever the derivative.
-            each = np.where(half > 0, 0.5 * half**2 * bends * (1 + _ROUNDED), 0.0)
-            return each.reshape(len(axes), boxes, -1).sum(axis=0)
+            each: Array = np.where(half > 0, 0.5 * half**2 * bends * (1 + _ROUNDED), 0.0)
+            total: Array = each.reshape(len(axes), boxes, -1).sum(axis=0)
+            return total
 
         fixed = self._wrenches.tangents(contacts)
         if tangents or fixed is not None or not self._wrenches.is_spatial:

@@ -142,8 +142,8 @@ def contacts_on(*places: Place) -> Arrangement:
     own = np.repeat(np.arange(len(places)), [place.num_params for place in places])
     depends = own == np.arange(len(places))[:, None]
     function, settled = partial(_one_on_each, places), partial(_settled_on_each, places)
-    known = all(getattr(place, "has_formulas", False) for place in places)
-    return Arrangement(function, num_params, options, settled, depends, has_formulas=known, places=places)
+    formulas = all(getattr(place, "has_formulas", False) for place in places)
+    return Arrangement(function, num_params, options, settled, depends, has_formulas=formulas, places=places)
 
 
 def tied(

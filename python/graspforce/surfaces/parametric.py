@@ -78,7 +78,7 @@ class ParametricSurface:
 
     @property
     def has_formulas(self) -> bool:
-        """Whether its curvature follows from formulas, as that of `plane`, `ellipsoid` and `cylinder` does."""
+        """Whether its curvature follows from formulas, as that of the surfaces of this module does."""
         return is_formula(self.point) and is_formula(self.normal)
 
     def normals(self, params: Array) -> Array:

@@ -151,12 +151,14 @@ impl PyProductBound {
 
     /// Bounds some products along their own worst directions, and drops those whose bound is at most `enough`.
     ///
-    /// Returns directions (Z, d).
+    /// Returns directions (Z, d). With `mix` several directions are mixed for each product, which takes longer and bounds
+    /// it more closely.
     fn ask<'py>(
         &self,
         py: Python<'py>,
         rows: Vec<usize>,
         enough: f64,
+        mix: bool,
         seconds: f64,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.take(py)?;
@@ -164,7 +166,7 @@ impl PyProductBound {
             if let Some(row) = rows.iter().find(|&&row| row >= bound.len()) {
                 return Err(invalid_input(py, format!("rows: {row}, but {} products are left", bound.len())));
             }
-            let found = on_all_cores(py, || bound.ask(&rows, enough, seconds))?;
+            let found = on_all_cores(py, || bound.ask(&rows, enough, mix, seconds))?;
             let found = found.map_err(|error| to_python(py, &error))?;
             let dim = found.first().map_or(0, |z| z.len());
             matrix(py, found.len(), dim, found.iter().flat_map(|z| z.iter().copied()))

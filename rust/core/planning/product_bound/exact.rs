@@ -1,4 +1,4 @@
-//! The bound of one product of cells along its own worst direction.
+//! The bound of one product of cells along the directions that are worst for it.
 
 use rayon::prelude::*;
 
@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::grasp::Wrench;
 use crate::interrupt;
 use crate::planning::product_bound::cells::{LEAF, rounded_up};
+use crate::planning::product_bound::mixture::Mixture;
 use crate::planning::product_bound::{ProductBound, deadline, is_late};
 use crate::tolerances::BOX_BOUND_RTOL;
 use crate::wrench_set::{Criterion, Support};
@@ -109,7 +110,132 @@ impl<const D: usize> Memory<D> {
     }
 }
 
+/// Directions that are mixed for one product at most.
+const MIXED: usize = 40;
+
+/// Corners of all cells at most; more are bounded along one direction.
+const MOST_CORNERS: usize = 32;
+
+/// A new direction must close this part of what the mixture leaves open.
+const PROGRESS: f64 = 0.02;
+
+/// The best mixture of directions for a product of cells.
+#[derive(Debug, Clone)]
+pub(crate) struct Mixed<const D: usize> {
+    /// No grasp in the cells is better.
+    pub(crate) bound: f64,
+    /// The directions, and their shares.
+    pub(crate) directions: Vec<(Wrench<D>, f64)>,
+    /// Shares of the corners: where the bound stands.
+    pub(crate) corner_shares: Vec<f64>,
+}
+
+impl<const D: usize> Memory<D> {
+    /// Mixes directions until the bound is at most `enough`, or none closes it much further.
+    ///
+    /// `corner(row, z)` is the support at one of the corners of cells of the given sizes.
+    pub(crate) fn mixed(
+        &mut self,
+        enough: f64,
+        first: &[Wrench<D>],
+        sizes: &[usize],
+        corner: impl Fn(usize, &Wrench<D>) -> Support<D>,
+    ) -> Option<Mixed<D>> {
+        let rows: usize = sizes.iter().sum();
+        if rows > MOST_CORNERS {
+            return None;
+        }
+        let reaches = |z: &Wrench<D>| -> Vec<f64> { (0..rows).map(|row| corner(row, z).value).collect() };
+        let mut directions: Vec<Wrench<D>> = first.to_vec();
+        if directions.is_empty() {
+            let any = || Wrench::from_fn(|row, _| f64::from(u8::from(row == 0)));
+            directions.push(self.recent.last().copied().unwrap_or_else(any));
+        }
+        let mut mixture = Mixture::new(sizes, reaches(&directions[0]))?;
+        for z in &directions[1..] {
+            mixture.add(reaches(z));
+        }
+        let mut bound = mixture.bound();
+        while bound > enough && directions.len() < MIXED {
+            let shares = mixture.corner_shares();
+            let support = |z: &Wrench<D>| {
+                let (mut value, mut wrench) = (0.0, Wrench::zeros());
+                for (row, &share) in shares.iter().enumerate().filter(|(_, share)| **share > 1e-12) {
+                    let one = corner(row, z);
+                    value += share * one.value;
+                    wrench += one.wrench * share;
+                }
+                Support { value, wrench }
+            };
+            let weights = mixture.shares();
+            let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]))?;
+            let start = directions[heaviest];
+            let found = self.least(1.0, enough, Some(&start), 0, support);
+            if found.upper > bound - PROGRESS * (bound - enough) {
+                break;
+            }
+            mixture.add(reaches(&found.direction));
+            directions.push(found.direction);
+            bound = bound.min(mixture.bound());
+        }
+        let weights = mixture.shares();
+        let used = directions.into_iter().zip(weights).filter(|(_, share)| *share > 0.0).collect();
+        Some(Mixed { bound, directions: used, corner_shares: mixture.corner_shares() })
+    }
+}
+
 impl<const D: usize> ProductBound<D> {
+    /// The sizes of cells for [`Memory::mixed`], by the numbers of their corners. The largest of several supports does
+    /// not add up: for the union all combinations of corners are those of one cell.
+    pub(crate) fn mixed_sizes(&self, corners: &[usize]) -> Vec<usize> {
+        match self.criterion {
+            Criterion::Max => corners.to_vec(),
+            Criterion::Sum => vec![corners.iter().product()],
+        }
+    }
+
+    /// The support at one of these corners, where `reach(group, corner)` is that of one group.
+    pub(crate) fn corner(
+        &self,
+        row: usize,
+        corners: &[usize],
+        z: &Wrench<D>,
+        mut reach: impl FnMut(usize, usize) -> (f64, Wrench<D>),
+    ) -> Support<D> {
+        let mut rest = row;
+        if self.criterion == Criterion::Sum {
+            let parts = corners.iter().enumerate().map(|(group, &count)| {
+                let at = rest % count;
+                rest /= count;
+                reach(group, at)
+            });
+            return self.joined(parts, z);
+        }
+        let mut group = 0;
+        while group + 1 < corners.len() && rest >= corners[group] {
+            rest -= corners[group];
+            group += 1;
+        }
+        let (mut value, mut wrench) = reach(group, rest);
+        if let Some(center) = self.center.filter(|_| group == 0) {
+            (value, wrench) = (value + center.dot(z), wrench + center);
+        }
+        Support { value, wrench }
+    }
+
+    /// Shares of the corners of one group, from those of [`Mixed`].
+    pub(crate) fn shares_of(&self, group: usize, corners: &[usize], shares: &[f64]) -> Vec<f64> {
+        let before = &corners[..group];
+        if self.criterion == Criterion::Max {
+            return shares[before.iter().sum::<usize>()..][..corners[group]].to_vec();
+        }
+        let mut own = vec![0.0; corners[group]];
+        for (row, share) in shares.iter().enumerate() {
+            own[row / before.iter().product::<usize>() % corners[group]] += share;
+        }
+        own
+    }
+
     /// Adds up what groups reach, and the external wrench.
     pub(crate) fn joined(
         &self,
@@ -160,14 +286,15 @@ impl<const D: usize> ProductBound<D> {
         longest + self.center.map_or(0.0, |center| center.norm())
     }
 
-    /// Bounds these products along their own worst directions, in parallel, and drops those that come to at most
-    /// `enough`. Returns the directions of the others, and of a few that were dropped.
+    /// Bounds these products along their own worst directions, in parallel, drops those that come to at most `enough`, and
+    /// returns the directions. If `mix` is set, several directions are mixed for each product, which bounds it more
+    /// closely.
     ///
     /// Products whose cells have children stay as they are, and so does what is left after `seconds`.
-    pub fn ask(&mut self, rows: &[usize], enough: f64, seconds: f64) -> Result<Vec<Wrench<D>>> {
+    pub fn ask(&mut self, rows: &[usize], enough: f64, mix: bool, seconds: f64) -> Result<Vec<Wrench<D>>> {
         let (end, scale, interrupt) = (deadline(seconds), self.scale(), interrupt::current());
         let bound = &*self;
-        let tasks: Vec<Vec<(usize, f64, Wrench<D>)>> = rows
+        let tasks: Vec<Vec<(usize, f64, Vec<Wrench<D>>)>> = rows
             .par_chunks(NEIGHBOURS.min(rows.len() / 8 + 1))
             .map_init(Memory::new, |memory, rows| {
                 interrupt::inherit(interrupt.as_ref(), || {
@@ -184,18 +311,37 @@ impl<const D: usize> ProductBound<D> {
                         if slack >= enough || !slack.is_finite() || !product.iter().zip(&bound.groups).all(is_leaf) {
                             continue;
                         }
+                        let corners: Vec<&[u32]> =
+                            product.iter().zip(&bound.groups).map(|(&cell, group)| group.tree.corners_of(cell)).collect();
+                        let counts: Vec<usize> = corners.iter().map(|corners| corners.len()).collect();
+                        let reach = |z: &Wrench<D>, group: usize, at: usize| {
+                            let (member, vertex) = (&bound.groups[group], corners[group][at]);
+                            let reach = member.reach(bound.criterion, vertex, z);
+                            (reach, member.furthest(bound.criterion, vertex, z))
+                        };
+                        let corner = |row: usize, z: &Wrench<D>| {
+                            bound.corner(row, &counts, z, |group, at| reach(z, group, at))
+                        };
+                        let sizes = bound.mixed_sizes(&counts);
+                        let mixed =
+                            mix.then(|| memory.mixed(enough - slack, &[], &sizes, corner)).flatten();
+                        if let Some(mixed) = mixed {
+                            let directions = mixed.directions.into_iter().map(|(z, _)| z).collect();
+                            found.push((row, mixed.bound + slack, directions));
+                            continue;
+                        }
                         let support = |z: &Wrench<D>| bound.support(product, z);
                         let least = memory.least(scale, enough - slack, None, FACETS, support);
-                        found.push((row, least.upper + slack, least.direction));
+                        found.push((row, least.upper + slack, vec![least.direction]));
                     }
                     found
                 })
             })
             .collect();
         let mut directions = Vec::new();
-        for (row, bound, direction) in tasks.into_iter().flatten() {
+        for (row, bound, found) in tasks.into_iter().flatten() {
             self.bounds[row] = self.bounds[row].min(rounded_up(bound));
-            directions.push(direction);
+            directions.extend(found);
         }
         self.drop_below(enough);
         interrupt::check()?;

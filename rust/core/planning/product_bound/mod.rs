@@ -9,7 +9,8 @@
 //! |---|---|
 //! | [`cells`] | the tree of cells of one group, and their supports along the pool |
 //! | [`descent`] | products of cells, divided and discarded |
-//! | [`exact`] | the bound of one product along its own worst direction |
+//! | [`exact`] | the bound of one product along the directions that are worst for it |
+//! | [`mixture`] | the best mixture of directions for one product |
 //! | [`triangles`] | triangles with one frame each, divided until their bounds are low enough |
 //!
 //! The wrenches of a contact with a constant frame are affine in its position. On a triangle of a mesh with face
@@ -18,6 +19,7 @@
 pub(crate) mod cells;
 pub(crate) mod descent;
 pub(crate) mod exact;
+pub(crate) mod mixture;
 pub(crate) mod triangles;
 
 use std::time::{Duration, Instant};

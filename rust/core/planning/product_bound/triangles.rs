@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::grasp::{ContactMap, Wrench};
 use crate::interrupt;
 use crate::planning::product_bound::cells::{LEAF, furthest};
-use crate::planning::product_bound::exact::Memory;
+use crate::planning::product_bound::exact::{Memory, Mixed};
 use crate::planning::product_bound::{ProductBound, deadline, is_late};
 use crate::wrench_set::Criterion;
 
@@ -30,14 +30,11 @@ pub(crate) struct Piece<const D: usize> {
     triangles: Vec<[Corner<D>; 3]>,
     depth: usize,
     pub(crate) bound: f64,
-    /// The direction that gives this bound.
-    direction: Option<Wrench<D>>,
+    /// The directions that give this bound.
+    directions: Vec<Wrench<D>>,
 }
 
-/// Facets of a polytope at most: triangles that need more are better divided, ...
-const FACETS_OF_TRIANGLES: usize = 400;
-
-/// ... but a grasp is worth more.
+/// Facets of a grasp's polytope at most.
 const FACETS_OF_GRASPS: usize = 20_000;
 
 /// Pieces that one product may leave where time ends.
@@ -141,7 +138,7 @@ impl<const D: usize> ProductBound<D> {
             (group.tree.children[cell as usize] == LEAF).then(|| corners.map(at))
         };
         let triangles = self.product(row).iter().zip(&self.groups).map(triangle).collect::<Option<_>>()?;
-        Some(Piece { triangles, depth: 0, bound: f64::from(self.bounds[row]), direction: None })
+        Some(Piece { triangles, depth: 0, bound: f64::from(self.bounds[row]), directions: Vec::new() })
     }
 
     /// Divides one product to the end. Returns what is left of it where time ends before.
@@ -162,31 +159,41 @@ impl<const D: usize> ProductBound<D> {
             }
             let mut best = lock(shared).best;
             let enough = goal.enough(best);
-            let support = |z: &Wrench<D>| {
-                self.joined(piece.triangles.iter().enumerate().map(|(group, triangle)| {
-                    let (reach, map) = self.furthest_of(group, triangle, z);
-                    (reach, self.wrench(group, map, z))
-                }), z)
+            let counts = vec![3; piece.triangles.len()];
+            let corner = |row: usize, z: &Wrench<D>| {
+                self.corner(row, &counts, z, |group, at| {
+                    let map = &piece.triangles[group][at].1;
+                    (self.reach(group, map, z), self.wrench(group, map, z))
+                })
             };
-            let least = memory.least(scale, enough, piece.direction.as_ref(), FACETS_OF_TRIANGLES, support);
-            let (z, bound) = (least.direction, least.upper.min(piece.bound));
-            (piece.bound, piece.direction) = (bound, Some(z));
+            let mixed = memory.mixed(enough, &piece.directions, &self.mixed_sizes(&counts), corner);
+            let Some(mixed) = mixed else {
+                open.push(piece);
+                continue;
+            };
+            let bound = mixed.bound.min(piece.bound);
+            piece.bound = bound;
             if bound <= enough {
                 let mut shared = lock(shared);
                 shared.discarded = shared.discarded.max(bound);
                 continue;
             }
-            let middle: Vec<Corner<D>> = piece.triangles.iter().map(mean).collect();
-            let here = |z: &Wrench<D>| {
-                self.joined(middle.iter().enumerate().map(|(group, (_, map))| {
-                    (self.reach(group, map, z), self.wrench(group, map, z))
-                }), z)
+            let place = |group: usize| {
+                let shares = self.shares_of(group, &counts, &mixed.corner_shares);
+                mean(&piece.triangles[group], &shares)
             };
-            if here(&z).value > best && self.is_near(&middle) {
-                let found = memory.least(scale, best, Some(&z), FACETS_OF_GRASPS, here);
+            let there: Vec<Corner<D>> = (0..counts.len()).map(place).collect();
+            let support = |z: &Wrench<D>| {
+                let parts = there.iter().enumerate();
+                self.joined(parts.map(|(group, (_, map))| (self.reach(group, map, z), self.wrench(group, map, z))), z)
+            };
+            let is_better = |z: &(Wrench<D>, f64)| support(&z.0).value > best;
+            if mixed.directions.iter().all(is_better) && self.is_near(&there) {
+                let start = mixed.directions.first().map(|(z, _)| *z);
+                let found = memory.least(scale, best, start.as_ref(), FACETS_OF_GRASPS, support);
                 if found.lower > best {
                     let mut shared = lock(shared);
-                    shared.offer(found.lower, &middle, goal.adopt);
+                    shared.offer(found.lower, &there, goal.adopt);
                     best = shared.best;
                 }
             }
@@ -195,7 +202,8 @@ impl<const D: usize> ProductBound<D> {
                 shared.discarded = shared.discarded.max(bound);
                 continue;
             }
-            let group = self.most_uneven(&piece, &z);
+            let group = self.most_bent(&piece, &mixed);
+            piece.directions = mixed.directions.iter().map(|(z, _)| *z).collect();
             for triangle in halves(&piece.triangles[group]) {
                 let mut half = piece.clone();
                 half.triangles[group] = triangle;
@@ -217,27 +225,19 @@ impl<const D: usize> ProductBound<D> {
         furthest(self.criterion, std::iter::once((&self.groups[group].forces[0], map)), z)
     }
 
-    fn furthest_of<'a>(
-        &self,
-        group: usize,
-        triangle: &'a [Corner<D>; 3],
-        z: &Wrench<D>,
-    ) -> (f64, &'a ContactMap<D>) {
-        let [a, b, c] = triangle.each_ref().map(|(_, map)| (self.reach(group, map, z), map));
-        let longer = if b.0 > a.0 { b } else { a };
-        if c.0 > longer.0 { c } else { longer }
-    }
-
-    /// The group whose contact matters most for the bound along `z`, or else the one with the largest triangle.
-    fn most_uneven(&self, piece: &Piece<D>, z: &Wrench<D>) -> usize {
-        let groups = 0..self.groups.len();
-        let spread = |group: usize| {
-            let reaches = piece.triangles[group].each_ref().map(|(_, map)| self.reach(group, map, z));
-            let [least, most] = [f64::min, f64::max].map(|of| reaches.into_iter().reduce(of).unwrap_or(0.0));
+    /// The group whose support departs most from its interpolation, or else the one with the largest triangle.
+    fn most_bent(&self, piece: &Piece<D>, mixed: &Mixed<D>) -> usize {
+        let bent = |group: usize| {
+            let triangle = &piece.triangles[group];
+            let middle = mean(triangle, &[1.0 / 3.0; 3]);
+            let departs = |(z, share): &(Wrench<D>, f64)| {
+                let corners: f64 = triangle.iter().map(|(_, map)| self.reach(group, map, z)).sum();
+                share * (corners / 3.0 - self.reach(group, &middle.1, z))
+            };
             // A flat one is divided, too, in the end.
-            most - least + 1e-3 * longest_edge(&piece.triangles[group]).1
+            mixed.directions.iter().map(departs).sum::<f64>() + 1e-3 * longest_edge(triangle).1
         };
-        groups.max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(0)
+        (0..piece.triangles.len()).max_by(|&a, &b| bent(a).total_cmp(&bent(b))).unwrap_or(0)
     }
 
     /// Whether no two of these contacts are too far apart.
@@ -253,7 +253,7 @@ impl<const D: usize> ProductBound<D> {
         let spheres: Vec<_> = piece.triangles
             .iter()
             .map(|triangle| {
-                let center = mean(triangle).0;
+                let center = mean(triangle, &[1.0 / 3.0; 3]).0;
                 (center, triangle.iter().map(|(p, _)| (p - center).norm()).fold(0.0, f64::max))
             })
             .collect();
@@ -278,8 +278,11 @@ fn lock<const D: usize>(shared: &Mutex<Shared<D>>) -> std::sync::MutexGuard<'_, 
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn mean<const D: usize>([a, b, c]: &[Corner<D>; 3]) -> Corner<D> {
-    ((a.0 + b.0 + c.0) / 3.0, (a.1 + b.1 + c.1) / 3.0)
+fn mean<const D: usize>(triangle: &[Corner<D>; 3], shares: &[f64]) -> Corner<D> {
+    let nothing = (Vector3::zeros(), ContactMap::zeros());
+    triangle.iter().zip(shares).fold(nothing, |sum, (corner, share)| {
+        (sum.0 + corner.0 * *share, sum.1 + corner.1 * *share)
+    })
 }
 
 /// The corner opposite to a triangle's longest edge, and that edge's length.
