@@ -101,7 +101,7 @@ def plan_global(
         (m, p) upper bounds of the norms of the second derivatives of contact i's primitive wrenches by
         parameter j, valid everywhere within the bounds; or a function of lower and upper corners of boxes
         (B, p) that returns (B, m, p) bounds valid within each. They make the result a proof. For curves and
-        surfaces of `graspforce.surfaces` formulas give the curvature, and the result is a proof, too. For other
+        surfaces of `graspforce.surfaces` formulas give the curvature: the result is a proof, too. For other
         functions it is estimated box by box by default, and the result ends as an "estimate".
     safety : float
         Factor of the estimated curvature: it multiplies the largest second difference along the box's axes.
