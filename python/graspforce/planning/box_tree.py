@@ -35,6 +35,7 @@ __all__ = ["BoxTree"]
 
 # Boxes of all parameters, before contact groups are bounded apart: in the plane a box costs little.
 _PLAIN_BOXES = {2: 8192, 3: 0}
+_SLACK = 0.1  # of a bound: interpolation leaves more open than other axes could gain
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 
 
@@ -57,7 +58,7 @@ class BoxTree:
         options = {name: value for name, value in problem.quality_options.items() if name != "rtol"}
         self._bound = BoxBound(first.positions.shape[1], **options)
         # Bounds are negated: heapq pops the least.
-        self._heap: list[tuple[float, int, Array, Array]] = []
+        self._heap: list[tuple[float, int, Array, Array, int]] = []
         self._serial = itertools.count()
         self._discarded = -np.inf
         self._plain_boxes = _PLAIN_BOXES[first.positions.shape[1]]
@@ -89,7 +90,7 @@ class BoxTree:
         separable.run(incumbent.attempt, lambda: incumbent.best, lambda: incumbent.enough, seconds_left)
         if separable.top < max(-self._heap[0][0], self._discarded):
             boxes = zip(*separable.boxes_left(), strict=True)
-            heap = [(-float(bound), next(self._serial), low, high) for bound, low, high in boxes]
+            heap = [(-float(bound), next(self._serial), low, high, -1) for bound, low, high in boxes]
             heapq.heapify(heap)
             self._heap, self._discarded = heap, separable.discarded
 
@@ -104,7 +105,7 @@ class BoxTree:
     ) -> Ended:
         """Divide the box between two corners until its bound is low enough, or the work allowed is done."""
         # Nothing is known of the whole box before it is bounded.
-        popped = [(-np.inf, next(self._serial), lower, upper)]
+        popped = [(-np.inf, next(self._serial), lower, upper, -1)]
         try:
             self._incumbent.attempt(start[None])
             self._offer(lower[None], upper[None])
@@ -140,17 +141,22 @@ class BoxTree:
             return "tolerance"
         return "open" if self.top <= self._incumbent.open else "boxes"
 
-    def _halves(self, boxes: list[tuple[float, int, Array, Array]]) -> tuple[Array, Array]:
-        """Cut each box where the wrenches change most across it; what is too small to be cut is discarded."""
+    def _halves(self, boxes: list[tuple[float, int, Array, Array, int]]) -> tuple[Array, Array]:
+        """Cut each box along the axis that it names, or else where the wrenches change most across it.
+
+        What is too small to be cut is discarded.
+        """
         low, high = (np.array([box[side] for box in boxes]) for side in (2, 3))
         between = (low < (low + high) / 2) & ((low + high) / 2 < high)
         can = between.any(axis=1)
         self._discarded = max(
             [self._discarded, *(-box[0] for box, cut in zip(boxes, can, strict=True) if not cut)]
         )
+        named = np.array([box[4] for box in boxes])[can]
         low, high = low[can], high[can]
         axis = np.argmax(np.where(between[can], (high - low) * self._rates, -1.0), axis=1)
         rows = np.arange(len(low))
+        axis = np.where((named >= 0) & between[can][rows, named], named, axis)
         middle = (low[rows, axis] + high[rows, axis]) / 2
         first_high, second_low = high.copy(), low.copy()
         first_high[rows, axis] = middle
@@ -165,6 +171,7 @@ class BoxTree:
         options: dict[str, Any] = {"enough": self._incumbent.enough}
         slack = np.full(len(low), np.finfo(float).max)
         frames: NDArray[np.float64] | None = None
+        axis = np.full(len(low), -1)
         if self._curvature is None:
             arms = np.kron(np.eye(axes), np.array([[-1.0], [-0.5], [0.5], [1.0]]))
             rows = np.vstack([rows, np.zeros(axes), arms])
@@ -173,6 +180,8 @@ class BoxTree:
             found = self._curvature.over(low, high, self._contacts, np.arange(axes))
             total = found.each.max(axis=1) if self._sum else found.each.sum(axis=1)
             slack = np.minimum(total, slack)
+            if found.along is not None:
+                axis = np.argmax(found.along, axis=1)
             if len(found.seeds):
                 frames = _frames(found)
                 rows = np.tile(rows, (frames.shape[1], 1))
@@ -190,9 +199,11 @@ class BoxTree:
                 raise
             where = params[error.row].tolist()
             raise InvalidGraspError(f"surface, parameters {where}: {error}") from error
-        for bound, box_low, box_high in zip(bounds.tolist(), low, high, strict=True):
+        # Where interpolation leaves most of the bound open, it says which axis is to be cut.
+        axis[slack < _SLACK * np.abs(bounds)] = -1
+        for bound, box_low, box_high, cut in zip(bounds.tolist(), low, high, axis.tolist(), strict=True):
             if bound > self._incumbent.enough:
-                heapq.heappush(self._heap, (-bound, next(self._serial), box_low, box_high))
+                heapq.heappush(self._heap, (-bound, next(self._serial), box_low, box_high, cut))
             else:
                 self._discarded = max(self._discarded, bound)
 

@@ -144,12 +144,16 @@ class FaceProducts:
         while (len(self._bound) or self._bound.pieces) and left():
             state = len(self._bound), self._bound.pieces, self.top
             known = incumbent.epsilon if incumbent.best is not None else 0.0
-            goal = known, 1 + incumbent.gap, incumbent.open
-            _, places = self._bound.divide(*goal, self._adopt, min(_TURN, left()))
+            began = time.monotonic()
+            _, places = self._bound.divide(
+                known, 1 + incumbent.gap, incumbent.open, self._adopt, min(_TURN, left())
+            )
             if len(places):
                 attempt(places)
             self.proven = min(self.proven, self.top)
-            if state == (len(self._bound), self._bound.pieces, self.top) and not len(places):
+            ended_early = time.monotonic() - began < 0.5 * _TURN
+            if ended_early and state == (len(self._bound), self._bound.pieces, self.top):
+                # What is left cannot be divided.
                 return
 
     def _ask_all(
@@ -196,7 +200,19 @@ class FaceProducts:
         for faces, (triangles, _) in zip(chosen, self._faces, strict=True):
             shares = random.dirichlet([1.0, 1.0, 1.0], _SAMPLE)
             points.append(np.einsum("bi,bij->bj", shares, triangles[faces]))
+        if len(points) > 1:
+            # Where the normal of the first contact meets the plane of the second face.
+            pressed, across = self._faces[0][1][chosen[0]], self._faces[1][1][chosen[1]]
+            rise = (pressed * across).sum(axis=1)
+            ahead = ((points[1] - points[0]) * across).sum(axis=1) / np.where(rise < -0.1, rise, -1.0)
+            met = (rise < -0.1) & (np.arange(_SAMPLE) % 2 == 0)
+            points[1] = np.where(met[:, None], points[0] + ahead[:, None] * pressed, points[1])
+            points[1] = np.clip(points[1], *self._whole_of(1))
         return np.concatenate(points, axis=1)
+
+    def _whole_of(self, contact: int) -> tuple[Array, Array]:
+        low, high = (side[3 * contact : 3 * contact + 3] for side in self._whole)
+        return low, high
 
     def _plant(self, contact: int) -> None:
         """Give the core the tree of a contact's faces."""

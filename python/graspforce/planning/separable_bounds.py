@@ -38,8 +38,9 @@ _SAMPLE = 2048  # random grasps, for a first good one
 _FIRST_DIRECTIONS = 300
 _COARSE = 0.3  # of what is enough: cells that leave more open are cut before products are looked at
 _COARSE_CELLS = 4096
+_OPEN_ALONG = 0.02  # of what is enough: more than other axes could gain
 _LOOKED_AT = 96  # products whose worst directions are asked for at a time
-_MIXED = 20_000  # products that are bounded closely, one by one, before cells are cut
+_MIXED = 1000  # products that are bounded closely, one by one, before cells are cut
 _NEAR = 100  # grasps that are tried around the best one at a time
 
 
@@ -52,6 +53,7 @@ class _Cells:
         self.children = np.array([-1])
         # Of the boxes that were measured, which are all but the last ones.
         self.slack = np.zeros(0)
+        self.along = np.zeros((0, len(axes)))
         self.needs = np.zeros((0, 0), dtype=bool)
         self.seeds = np.zeros((0, len(contacts), 3))
 
@@ -67,12 +69,17 @@ class _Cells:
         children = self.children[kept]
         self.children = np.where(children < 0, -1, place[children])
         self.low, self.high = self.low[kept], self.high[kept]
-        self.slack, self.needs = self.slack[kept], self.needs[kept]
+        self.slack, self.needs, self.along = self.slack[kept], self.needs[kept], self.along[kept]
 
-    def halve(self, rows: Indices, rates: Array) -> bool:
-        """Cut boxes where contacts move most across them; False where one is too small to be cut."""
+    def halve(self, rows: Indices, rates: Array, enough: float) -> bool:
+        """Cut boxes where interpolation leaves most open, or where contacts move most across them.
+
+        False where one is too small to be cut.
+        """
         low, high = self.low[rows], self.high[rows]
         axis = np.argmax((high - low) * rates[self.axes], axis=1)
+        open_along = self.along[rows]
+        axis = np.where(open_along.max(axis=1) > _OPEN_ALONG * enough, np.argmax(open_along, axis=1), axis)
         each = np.arange(len(rows))
         middle = (low[each, axis] + high[each, axis]) / 2
         if not ((low[each, axis] < middle) & (middle < high[each, axis])).all():
@@ -160,7 +167,7 @@ class SeparableBounds:
             return
         for group in range(len(self._cells)):
             self._measure(self._cells[group])
-            self._cut_coarse(self._cells[group], _COARSE * enough() / len(self._cells))
+            self._cut_coarse(self._cells[group], enough() / len(self._cells), left)
             self._plant(group)
         self._bound.learn(self._wrenches.critical_directions(sample[:_FIRST_DIRECTIONS]))
         while True:
@@ -177,12 +184,14 @@ class SeparableBounds:
             if not len(self._bound) or not left() or not self._cut(enough()):
                 return
 
-    def _cut_coarse(self, cells: _Cells, most: float) -> None:
+    def _cut_coarse(self, cells: _Cells, enough: float, left: Callable[[], float]) -> None:
         """Cut the cells of a group that hide more than any bound could make up for."""
-        while True:
+        while left():
             leaves = cells.leaves
-            rows = leaves[cells.slack[leaves] > most]
-            if not len(rows) or len(leaves) + len(rows) > _COARSE_CELLS or not cells.halve(rows, self._rates):
+            rows = leaves[cells.slack[leaves] > _COARSE * enough]
+            if not len(rows) or len(leaves) + len(rows) > _COARSE_CELLS:
+                return
+            if not cells.halve(rows, self._rates, enough):
                 return
             self._measure(cells)
 
@@ -206,7 +215,7 @@ class SeparableBounds:
         cells = self._cells[group]
         if len(rows) + sum(len(cells.low) for cells in self._cells) > _MAX_CELLS:
             return False
-        if not cells.halve(rows, self._rates):
+        if not cells.halve(rows, self._rates, enough):
             return False
         self._measure(cells)
         self._plant(group)
@@ -223,6 +232,8 @@ class SeparableBounds:
         slack = found.each.max(axis=1) if self._wrenches.criterion == "sum" else found.each.sum(axis=1)
         cells.slack, cells.seeds = np.r_[cells.slack, slack], found.seeds
         cells.needs = np.concatenate([cells.needs.reshape(done, len(found.seeds)), found.needs])
+        along = np.zeros((len(new), len(cells.axes))) if found.along is None else found.along
+        cells.along = np.concatenate([cells.along, along])
 
     def _plant(self, group: int) -> None:
         """Give the core the cells of a group."""

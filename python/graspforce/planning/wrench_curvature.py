@@ -52,16 +52,19 @@ class Departures:
         (K, contacts, 3) first tangents of frames; none if the frames are those of the grasp.
     needs : numpy.ndarray
         (B, K) bool: the frames that each box has at its corners.
+    along : numpy.ndarray or None
+        (B, axes) the part of all contacts' departures that is due to each axis, if that is known.
     """
 
     each: Array
     seeds: Array
     needs: NDArray[np.bool_]
+    along: Array | None = None
 
     @classmethod
-    def of_grasp(cls, each: Array) -> Departures:
+    def of_grasp(cls, each: Array, along: Array | None = None) -> Departures:
         """Return departures in the frames of the grasp."""
-        return cls(each, np.zeros((0, each.shape[1], 3)), np.zeros((len(each), 0), dtype=bool))
+        return cls(each, np.zeros((0, each.shape[1], 3)), np.zeros((len(each), 0), dtype=bool), along)
 
 
 class GivenCurvature:
@@ -83,7 +86,7 @@ class GivenCurvature:
             )
         half = (high - low)[:, axes] / 2
         each = 0.5 * half[:, None] ** 2 * largest[..., contacts, :][..., axes]
-        return Departures.of_grasp(each.sum(axis=-1))
+        return Departures.of_grasp(each.sum(axis=-1), each.sum(axis=-2))
 
 
 def checked_curvature(curvature: ArrayLike, expected: tuple[int, ...]) -> Array:
@@ -143,12 +146,12 @@ class FormulaCurvature:
             )
             # A box without width has no departure, whatever the derivative.
             each: Array = np.where(half > 0, 0.5 * half**2 * bends * (1 + _ROUNDED), 0.0)
-            total: Array = each.reshape(len(axes), boxes, -1).sum(axis=0)
-            return total
+            return each.reshape(len(axes), boxes, -1)
 
         fixed = self._wrenches.tangents(contacts)
         if tangents or fixed is not None or not self._wrenches.is_spatial:
-            return Departures.of_grasp(departures(tangents[0] if tangents else fixed))
+            found = departures(tangents[0] if tangents else fixed)
+            return Departures.of_grasp(found.sum(axis=0), found.sum(axis=2).T)
         ends = normals[:boxes, :, 0]
         size = ends.largest(0)
         least = np.where(
@@ -165,7 +168,9 @@ class FormulaCurvature:
         used = [
             np.all([needed[frame][:, at] for at, frame in enumerate(choice)], axis=0) for choice in choices
         ]
-        return Departures(largest, SEEDS[np.array(choices)], np.stack(used, axis=1))
+        return Departures(
+            largest.sum(axis=0), SEEDS[np.array(choices)], np.stack(used, axis=1), largest.sum(axis=2).T
+        )
 
 
 def estimated_departures(

@@ -119,6 +119,9 @@ const MOST_CORNERS: usize = 32;
 /// A new direction must close this part of what the mixture leaves open.
 const PROGRESS: f64 = 0.02;
 
+/// Facets of a polytope at most that looks for such a direction, where steps downhill find none.
+const FACETS_OF_MIXED: usize = 400;
+
 /// The best mixture of directions for a product of cells.
 #[derive(Debug, Clone)]
 pub(crate) struct Mixed<const D: usize> {
@@ -136,6 +139,7 @@ impl<const D: usize> Memory<D> {
     /// `corner(row, z)` is the support at one of the corners of cells of the given sizes.
     pub(crate) fn mixed(
         &mut self,
+        scale: f64,
         enough: f64,
         first: &[Wrench<D>],
         sizes: &[usize],
@@ -170,8 +174,12 @@ impl<const D: usize> Memory<D> {
             let weights = mixture.shares();
             let heaviest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]))?;
             let start = directions[heaviest];
-            let found = self.least(1.0, enough, Some(&start), 0, support);
-            if found.upper > bound - PROGRESS * (bound - enough) {
+            let low = bound - PROGRESS * (bound - enough);
+            let mut found = self.least(scale, enough, Some(&start), 0, support);
+            if found.upper > low {
+                found = self.least(scale, enough, Some(&found.direction), FACETS_OF_MIXED, support);
+            }
+            if found.upper > low {
                 break;
             }
             mixture.add(reaches(&found.direction));
@@ -324,7 +332,7 @@ impl<const D: usize> ProductBound<D> {
                         };
                         let sizes = bound.mixed_sizes(&counts);
                         let mixed =
-                            mix.then(|| memory.mixed(enough - slack, &[], &sizes, corner)).flatten();
+                            mix.then(|| memory.mixed(scale, enough - slack, &[], &sizes, corner)).flatten();
                         if let Some(mixed) = mixed {
                             let directions = mixed.directions.into_iter().map(|(z, _)| z).collect();
                             found.push((row, mixed.bound + slack, directions));

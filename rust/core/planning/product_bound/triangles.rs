@@ -1,6 +1,7 @@
 //! Products of triangles with one frame each, divided until no grasp in them can be better than is enough.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -37,8 +38,42 @@ pub(crate) struct Piece<const D: usize> {
 /// Facets of a grasp's polytope at most.
 const FACETS_OF_GRASPS: usize = 20_000;
 
-/// Pieces that one product may leave where time ends.
-type Open<const D: usize> = Vec<Piece<D>>;
+/// Divisions of a piece before the one with the largest bound is taken up.
+const IN_TURN: usize = 16;
+
+/// Pieces that may wait; with more of them, each is divided to the end.
+const MOST_WAITING: usize = 60_000;
+
+/// The largest bound comes first.
+struct ByBound<const D: usize>(Piece<D>);
+
+impl<const D: usize> Ord for ByBound<D> {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.bound.total_cmp(&other.0.bound)
+    }
+}
+
+impl<const D: usize> PartialOrd for ByBound<D> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl<const D: usize> PartialEq for ByBound<D> {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl<const D: usize> Eq for ByBound<D> {}
+
+/// Pieces and rows of products that wait.
+struct Waiting<const D: usize> {
+    pieces: BinaryHeap<ByBound<D>>,
+    /// Products, those with the largest bounds last.
+    rows: Vec<usize>,
+    begun: Vec<usize>,
+}
 
 /// What the threads share.
 struct Shared<const D: usize> {
@@ -48,9 +83,6 @@ struct Shared<const D: usize> {
     offered: Vec<(f64, Vec<Vector3<f64>>)>,
     /// The largest bound of what was discarded.
     discarded: f64,
-    /// Rows that were begun, and what is left of them.
-    begun: Vec<usize>,
-    open: Open<D>,
 }
 
 /// How good a grasp must be to count as better.
@@ -85,49 +117,51 @@ impl<const D: usize> ProductBound<D> {
         }
         let (end, scale, interrupt) = (deadline(seconds), self.scale(), interrupt::current());
         let mut rows: Vec<usize> = (0..self.bounds.len()).collect();
-        rows.sort_by(|&a, &b| self.bounds[b].total_cmp(&self.bounds[a]));
-        let mut waiting = std::mem::take(&mut self.pieces);
-        waiting.sort_by(|a, b| a.bound.total_cmp(&b.bound));
-        let (bound, next, waiting) = (&*self, AtomicUsize::new(0), Mutex::new(waiting));
-        let shared = Mutex::new(Shared {
-            best: goal.best,
-            offered: Vec::new(),
-            discarded: f64::NEG_INFINITY,
-            begun: Vec::new(),
-            open: Vec::new(),
-        });
-        let next_piece = || {
-            if let Some(piece) = waiting.lock().unwrap_or_else(PoisonError::into_inner).pop() {
-                return Some(piece);
-            }
-            loop {
-                let row = *rows.get(next.fetch_add(1, Ordering::Relaxed))?;
-                if let Some(piece) = bound.piece(row) {
-                    lock(&shared).begun.push(row);
-                    return Some(piece);
-                }
-            }
-        };
+        rows.sort_by(|&a, &b| self.bounds[a].total_cmp(&self.bounds[b]));
+        let pieces = std::mem::take(&mut self.pieces).into_iter().map(ByBound).collect();
+        let bound = &*self;
+        let waiting = Mutex::new(Waiting { pieces, rows, begun: Vec::new() });
+        let shared = Mutex::new(Shared { best: goal.best, offered: Vec::new(), discarded: f64::NEG_INFINITY });
+        let wait = || waiting.lock().unwrap_or_else(PoisonError::into_inner);
         (0..rayon::current_num_threads()).into_par_iter().with_max_len(1).for_each(|_| {
             interrupt::inherit(interrupt.as_ref(), || {
                 let mut memory = Memory::new();
                 while !is_late(end) && !interrupt::stopped() {
-                    let Some(piece) = next_piece() else { break };
-                    let open = bound.finish(piece, goal, &shared, scale, end, &mut memory);
-                    lock(&shared).open.extend(open);
+                    let Some((piece, few)) = bound.next_piece(&mut wait()) else { break };
+                    let budget = if few { IN_TURN } else { usize::MAX };
+                    let open = bound.finish(piece, goal, &shared, (scale, budget), end, &mut memory);
+                    wait().pieces.extend(open.into_iter().map(ByBound));
                 }
             });
         });
         let shared = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-        for row in shared.begun {
+        let waiting = waiting.into_inner().unwrap_or_else(PoisonError::into_inner);
+        for row in waiting.begun {
             self.bounds[row] = f32::NEG_INFINITY;
         }
         self.discarded = self.discarded.max(shared.discarded);
         self.drop_below(f64::from(f32::MIN));
-        self.pieces = waiting.into_inner().unwrap_or_else(PoisonError::into_inner);
-        self.pieces.extend(shared.open);
+        self.pieces = waiting.pieces.into_iter().map(|piece| piece.0).collect();
         interrupt::check()?;
         Ok(shared.offered)
+    }
+
+    /// The piece or product with the largest bound, and whether few others wait.
+    fn next_piece(&self, waiting: &mut Waiting<D>) -> Option<(Piece<D>, bool)> {
+        let few = waiting.pieces.len() < MOST_WAITING;
+        let divisible = |piece: &ByBound<D>| piece.0.depth < DEEPEST;
+        loop {
+            let piece = waiting.pieces.peek().filter(|piece| divisible(piece)).map(|piece| piece.0.bound);
+            let row = waiting.rows.last().copied();
+            if row.is_none_or(|row| piece.is_some_and(|bound| bound >= f64::from(self.bounds[row]))) {
+                return piece.and_then(|_| waiting.pieces.pop()).map(|piece| (piece.0, few));
+            }
+            let row = waiting.rows.pop()?;
+            if let Some(piece) = self.piece(row) {
+                waiting.begun.push(row);
+                return Some((piece, few));
+            }
+        }
     }
 
     /// The triangles of a product; `None` where cells have children.
@@ -141,22 +175,23 @@ impl<const D: usize> ProductBound<D> {
         Some(Piece { triangles, depth: 0, bound: f64::from(self.bounds[row]), directions: Vec::new() })
     }
 
-    /// Divides one product to the end. Returns what is left of it where time ends before.
+    /// Divides a piece so many times, and returns what is left of it.
     fn finish(
         &self,
         piece: Piece<D>,
         goal: &Goal,
         shared: &Mutex<Shared<D>>,
-        scale: f64,
+        (scale, budget): (f64, usize),
         end: Option<Instant>,
         memory: &mut Memory<D>,
-    ) -> Open<D> {
-        let (mut stack, mut open) = (vec![piece], Vec::new());
+    ) -> Vec<Piece<D>> {
+        let (mut stack, mut open, mut divisions) = (vec![piece], Vec::new(), 0);
         while let Some(mut piece) = stack.pop() {
-            if is_late(end) || interrupt::stopped() || piece.depth == DEEPEST {
+            if is_late(end) || interrupt::stopped() || piece.depth == DEEPEST || divisions >= budget {
                 open.push(piece);
                 continue;
             }
+            divisions += 1;
             let mut best = lock(shared).best;
             let enough = goal.enough(best);
             let counts = vec![3; piece.triangles.len()];
@@ -166,7 +201,7 @@ impl<const D: usize> ProductBound<D> {
                     (self.reach(group, map, z), self.wrench(group, map, z))
                 })
             };
-            let mixed = memory.mixed(enough, &piece.directions, &self.mixed_sizes(&counts), corner);
+            let mixed = memory.mixed(scale, enough, &piece.directions, &self.mixed_sizes(&counts), corner);
             let Some(mixed) = mixed else {
                 open.push(piece);
                 continue;
