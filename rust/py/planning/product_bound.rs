@@ -114,8 +114,10 @@ impl PyProductBound {
         let wrong = |message: String| invalid_input(py, message);
         let numbers = |name: &'static str, value| numbers(name, value).map_err(wrong);
         let places = positions.map(|value| float_array("positions", value)).transpose().map_err(wrong)?;
-        let positions = places.map(|places| vectors::<3>("positions", &places)).transpose()?.unwrap_or_default();
-        let (children, corner_starts) = (numbers("children", children)?, numbers("corner_starts", corner_starts)?);
+        let positions =
+            places.map(|places| vectors::<3>("positions", &places)).transpose()?.unwrap_or_default();
+        let (children, corner_starts) =
+            (numbers("children", children)?, numbers("corner_starts", corner_starts)?);
         let corners = numbers("corners", corners)?;
         let slacks = contents(&float_array("slacks", slacks).map_err(wrong)?).to_vec();
         let mut inner = self.take(py)?;
@@ -304,7 +306,9 @@ fn contact_maps<const D: usize>(value: &Bound<'_, PyAny>) -> Result<Vec<ContactM
         return Err(format!("maps: shape {}, expected (V, contacts, {D}, k)", shaped(array.shape())));
     }
     let map = |numbers: &[f64]| {
-        ContactMap::from_fn(|row, column| if column < columns { numbers[row * columns + column] } else { 0.0 })
+        ContactMap::from_fn(
+            |row, column| if column < columns { numbers[row * columns + column] } else { 0.0 },
+        )
     };
     Ok(contents(&array).chunks_exact(rows * columns).map(map).collect())
 }

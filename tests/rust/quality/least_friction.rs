@@ -59,7 +59,9 @@ fn limited_forces_hold_a_wrench_above_the_least_friction_and_not_below() {
         let least = grasp(&contacts, 0.5).least_friction(&options).unwrap();
         let sigma = |friction: f64| {
             let distributor = ForceDistributor::new(&grasp(&contacts, friction), criterion).unwrap();
-            distributor.solve(&mut distributor.workspace(), &wrench).map_or(f64::INFINITY, |found| found.sigma)
+            distributor
+                .solve(&mut distributor.workspace(), &wrench)
+                .map_or(f64::INFINITY, |found| found.sigma)
         };
         if least.upper.is_finite() {
             assert!(sigma(least.upper) <= 1.0 + 1e-8, "{least:?}");

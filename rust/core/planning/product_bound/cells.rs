@@ -84,7 +84,10 @@ impl<const D: usize> CellTree<D> {
             return wrong(format!("{count} cells with {} slacks", self.slacks.len()));
         }
         if vertices * contacts != self.maps.len() || self.maps.iter().flatten().any(|x| !x.is_finite()) {
-            return wrong(format!("{} maps of {contacts} contacts are not finite or not whole", self.maps.len()));
+            return wrong(format!(
+                "{} maps of {contacts} contacts are not finite or not whole",
+                self.maps.len()
+            ));
         }
         if self.corners.iter().any(|&corner| corner as usize >= vertices) {
             return wrong(format!("a corner is none of {vertices} vertices"));
@@ -135,13 +138,7 @@ pub(crate) fn rounded_up(x: f64) -> f32 {
 
 impl<const D: usize> Group<D> {
     pub(crate) fn new(forces: Vec<ForceSet>) -> Self {
-        Self {
-            forces,
-            tree: CellTree::default(),
-            extents: Vec::new(),
-            ranks: Vec::new(),
-            table: Vec::new(),
-        }
+        Self { forces, tree: CellTree::default(), extents: Vec::new(), ranks: Vec::new(), table: Vec::new() }
     }
 
     /// Puts other cells in place of those there are.
@@ -192,7 +189,8 @@ impl<const D: usize> Group<D> {
         for cell in (0..self.tree.children.len()).rev() {
             let child = self.tree.children[cell];
             self.extents[cell] = if child == LEAF {
-                let places = self.tree.corners_of(cell as u32).iter().map(|&v| self.tree.positions[v as usize]);
+                let places =
+                    self.tree.corners_of(cell as u32).iter().map(|&v| self.tree.positions[v as usize]);
                 places.fold(nowhere, |[low, high], p| [low.inf(&p), high.sup(&p)])
             } else {
                 let [a, b] = [self.extents[child as usize], self.extents[child as usize + 1]];
@@ -232,10 +230,10 @@ impl<const D: usize> Group<D> {
         let lengths = self.tree.maps.iter().enumerate().map(|(at, map)| {
             let lengths = ContactForce::from_fn(|column, _| map.column(column).norm());
             match &self.forces[at % contacts] {
-                ForceSet::Finite(forces) => {
-                    forces.iter().map(|f| (map * f).norm()).fold(0.0, f64::max)
+                ForceSet::Finite(forces) => forces.iter().map(|f| (map * f).norm()).fold(0.0, f64::max),
+                ForceSet::Cone { limit, mu, gamma } => {
+                    limit * (lengths[0] + cone_slope(&lengths, *mu, *gamma))
                 }
-                ForceSet::Cone { limit, mu, gamma } => limit * (lengths[0] + cone_slope(&lengths, *mu, *gamma)),
             }
         });
         lengths.fold(0.0, f64::max)

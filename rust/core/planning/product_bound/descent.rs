@@ -38,7 +38,8 @@ impl<const D: usize> ProductBound<D> {
     pub fn descend(&mut self, enough: f64, most: usize, seconds: f64) -> Result<()> {
         let end = deadline(seconds);
         // Bounds are compared in single precision, and must not pass for less than they are.
-        let enough = if f64::from(enough as f32) > enough { (enough as f32).next_down() } else { enough as f32 };
+        let enough =
+            if f64::from(enough as f32) > enough { (enough as f32).next_down() } else { enough as f32 };
         loop {
             let divisible = |row| self.widest(self.product(row)).is_some();
             let narrow = self.bounds.len() < ENOUGH_TASKS && (0..self.bounds.len()).any(divisible);
@@ -92,11 +93,8 @@ impl<const D: usize> ProductBound<D> {
         whole: bool,
     ) -> Left {
         let count = self.groups.len();
-        let mut left = Left {
-            discarded: f32::NEG_INFINITY,
-            merits: vec![0; self.directions.len()],
-            ..Left::default()
-        };
+        let mut left =
+            Left { discarded: f32::NEG_INFINITY, merits: vec![0; self.directions.len()], ..Left::default() };
         let mut stack: Vec<([u32; MAX_GROUPS], f32)> = Vec::new();
         let (mut looked, mut stop) = (0_usize, false);
         for (product, &bound) in products.chunks_exact(count).zip(bounds) {
@@ -159,7 +157,8 @@ impl<const D: usize> ProductBound<D> {
         for at in (0..self.directions.len()).step_by(LANES) {
             let mut reach = [f32::NEG_INFINITY; LANES];
             for (group, (cell, member)) in product.iter().zip(&self.groups).enumerate() {
-                let Some(row) = member.table.get(*cell as usize * POOL + at..).and_then(|row| row.first_chunk::<LANES>())
+                let Some(row) =
+                    member.table.get(*cell as usize * POOL + at..).and_then(|row| row.first_chunk::<LANES>())
                 else {
                     return least;
                 };

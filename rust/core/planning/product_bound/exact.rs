@@ -119,7 +119,7 @@ const MOST_CORNERS: usize = 32;
 /// A new direction must close this part of what the mixture leaves open.
 const PROGRESS: f64 = 0.02;
 
-/// Facets of a polytope at most that looks for such a direction, where steps downhill find none.
+/// Facets of a polytope at most that looks for such a direction, where pyramids have edges that steps cannot pass.
 const FACETS_OF_MIXED: usize = 400;
 
 /// The best mixture of directions for a product of cells.
@@ -136,10 +136,11 @@ pub(crate) struct Mixed<const D: usize> {
 impl<const D: usize> Memory<D> {
     /// Mixes directions until the bound is at most `enough`, or none closes it much further.
     ///
-    /// `corner(row, z)` is the support at one of the corners of cells of the given sizes.
+    /// `corner(row, z)` is the support at one of the corners of cells of the given sizes. Where steps downhill find no
+    /// direction, a polytope of so many facets looks for one.
     pub(crate) fn mixed(
         &mut self,
-        scale: f64,
+        (scale, facets): (f64, usize),
         enough: f64,
         first: &[Wrench<D>],
         sizes: &[usize],
@@ -176,8 +177,8 @@ impl<const D: usize> Memory<D> {
             let start = directions[heaviest];
             let low = bound - PROGRESS * (bound - enough);
             let mut found = self.least(scale, enough, Some(&start), 0, support);
-            if found.upper > low {
-                found = self.least(scale, enough, Some(&found.direction), FACETS_OF_MIXED, support);
+            if found.upper > low && facets > 0 {
+                found = self.least(scale, enough, Some(&found.direction), facets, support);
             }
             if found.upper > low {
                 break;
@@ -245,11 +246,7 @@ impl<const D: usize> ProductBound<D> {
     }
 
     /// Adds up what groups reach, and the external wrench.
-    pub(crate) fn joined(
-        &self,
-        parts: impl Iterator<Item = (f64, Wrench<D>)>,
-        z: &Wrench<D>,
-    ) -> Support<D> {
+    pub(crate) fn joined(&self, parts: impl Iterator<Item = (f64, Wrench<D>)>, z: &Wrench<D>) -> Support<D> {
         let (mut value, mut wrench) = (f64::NEG_INFINITY, Wrench::zeros());
         for (reach, point) in parts {
             match self.criterion {
@@ -284,6 +281,14 @@ impl<const D: usize> ProductBound<D> {
         }
     }
 
+    /// Facets that are worth looking for a direction to be mixed.
+    pub(crate) fn facets(&self) -> usize {
+        let pyramids = |group: &super::cells::Group<D>| {
+            group.forces.iter().any(|forces| matches!(forces, super::cells::ForceSet::Finite(_)))
+        };
+        if self.groups.iter().any(pyramids) { FACETS_OF_MIXED } else { 0 }
+    }
+
     /// No wrench of a grasp is longer.
     pub(crate) fn scale(&self) -> f64 {
         let each = self.groups.iter().map(super::cells::Group::longest);
@@ -316,11 +321,17 @@ impl<const D: usize> ProductBound<D> {
                             group.tree.children[cell as usize] == LEAF
                         };
                         let slack = bound.slack(product);
-                        if slack >= enough || !slack.is_finite() || !product.iter().zip(&bound.groups).all(is_leaf) {
+                        if slack >= enough
+                            || !slack.is_finite()
+                            || !product.iter().zip(&bound.groups).all(is_leaf)
+                        {
                             continue;
                         }
-                        let corners: Vec<&[u32]> =
-                            product.iter().zip(&bound.groups).map(|(&cell, group)| group.tree.corners_of(cell)).collect();
+                        let corners: Vec<&[u32]> = product
+                            .iter()
+                            .zip(&bound.groups)
+                            .map(|(&cell, group)| group.tree.corners_of(cell))
+                            .collect();
                         let counts: Vec<usize> = corners.iter().map(|corners| corners.len()).collect();
                         let reach = |z: &Wrench<D>, group: usize, at: usize| {
                             let (member, vertex) = (&bound.groups[group], corners[group][at]);
@@ -331,8 +342,11 @@ impl<const D: usize> ProductBound<D> {
                             bound.corner(row, &counts, z, |group, at| reach(z, group, at))
                         };
                         let sizes = bound.mixed_sizes(&counts);
-                        let mixed =
-                            mix.then(|| memory.mixed(scale, enough - slack, &[], &sizes, corner)).flatten();
+                        let mixed = mix
+                            .then(|| {
+                                memory.mixed((scale, bound.facets()), enough - slack, &[], &sizes, corner)
+                            })
+                            .flatten();
                         if let Some(mixed) = mixed {
                             let directions = mixed.directions.into_iter().map(|(z, _)| z).collect();
                             found.push((row, mixed.bound + slack, directions));

@@ -40,7 +40,8 @@ pub(crate) struct Mixture {
 impl Mixture {
     /// One direction, with its supports at the corners of cells of these sizes; `None` without corners.
     pub(crate) fn new(sizes: &[usize], first: Vec<f64>) -> Option<Self> {
-        let cell_of: Vec<usize> = sizes.iter().enumerate().flat_map(|(g, &n)| std::iter::repeat_n(g, n)).collect();
+        let cell_of: Vec<usize> =
+            sizes.iter().enumerate().flat_map(|(g, &n)| std::iter::repeat_n(g, n)).collect();
         let rows = cell_of.len();
         let best = |cell: usize| {
             (0..rows).filter(|&row| cell_of[row] == cell).max_by(|&a, &b| first[a].total_cmp(&first[b]))
@@ -50,7 +51,8 @@ impl Mixture {
         let mut basis: Vec<Variable> = (0..sizes.len()).map(Variable::Largest).collect();
         basis.extend(short);
         basis.push(Variable::Share(0));
-        let mut mixture = Self { cell_of, columns: vec![first], basis, inverse: DMatrix::zeros(0, 0), levels: Vec::new() };
+        let mut mixture =
+            Self { cell_of, columns: vec![first], basis, inverse: DMatrix::zeros(0, 0), levels: Vec::new() };
         mixture.refactorise().then_some(mixture)
     }
 
@@ -81,7 +83,8 @@ impl Mixture {
 
     /// Shares of the corners, none negative, of the sum 1 in each cell.
     pub(crate) fn corner_shares(&self) -> Vec<f64> {
-        let mut shares: Vec<f64> = self.multipliers().iter().take(self.cell_of.len()).map(|x| x.max(0.0)).collect();
+        let mut shares: Vec<f64> =
+            self.multipliers().iter().take(self.cell_of.len()).map(|x| x.max(0.0)).collect();
         for cell in 0..=self.cell_of.last().copied().unwrap_or(0) {
             let inside = |row: &usize| self.cell_of[*row] == cell;
             let total: f64 = (0..shares.len()).filter(inside).map(|row| shares[row]).sum();
@@ -122,7 +125,8 @@ impl Mixture {
         let cells = self.cell_of.last().map_or(0, |cell| cell + 1);
         let mut largest = vec![f64::NEG_INFINITY; cells];
         for (row, &cell) in self.cell_of.iter().enumerate() {
-            let sum: f64 = shares.iter().zip(&self.columns).filter(|(s, _)| **s > 0.0).map(|(s, c)| s * c[row]).sum();
+            let sum: f64 =
+                shares.iter().zip(&self.columns).filter(|(s, _)| **s > 0.0).map(|(s, c)| s * c[row]).sum();
             largest[cell] = largest[cell].max(sum);
         }
         largest.iter().sum()
@@ -161,9 +165,8 @@ impl Mixture {
         let step: Vec<f64> =
             (0..size).map(|row| (0..size).map(|at| self.inverse[(row, at)] * column[at]).sum()).collect();
         let most = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let bounded = |row: &usize| {
-            !matches!(self.basis[*row], Variable::Largest(_)) && step[*row] > 1e-11 * most
-        };
+        let bounded =
+            |row: &usize| !matches!(self.basis[*row], Variable::Largest(_)) && step[*row] > 1e-11 * most;
         let ratio = |row: usize| self.levels[row].max(0.0) / step[row];
         let Some(leaving) = (0..size).filter(bounded).min_by(|&a, &b| ratio(a).total_cmp(&ratio(b))) else {
             return false;

@@ -90,7 +90,8 @@ impl<const D: usize> ProductBound<D> {
     /// Groups by the forces of their contacts. They have no cells yet.
     pub fn new(criterion: Criterion, center: Option<Wrench<D>>, groups: Vec<Vec<ForceSet>>) -> Result<Self> {
         if groups.is_empty() || groups.len() > MAX_GROUPS || groups.iter().any(Vec::is_empty) {
-            let reason = format!("{} groups of contacts, expected 1 to {MAX_GROUPS}, none empty", groups.len());
+            let reason =
+                format!("{} groups of contacts, expected 1 to {MAX_GROUPS}, none empty", groups.len());
             return Err(Error::input("forces", reason));
         }
         let count = groups.len();
@@ -122,7 +123,10 @@ impl<const D: usize> ProductBound<D> {
         let (directions, criterion) = (self.directions.clone(), self.criterion);
         let used = self.products.iter().skip(group).step_by(self.groups.len()).max().copied().unwrap_or(0);
         if used as usize >= tree.children.len() {
-            return Err(Error::input("cells", format!("{} cells, but cell {used} is in use", tree.children.len())));
+            return Err(Error::input(
+                "cells",
+                format!("{} cells, but cell {used} is in use", tree.children.len()),
+            ));
         }
         let group = &mut self.groups[group];
         group.plant(tree)?;
@@ -270,9 +274,8 @@ impl<const D: usize> ProductBound<D> {
         let pairs = (0..product.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
         let cell = |group: usize| product[group] as usize;
         if self.interchangeable {
-            let behind = |(a, b): (usize, usize)| {
-                self.groups[b].ranks[cell(b)][1] <= self.groups[a].ranks[cell(a)][0]
-            };
+            let behind =
+                |(a, b): (usize, usize)| self.groups[b].ranks[cell(b)][1] <= self.groups[a].ranks[cell(a)][0];
             if pairs.clone().any(behind) {
                 return true;
             }

@@ -35,6 +35,9 @@ pub(crate) struct Piece<const D: usize> {
     directions: Vec<Wrench<D>>,
 }
 
+/// How far contacts keep off the edges of triangles, as a part of their size.
+const INWARD: f64 = 1e-5;
+
 /// Facets of a grasp's polytope at most.
 const FACETS_OF_GRASPS: usize = 20_000;
 
@@ -110,7 +113,9 @@ impl<const D: usize> ProductBound<D> {
     /// Returns the best grasps met, as epsilon and places of the contacts. Products that are finished are dropped.
     pub fn divide(&mut self, goal: &Goal, seconds: f64) -> Result<Vec<(f64, Vec<Vector3<f64>>)>> {
         let one_contact = |group: &super::cells::Group<D>| {
-            group.forces.len() == 1 && !group.tree.positions.is_empty() && group.tree.slacks.iter().all(|&s| s == 0.0)
+            group.forces.len() == 1
+                && !group.tree.positions.is_empty()
+                && group.tree.slacks.iter().all(|&s| s == 0.0)
         };
         if !self.groups.iter().all(one_contact) {
             return Err(Error::input("cells", "not all are triangles with a slack of zero".to_string()));
@@ -121,7 +126,8 @@ impl<const D: usize> ProductBound<D> {
         let pieces = std::mem::take(&mut self.pieces).into_iter().map(ByBound).collect();
         let bound = &*self;
         let waiting = Mutex::new(Waiting { pieces, rows, begun: Vec::new() });
-        let shared = Mutex::new(Shared { best: goal.best, offered: Vec::new(), discarded: f64::NEG_INFINITY });
+        let shared =
+            Mutex::new(Shared { best: goal.best, offered: Vec::new(), discarded: f64::NEG_INFINITY });
         let wait = || waiting.lock().unwrap_or_else(PoisonError::into_inner);
         (0..rayon::current_num_threads()).into_par_iter().with_max_len(1).for_each(|_| {
             interrupt::inherit(interrupt.as_ref(), || {
@@ -201,7 +207,13 @@ impl<const D: usize> ProductBound<D> {
                     (self.reach(group, map, z), self.wrench(group, map, z))
                 })
             };
-            let mixed = memory.mixed(scale, enough, &piece.directions, &self.mixed_sizes(&counts), corner);
+            let mixed = memory.mixed(
+                (scale, self.facets()),
+                enough,
+                &piece.directions,
+                &self.mixed_sizes(&counts),
+                corner,
+            );
             let Some(mixed) = mixed else {
                 open.push(piece);
                 continue;
@@ -214,13 +226,19 @@ impl<const D: usize> ProductBound<D> {
                 continue;
             }
             let place = |group: usize| {
+                // Off the edges, where neighbours have other normals.
+                let inward = |share: &f64| (1.0 - INWARD) * share + INWARD / 3.0;
                 let shares = self.shares_of(group, &counts, &mixed.corner_shares);
+                let shares: Vec<f64> = shares.iter().map(inward).collect();
                 mean(&piece.triangles[group], &shares)
             };
             let there: Vec<Corner<D>> = (0..counts.len()).map(place).collect();
             let support = |z: &Wrench<D>| {
                 let parts = there.iter().enumerate();
-                self.joined(parts.map(|(group, (_, map))| (self.reach(group, map, z), self.wrench(group, map, z))), z)
+                self.joined(
+                    parts.map(|(group, (_, map))| (self.reach(group, map, z), self.wrench(group, map, z))),
+                    z,
+                )
             };
             let is_better = |z: &(Wrench<D>, f64)| support(&z.0).value > best;
             if mixed.directions.iter().all(is_better) && self.is_near(&there) {
@@ -285,16 +303,18 @@ impl<const D: usize> ProductBound<D> {
         if !self.max_distance.is_finite() {
             return true;
         }
-        let spheres: Vec<_> = piece.triangles
+        let spheres: Vec<_> = piece
+            .triangles
             .iter()
             .map(|triangle| {
                 let center = mean(triangle, &[1.0 / 3.0; 3]).0;
                 (center, triangle.iter().map(|(p, _)| (p - center).norm()).fold(0.0, f64::max))
             })
             .collect();
-        !spheres.iter().enumerate().any(|(at, (p, r))| {
-            spheres[..at].iter().any(|(q, s)| (p - q).norm() - r - s > self.max_distance)
-        })
+        !spheres
+            .iter()
+            .enumerate()
+            .any(|(at, (p, r))| spheres[..at].iter().any(|(q, s)| (p - q).norm() - r - s > self.max_distance))
     }
 }
 
@@ -315,9 +335,10 @@ fn lock<const D: usize>(shared: &Mutex<Shared<D>>) -> std::sync::MutexGuard<'_, 
 
 fn mean<const D: usize>(triangle: &[Corner<D>; 3], shares: &[f64]) -> Corner<D> {
     let nothing = (Vector3::zeros(), ContactMap::zeros());
-    triangle.iter().zip(shares).fold(nothing, |sum, (corner, share)| {
-        (sum.0 + corner.0 * *share, sum.1 + corner.1 * *share)
-    })
+    triangle
+        .iter()
+        .zip(shares)
+        .fold(nothing, |sum, (corner, share)| (sum.0 + corner.0 * *share, sum.1 + corner.1 * *share))
 }
 
 /// The corner opposite to a triangle's longest edge, and that edge's length.
