@@ -263,7 +263,9 @@ impl<const D: usize> Group<D> {
                 }
             }
             let slack = self.tree.slacks[cell];
-            row.iter_mut().for_each(|most| *most = rounded_up(f64::from(*most) + slack));
+            for most in row {
+                *most = rounded_up(f64::from(*most) + slack);
+            }
         });
         for cell in (0..self.tree.children.len()).rev() {
             let child = self.tree.children[cell] as usize;

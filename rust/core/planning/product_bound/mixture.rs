@@ -112,7 +112,9 @@ impl Mixture {
         }
         let total: f64 = shares.iter().sum();
         if total > 0.0 {
-            shares.iter_mut().for_each(|share| *share /= total);
+            for share in &mut shares {
+                *share /= total;
+            }
         } else if let Some(share) = shares.first_mut() {
             *share = 1.0;
         }
