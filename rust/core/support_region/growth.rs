@@ -162,7 +162,7 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
     let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
     let mut converged = true;
     while let Some(triangle) = open.pop() {
-        if between <= (0.999 * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
+        if between <= (0.95 * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
             break;
         }
         // Triangles that are too flat to be asked stay between the polygons.
