@@ -78,7 +78,7 @@ $(PEERS)/ready: pyproject.toml $(CONSTRAINTS)
 learning: build $(LEARNING)/ready
 	PYTHONPATH=python $(LEARNING)/bin/python -m pytest tests/python/learning
 
-# Surrogates of quality beside it: the tables and the figure of docs/surrogates.md, with qpth for the same program. What
+# Surrogates of quality beside it: the tables and the figure of docs/surrogates.md, with peers for the same program. What
 # qpth says of NumPy's version is out of date.
 surrogates: build $(LEARNING)/ready
 	$(LEARNING)/bin/python -m pip install --quiet --group learning-peers

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pybullet_meshes import named
 
 import graspforce as gf
-from graspforce.plotting import draw_mesh, draw_spatial_grasp, frame_view
+from graspforce.plotting import draw_spatial_grasp
 from graspforce.surfaces import contacts_on
 
 # name: file, largest extent in m, subdivisions, options of the surface
@@ -68,13 +68,9 @@ def plan(name, contacts, starts):
 
 def picture(name, mesh, found, path):
     figure = Figure(figsize=(9, 3.4), dpi=130, layout="constrained")
-    low, high = mesh.bounds.T
-    margin = 0.2 * (high - low).max()
     for place, grasp in enumerate(found.plans[:3], start=1):
-        axes = figure.add_subplot(1, 3, place, projection="3d", computed_zorder=False)
-        draw_mesh(axes, mesh.vertices, mesh.faces, alpha=0.55)
-        draw_spatial_grasp(axes, grasp.grasp, metres_per_newton=margin * 0.8, labels=True)
-        frame_view(axes, low - margin, high + margin, elevation=25, azimuth=-55)
+        axes = figure.add_subplot(1, 3, place, projection="3d")
+        draw_spatial_grasp(axes, grasp.grasp, mesh=(mesh.vertices, mesh.faces), labels=True)
         axes.set_title(rf"$\epsilon = {grasp.quality.epsilon:.3f}$", fontsize=9)
     figure.suptitle(
         f"{name}: the three best of {len(found.starts)} starts, {found.best.grasp.num_contacts} contacts",

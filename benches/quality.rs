@@ -134,7 +134,7 @@ fn gradients() {
         for criterion in BOTH {
             let options = QualityOptions::new(criterion);
             let mut best = [f64::INFINITY; 2];
-            for _ in 0..if edges == 0 { 1 } else { 15 } {
+            for _ in 0..if edges == 0 { 3 } else { 15 } {
                 for (gradient, best) in [false, true].into_iter().zip(&mut best) {
                     let start = Instant::now();
                     let answers = quality_batch(0..contacts.len(), grasp, &options, gradient, 0);

@@ -6,7 +6,7 @@ import argparse
 import re
 from pathlib import Path
 
-from . import costs, ranking
+from . import costs, peers, ranking
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -22,11 +22,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="write the page and its figure")
     parser.add_argument("--grasps", type=int, default=2000, help="random grasps, and as many planned ones")
+    parser.add_argument("--peers", action="store_true", help="print the times of the peers alone")
     options = parser.parse_args()
+    if options.peers:
+        print(peers.table())
+        return
     found = ranking.rows(options.grasps)
-    parts = {"ranking": ranking.table(found), "costs": costs.table(), "qpth": costs.peer()}
+    parts = {"ranking": ranking.table(found), "costs": costs.table(), "peers": peers.table()}
     for name, text in parts.items():
-        print(f"{name}:\n{text or 'qpth is not installed: make surrogates installs it'}\n")
+        print(f"{name}:\n{text or 'no peer is installed: make surrogates installs them'}\n")
     if options.write:
         page = (DOCS / "surrogates.md").read_text()
         for name, text in parts.items():

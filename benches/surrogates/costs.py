@@ -1,9 +1,8 @@
-"""What a quality, a surrogate and the same surrogate by qpth cost, each with its gradient."""
+"""What a quality and a surrogate cost, each with its gradient."""
 
 from __future__ import annotations
 
 import time
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["peer", "table"]
+__all__ = ["LIMIT", "calls", "closed_grasps", "least_times", "table"]
 
 LIMIT = 20.0
 
@@ -76,56 +75,3 @@ def table(seed: int = 6) -> str:
     ]
     lines += [f"| {name} | {times[0][name]:.1f} | {times[1][name]:.1f} |" for name in times[0]]
     return "\n".join(lines) + "\n"
-
-
-def peer(seed: int = 6) -> str | None:
-    """Return the time of the span residual by qpth beside ours, or None where qpth is not installed."""
-    if find_spec("qpth") is None:
-        return None
-    import torch  # noqa: PLC0415 - only in an environment that has it
-    from qpth.qp import QPFunction  # noqa: PLC0415
-
-    rng = np.random.default_rng(seed)
-    positions, normals = closed_grasps(rng, 32, 12)
-    scale = np.repeat([1.0, 1.0 / OPTIONS["length_scale"]], 3)
-    # The peer gets the primitive wrenches; computing and differentiating them is not timed.
-    wrenches = np.array(
-        [
-            gf.Grasp(p, n, edges=4, **OPTIONS).primitive_wrenches * scale
-            for p, n in zip(positions, normals, strict=True)
-        ]
-    ).transpose(0, 2, 1)
-    count = wrenches.shape[2]
-    identity = torch.eye(count, dtype=torch.float64)
-    bounds = torch.cat([identity, -identity])
-    limits = torch.cat([LIMIT * torch.ones(count), -torch.ones(count)]).double()
-    none = torch.empty(0, dtype=torch.float64)
-    solver = QPFunction(verbose=-1)
-    values = np.zeros(len(positions))
-    forward = [np.inf]
-
-    def by_qpth() -> None:
-        start = time.perf_counter()
-        columns = torch.tensor(wrenches, requires_grad=True)
-        # qpth needs a positive definite matrix.
-        squares = columns.transpose(1, 2) @ columns + 1e-6 * identity
-        x = solver(squares, torch.zeros(count, dtype=torch.float64), bounds, limits, none, none)
-        norm = (columns @ x.unsqueeze(-1)).squeeze(-1).norm(dim=-1)
-        forward[0] = min(forward[0], time.perf_counter() - start)
-        norm.sum().backward()
-        values[:] = norm.detach().numpy()
-
-    timed = calls(positions, normals, 4)
-    timed = {name: timed[name] for name in ("epsilon (sum)", "epsilon (max)", "span residual")}
-    least = least_times({**timed, "span residual by qpth": by_qpth}, 7)
-    ours = gf.surrogates.span_residual(positions, normals, limit=LIMIT, edges=4, **OPTIONS).values
-    slow = least["span residual by qpth"]
-    lines = ["| number with gradient | us a grasp | qpth's time / this time |", "|---|---|---|"]
-    lines += [f"| {name} | {1e6 * t / 32:,.1f} | {slow / t:,.0f} |" for name, t in least.items()]
-    share = forward[0] / slow
-    difference = np.abs(values - ours).max()
-    return (
-        "\n".join(lines)
-        + f"\n\nThe forward part is {share:.0%} of qpth's time. Its residuals differ from ours by at most "
-        f"{difference:.1g} N;\nours are {ours.min():.3g} to {ours.max():.3g} N.\n"
-    )

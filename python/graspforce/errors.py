@@ -80,7 +80,7 @@ class InvalidFileError(InvalidInputError):
     line : int or None
         Line of the mistake, counted from 1; None for a file without lines.
     field : tuple of str and int
-        Names and indices, from 0, that lead to the field; empty if no field is to blame.
+        Names and indices, from 0, that lead to the field; empty if it is about no field.
     """
 
     def __init__(self, path: Path, message: str, line: int | None = None) -> None:

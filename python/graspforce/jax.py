@@ -5,27 +5,52 @@ in float64. They have the dtype of the positions, with and without ``jax_enable_
 ``vmap``, ``jvp`` and ``linearize`` work. There are no second derivatives: asking for them is an error.
 
 All functions take any leading dimensions, also none. The computation is a callback on the CPU, on all its
-cores: arrays of another device are copied there, and results are copied back.
+cores: arrays of another device are copied there, and results are copied back. Options that all grasps share
+are known when a function is compiled.
 
 An entry without an answer has the value ``unsolved`` and the gradient zero. Other entries do not change. The
 ``status`` that the functions above return says why.
+
+Examples
+--------
+>>> import jax, jax.numpy as jnp
+>>> import graspforce.jax
+>>> positions, normals = jnp.array([[-1.0, 0.1], [1.0, 0.0]]), jnp.array([[1.0, 0.0], [-1.0, 0.0]])
+>>> gradient = jax.grad(graspforce.jax.quality)(positions, normals, friction=0.5)
+>>> bool(gradient[0, 1] < 0)  # lowering the first finger is better
+True
+
+Two opposite fingers of friction 0.5 lift a disc of 1 N, and one of 3 N. Each contact presses with the weight:
+
+>>> positions = jnp.array([[-1.0, 0], [1, 0]])
+>>> weights = jnp.array([[0.0, -1, 0], [0, -3, 0]])
+>>> graspforce.jax.least_force(positions, normals, weights, friction=0.5).round(6).tolist()
+[1.0, 3.0]
+>>> def total(weights):
+...     return graspforce.jax.least_force(positions, normals, weights, friction=0.5).sum()
+>>> jax.grad(total)(weights)[:, 1].round(6).tolist()
+[-1.0, -1.0]
+
+With at most 1 N each they hold 1 N of the 3 N:
+
+>>> unbalanced = graspforce.jax.residual(positions, normals, weights, friction=0.5)
+>>> unbalanced.round(6).tolist()
+[0.0, 2.0]
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._internal import differentiable
-from graspforce._internal.differentiable import FORCE_GRADIENTS, QUALITY_GRADIENTS, ROWS, row_shape
+from graspforce._internal.differentiable import Layout
+from graspforce._internal.differentiable_functions import DifferentiableFunctions, Question
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import GraspForceError, InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from graspforce._internal.differentiable import Differentiated
+    from collections.abc import Mapping
 
 jax = optional("jax", "jax")
 jnp = optional("jax.numpy", "jax")
@@ -33,242 +58,58 @@ jnp = optional("jax.numpy", "jax")
 __all__ = ["least_force", "quality", "residual"]
 
 
-def quality(
-    positions: Any,
-    normals: Any,
-    *,
-    criterion: Literal["max", "sum"] = "max",
-    external_wrench: Any = None,
-    metric: Any = None,
-    rtol: float | None = None,
-    max_facets: int | None = None,
-    unsolved: float = np.nan,
-    **options: Any,
-) -> Any:
-    """Return the quality epsilon of each grasp.
+class _Functions(DifferentiableFunctions):
+    """The functions of arrays of JAX."""
 
-    Differentiable by positions, normals, ``friction`` and ``max_normal_force``. Where several directions are
-    equally bad, the gradient is one of several. Safe to call from several threads.
+    def _arrays(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        arrays = {name: jnp.asarray(value) for name, value in given.items()}
+        dtype = jnp.result_type(*arrays.values())
+        if not jnp.issubdtype(dtype, jnp.floating):
+            dtype = jnp.result_type(float)
+        return {name: array.astype(dtype) for name, array in arrays.items()}
 
-    Parameters
-    ----------
-    positions, normals : jax.Array
-        (..., m, dim). Normals of any length.
-    criterion, external_wrench, metric, rtol, max_facets : optional
-        As for `graspforce.Grasp.quality`, the same for all grasps and known when a function is compiled.
-    unsolved : float
-        Value of rows that are no grasps. Their gradient is zero.
-    **options
-        ``friction``, ``max_normal_force``, ``torsion``: a number, (m,) or (..., m). ``tangents`` (..., m, 3),
-        ``origin`` (..., dim), ``length_scale`` (...). ``edges``, ``friction_margin``, ``extreme_forces``: the
-        same for all grasps and known when a function is compiled. All as for `graspforce.Grasp`.
+    def _is_array(self, value: Any) -> bool:
+        return isinstance(value, jax.Array)
 
-    Returns
-    -------
-    jax.Array
-        (...,) of the dtype of the positions.
+    def _constant(self, value: Any) -> Any:
+        return np.asarray(value, dtype=np.float64)
 
-    Raises
-    ------
-    InvalidGraspError, InvalidInputError
-        A shape or type is wrong, an argument that all grasps share, or a derivative is asked for that does
-        not exist.
+    def _broadcast(self, array: Any, shape: tuple[int, ...]) -> Any:
+        return jnp.broadcast_to(array, shape)
 
-    Examples
-    --------
-    >>> import jax, jax.numpy as jnp
-    >>> import graspforce.jax
-    >>> positions, normals = jnp.array([[-1.0, 0.1], [1.0, 0.0]]), jnp.array([[1.0, 0.0], [-1.0, 0.0]])
-    >>> gradient = jax.grad(graspforce.jax.quality)(positions, normals, friction=0.5)
-    >>> bool(gradient[0, 1] < 0)  # lowering the first finger is better
-    True
-    """
-    shared = {
-        "criterion": criterion,
-        "external_wrench": external_wrench,
-        "metric": metric,
-        "rtol": rtol,
-        "max_facets": max_facets,
-        "unsolved": unsolved,
-    }
-
-    def compute(moved: list[Any], rows: dict[str, Any], plain: dict[str, Any]) -> Differentiated:
-        positions, normals = moved
-        return differentiable.quality(positions, normals, rows, plain)
-
-    return _differentiable(compute, QUALITY_GRADIENTS, [positions, normals], shared, options)
+    def _call(self, question: Question, moved: dict[str, Any], rows: dict[str, Any]) -> Any:
+        constants = {name: row for name, row in rows.items() if not self._is_array(row)}
+        variable = {
+            name: row if name in question.gradients else _constant(name, row)
+            for name, row in ((name, jnp.asarray(row, dtype=float)) for name, row in rows.items())
+            if name not in constants
+        }
+        return _differentiable(question, {**moved, **variable}, constants)
 
 
-def least_force(
-    positions: Any,
-    normals: Any,
-    external_wrenches: Any,
-    *,
-    objective: Literal["max", "sum", "squares"] = "max",
-    weight: float = 0.0,
-    min_normal: Any = None,
-    rtol: float = 1e-9,
-    reference: Any = None,
-    weights: Any = None,
-    slack: Any = None,
-    limits: bool = False,
-    unsolved: float = np.nan,
-    **options: Any,
-) -> Any:
-    """Return the least objective of the contact forces that balance each external wrench.
-
-    Differentiable by positions, normals and wrenches. Safe to call from several threads.
-
-    Parameters
-    ----------
-    positions, normals : jax.Array
-        (..., m, dim). Normals of any length.
-    external_wrenches : jax.Array
-        (..., K, d) for each grasp, or (K, d) for all.
-    objective, weight, min_normal, rtol, reference, weights, slack, limits : optional
-        As for `graspforce.ForceDistributor`, the same for all grasps and known when a function is compiled.
-    unsolved : float
-        Value where no forces balance the wrench, or the row is no grasp. The gradient there is zero;
-        `residual` leads to balance.
-    **options
-        As for `quality`; derivatives by ``friction`` and ``max_normal_force`` do not exist.
-
-    Returns
-    -------
-    jax.Array
-        (..., K) of the dtype of the positions.
-
-    Raises
-    ------
-    InvalidGraspError, InvalidInputError
-        As for `quality`.
-
-    Examples
-    --------
-    >>> import jax.numpy as jnp
-    >>> import graspforce.jax
-    >>> positions, normals = jnp.array([[-1.0, 0], [1, 0]]), jnp.array([[1.0, 0], [-1, 0]])
-    >>> weights = jnp.array([[0.0, -1, 0], [0, -3, 0]])
-    >>> graspforce.jax.least_force(positions, normals, weights, friction=0.5).tolist()
-    [1.0, 3.0]
-    """
-    shared = {
-        "objective": objective,
-        "weight": weight,
-        "min_normal": min_normal,
-        "rtol": rtol,
-        "reference": reference,
-        "weights": weights,
-        "slack": slack,
-        "limits": limits,
-        "unsolved": unsolved,
-    }
-    return _forces([positions, normals, external_wrenches], shared, options, nearest=False)
-
-
-def residual(
-    positions: Any,
-    normals: Any,
-    external_wrenches: Any,
-    *,
-    metric: Any = None,
-    rtol: float = 1e-9,
-    unsolved: float = np.nan,
-    **options: Any,
-) -> Any:
-    """Return how far forces within their limits stay from balancing each external wrench.
-
-    It is zero where the forces balance the wrench, and so is its gradient. Differentiable by positions,
-    normals and wrenches. Safe to call from several threads.
-
-    Parameters
-    ----------
-    positions, normals : jax.Array
-        (..., m, dim). Normals of any length.
-    external_wrenches : jax.Array
-        (..., K, d) for each grasp, or (K, d) for all.
-    metric : optional
-        (d, d) of the norm; else that of ``length_scale``.
-    rtol : float
-        As for `graspforce.ForceDistributor`.
-    unsolved : float
-        Value of rows that are no grasps. Their gradient is zero.
-    **options
-        As for `least_force`.
-
-    Returns
-    -------
-    jax.Array
-        (..., K) norm of the unbalanced wrench, in N, of the dtype of the positions.
-
-    Raises
-    ------
-    InvalidGraspError, InvalidInputError
-        As for `quality`.
-
-    Examples
-    --------
-    Two fingers of at most 1 N and friction 0.5 hold 1 N of a weight of 3 N:
-
-    >>> import jax.numpy as jnp
-    >>> import graspforce.jax
-    >>> positions, normals = jnp.array([[-1.0, 0], [1, 0]]), jnp.array([[1.0, 0], [-1, 0]])
-    >>> weights = jnp.array([[0.0, -1, 0], [0, -3, 0]])
-    >>> graspforce.jax.residual(positions, normals, weights, friction=0.5).round(6).tolist()
-    [0.0, 2.0]
-    """
-    shared = {"metric": metric, "rtol": rtol, "unsolved": unsolved}
-    return _forces([positions, normals, external_wrenches], shared, options, nearest=True)
-
-
-def _forces(moved: list[Any], shared: dict[str, Any], options: dict[str, Any], *, nearest: bool) -> Any:
-    def compute(moved: list[Any], rows: dict[str, Any], plain: dict[str, Any]) -> Differentiated:
-        positions, normals, wrenches = moved
-        return differentiable.forces(positions, normals, wrenches, rows, plain, nearest=nearest)
-
-    return _differentiable(compute, FORCE_GRADIENTS, moved, shared, options)
-
-
-def _differentiable(
-    compute: Callable[[list[Any], dict[str, Any], dict[str, Any]], Differentiated],
-    gradients: Sequence[str],
-    given: list[Any],
-    shared: dict[str, Any],
-    options: dict[str, Any],
-) -> Any:
-    """Compute values whose derivatives by the arguments named in `gradients` JAX knows."""
-    moved, leading, dtype = _moved(given)
-    contacts, dim = moved[0].shape[-2:]
-    wrenches = moved[2].shape[-2:] if len(moved) == 3 else ()
-    rows, constants = _rows(options, leading, contacts, dim)
-    for name, array in rows.items():
-        if name not in gradients:
-            rows[name] = _constant(name, array)
-    names = (*gradients[: len(moved)], *rows)
-    plain = {**{name: value for name, value in options.items() if name not in ROWS}, **shared}
-    plain = {name: value for name, value in plain.items() if value is not None or name == "edges"}
+def _differentiable(question: Question, given: dict[str, Any], constants: dict[str, Any]) -> Any:
+    """Compute values whose derivatives by the given arrays JAX knows."""
+    layout, dtype = question.layout, given["positions"].dtype
+    plain = {name: value for name, value in question.shared.items() if value is not None or name == "edges"}
+    question = Question(layout, question.gradients, plain, question.nearest)
+    gradients = [name for name in question.gradients if name in given]
 
     # An empty batch finds mistakes in what all grasps share: JAX hides the types of errors in callbacks.
-    empty = {name: np.zeros((0, *row_shape(name, contacts, dim))) for name in rows}
-    compute([np.zeros((0, *array.shape[-2:])) for array in moved], {**constants, **empty}, plain)
+    empty = layout if layout.offsets else Layout((0,), layout.contacts, layout.dim, layout.wrenches)
+    zeros = {name: np.zeros(empty.given(name)) for name in given}
+    question.compute({**constants, **zeros}, empty)
 
     def on_host(*arrays: Any) -> tuple[Any, ...]:
-        arrays = tuple(np.asarray(array).astype(np.float64) for array in arrays)
-        by_row = dict(zip(rows, arrays[len(moved) :], strict=True))
-        found = compute(list(arrays[: len(moved)]), {**constants, **by_row}, plain)
-        kept = [by for name, by in zip(gradients, found.derivatives, strict=True) if name in names]
-        return found.values.astype(dtype), found.solved, *(by.astype(dtype) for by in kept)
+        by_name = dict(zip(given, (np.asarray(array).astype(np.float64) for array in arrays), strict=True))
+        leading = by_name["positions"].shape[:-2]
+        mapped = Layout(leading, layout.contacts, layout.dim, layout.wrenches, layout.offsets)
+        found = question.compute({**constants, **by_name}, mapped)
+        derivatives = dict(zip(question.gradients, found.derivatives, strict=True))
+        kept = (derivatives[name].astype(dtype) for name in gradients)
+        return found.values.astype(dtype), found.solved, *kept
 
-    values = (*leading, *wrenches[:1])
-    shapes = [jax.ShapeDtypeStruct(values, dtype), jax.ShapeDtypeStruct(values, np.bool_)]
-    for name in gradients:
-        if name in names:
-            trailing = {
-                "positions": (contacts, dim),
-                "normals": (contacts, dim),
-                "external_wrenches": wrenches[1:],
-            }
-            shapes.append(jax.ShapeDtypeStruct((*values, *trailing.get(name, (contacts,))), dtype))
+    shapes = [jax.ShapeDtypeStruct(layout.values, dtype), jax.ShapeDtypeStruct(layout.values, np.bool_)]
+    shapes += [jax.ShapeDtypeStruct(layout.derivative(name), dtype) for name in gradients]
 
     @jax.custom_jvp  # type: ignore[untyped-decorator]
     def differentiated(*arguments: Any) -> Any:
@@ -288,48 +129,31 @@ def _differentiable(
     def tangent(primals: Any, tangents: Any) -> Any:
         found, solved, *derivatives = differentiated(*primals)
         total = jnp.zeros_like(found)
-        by_name = dict(zip(names, tangents, strict=True))
-        for name, derivative in zip((name for name in gradients if name in names), derivatives, strict=True):
+        by_name = dict(zip(given, tangents, strict=True))
+        for name, derivative in zip(gradients, derivatives, strict=True):
             change = by_name[name].astype(dtype)
-            if wrenches and name != "external_wrenches":
+            if name == "external_wrenches":
+                total = total + (derivative * change).sum(-1)
+                continue
+            if layout.wrenches:
                 change = change[..., None, :, :]  # the K wrenches of a grasp share its contacts
-            axes = tuple(range(found.ndim, derivative.ndim))
-            total = total + (derivative * change).sum(axes)
+            product = derivative * change
+            total = total + _gathered(
+                layout, product.sum(-1) if name in ("positions", "normals") else product
+            )
         # What is no answer passes nothing on, not even NaN.
         return found, jnp.where(solved, total, 0)
 
-    return value(*moved, *rows.values())
+    return value(*given.values())
 
 
-def _moved(given: list[Any]) -> tuple[list[Any], tuple[int, ...], Any]:
-    """Arrays of one floating-point dtype and the same leading dimensions."""
-    arrays = [jnp.asarray(value) for value in given]
-    for name, array in zip(("positions", "normals", "external_wrenches"), arrays, strict=False):
-        if array.ndim < 2:
-            raise InvalidInputError(f"{name}: shape {array.shape} where at least two dimensions are needed")
-    dtype = jnp.result_type(*arrays)
-    if not jnp.issubdtype(dtype, jnp.floating):
-        dtype = jnp.result_type(float)
-    leading = jnp.broadcast_shapes(*(array.shape[:-2] for array in arrays))
-    moved = [jnp.broadcast_to(array.astype(dtype), leading + array.shape[-2:]) for array in arrays]
-    return moved, leading, dtype
-
-
-def _rows(
-    options: dict[str, Any], leading: tuple[int, ...], contacts: int, dim: int
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Options of each grasp as arrays of JAX, and those of all grasps as they are."""
-    rows, constants = {}, {}
-    for name in ROWS:
-        value = options.get(name)
-        if value is None:
-            continue
-        shape = row_shape(name, contacts, dim)
-        if isinstance(value, jax.Array) or np.ndim(value) > len(shape):
-            rows[name] = jnp.broadcast_to(jnp.asarray(value, dtype=float), leading + shape)
-        else:
-            constants[name] = np.asarray(value, dtype=np.float64)
-    return rows, constants
+def _gathered(layout: Layout, by_contact: Any) -> Any:
+    """Sum over the contacts of each grasp: the adjoint of `Layout.spread`."""
+    if layout.offsets is None:
+        return by_contact.sum(-1)
+    zeros = jnp.zeros((*by_contact.shape[:-1], len(layout.offsets) - 1), by_contact.dtype)
+    sums = zeros.at[..., layout.owners].add(by_contact)
+    return sums.swapaxes(-1, -2) if layout.wrenches else sums
 
 
 def _constant(name: str, array: Any) -> Any:
@@ -344,3 +168,9 @@ def _constant(name: str, array: Any) -> Any:
         raise InvalidInputError(f"{name}: no derivatives by it; pass jax.lax.stop_gradient({name})")
 
     return constant(array)
+
+
+_functions = _Functions()
+quality = _functions.quality
+least_force = _functions.least_force
+residual = _functions.residual

@@ -7,11 +7,12 @@ They do not depend on force limits, and the first three not on friction; see `Gr
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graspforce._internal.html import table
 from graspforce._internal.restored import expect_number
 from graspforce._internal.to_dict import Record
 
@@ -28,7 +29,7 @@ _MAX_HULL_POINTS = 128
 """In six dimensions the facets of a hull grow with the cube of its points."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Measures(Record):
     r"""Algebraic and geometric measures of one grasp.
 
@@ -56,6 +57,18 @@ class Measures(Record):
     ellipsoid_volume: float
     isotropy: float
     hull_volume: float | None
+
+    def _shown(self) -> list[tuple[str, str]]:
+        values = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return [(name, "None" if value is None else f"{value:.6g}") for name, value in values]
+
+    def __repr__(self) -> str:
+        """Write six digits of each measure."""
+        return f"Measures({', '.join(f'{name}={value}' for name, value in self._shown())})"
+
+    def _repr_html_(self) -> str:
+        rows = ((name.replace("_", " "), value) for name, value in self._shown())
+        return table("Measures", ("", ""), rows)
 
     def _check(self) -> None:
         for name in ("smallest_singular_value", "ellipsoid_volume", "isotropy"):

@@ -46,7 +46,7 @@ fn text(panic: &(dyn Any + Send)) -> &str {
 }
 
 /// Panics of this library print nothing; others are reported as before.
-pub(crate) fn keep_panics_quiet() {
+pub(crate) fn silence_own_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let others = panic::take_hook();
@@ -62,12 +62,12 @@ pub(crate) fn keep_panics_quiet() {
 mod tests {
     use std::ffi::{CStr, c_char};
 
-    use super::{call, keep_panics_quiet};
+    use super::{call, silence_own_panics};
     use crate::fault::Status;
 
     #[test]
     fn a_panic_becomes_a_status_with_its_text() {
-        keep_panics_quiet();
+        silence_own_panics();
         let mut buffer = [c_char::MAX; 64];
         // SAFETY: the buffer has 64 bytes.
         let status = unsafe { call(buffer.as_mut_ptr(), 64, || panic!("row {}", 7)) };

@@ -73,7 +73,8 @@ impl<const D: usize> Loop<D> {
     unsafe fn new(grasp: &Grasp<D>, options: &DistributorOptions) -> Outcome<Self> {
         // SAFETY: the caller's promise.
         let (distributor, nearest) = unsafe { (options.distributor(grasp)?, options.nearest()?) };
-        let workspace = distributor.workspace();
+        let mut workspace = distributor.workspace();
+        distributor.prepare_nearest(&mut workspace, &nearest)?;
         let rows = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
         Ok(Self { distributor, workspace, nearest, rows })
     }

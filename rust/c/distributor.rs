@@ -32,9 +32,9 @@ struct State {
 }
 
 /// While it lives, no other thread gets into the distributor.
-struct Turn<'a>(&'a AtomicBool);
+struct ExclusiveUse<'a>(&'a AtomicBool);
 
-impl Drop for Turn<'_> {
+impl Drop for ExclusiveUse<'_> {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Release);
     }
@@ -101,7 +101,7 @@ unsafe fn with_distributor(
     if busy.swap(true, Ordering::Acquire) {
         return refuse(Fault::Busy);
     }
-    let _turn = Turn(busy);
+    let _turn = ExclusiveUse(busy);
     let body = |control: &mut Option<Box<dyn ControlLoop>>| match control {
         Some(control) => body(&mut **control),
         None => Err(Fault::NullPointer("distributor")),

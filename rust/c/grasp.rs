@@ -5,7 +5,7 @@ use std::ptr;
 
 use graspforce_core as core;
 
-use crate::boundary::{call, keep_panics_quiet};
+use crate::boundary::{call, silence_own_panics};
 use crate::contacts::{Contacts, GraspOptions, described};
 use crate::fault::{Outcome, Status};
 use crate::memory::{check, copy_to};
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn gf_grasp_create(
     message: *mut c_char,
     message_size: usize,
 ) -> Status {
-    keep_panics_quiet();
+    silence_own_panics();
     let body = || {
         check("grasp", grasp)?;
         // SAFETY: not NULL and aligned, and the header's rules.

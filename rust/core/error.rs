@@ -11,7 +11,7 @@ pub enum Error {
     InvalidGrasp {
         /// Name of the offending argument, as callers spell it.
         argument: &'static str,
-        /// Zero-based contact, if one is to blame.
+        /// Zero-based contact, if it is about one.
         contact: Option<usize>,
         /// What is wrong, with the value.
         reason: String,
@@ -21,7 +21,7 @@ pub enum Error {
     InvalidInput {
         /// Name of the offending argument, as callers spell it.
         argument: &'static str,
-        /// Zero-based row, or contact of an argument with one value for each, if one is to blame.
+        /// Zero-based row, or contact of an argument with one value for each, if it is about one.
         row: Option<usize>,
         /// What is wrong, with the value.
         reason: String,
@@ -34,12 +34,12 @@ pub enum Error {
         "no contact forces within the friction cones {}balance the external wrench; separating direction {}{}",
         if *lower_bounds { "keep the lower bounds and " } else { "" },
         rounded(direction),
-        if *lower_bounds { "; min_normal is to blame: without it forces balance the wrench" } else { "" }
+        if *lower_bounds { "; without min_normal, forces balance the wrench: lower it" } else { "" }
     )]
     InfeasibleWrench {
         /// The separating direction, of unit length.
         direction: Vec<f64>,
-        /// Whether the lower bounds of the normal forces are to blame: without them forces balance the wrench.
+        /// Whether forces balance the wrench without the lower bounds of the normal forces.
         lower_bounds: bool,
     },
     /// Contact forces within the friction cones balance the external wrench, but none that keep the upper bounds of

@@ -30,7 +30,7 @@
 //! | | places of the centre of mass at which contacts hold a body | `support_region/` |
 //! | | numbers that the field optimises in place of the quality | `surrogates/` |
 //! | | small matrices, 32 digits | `linalg/` |
-//! | | every tolerance, with its meaning and origin | `tolerances.rs` |
+//! | | every tolerance, with its meaning and origin | `tolerances/` |
 //! | | errors, and the status of a row of a batch | `error.rs`, `status.rs` |
 //! | | Ctrl-C, and large allocations that are tried | `interrupt.rs`, `memory.rs` |
 //!

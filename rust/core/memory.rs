@@ -5,8 +5,8 @@
 
 use crate::error::{Error, Result};
 
-/// Smaller requests are not tried: the allocator mostly has them in stock.
-const LARGE: usize = 1 << 20;
+/// Smaller requests are not tried: the allocator mostly has memory left for them.
+const LEAST_TRIED: usize = 1 << 20;
 
 /// What must be left beside a large allocation, for the small ones that follow it.
 const MARGIN: usize = 4 << 20;
@@ -23,8 +23,8 @@ pub fn room<T>(what: &'static str, count: usize) -> Result<Vec<T>> {
     let mut vector = Vec::new();
     let bytes = size_of::<T>() as u128 * count as u128;
     vector.try_reserve_exact(count).map_err(|_| Error::OutOfMemory { what, bytes })?;
-    if bytes >= LARGE as u128 {
-        check_room(what, 1, LARGE)?;
+    if bytes >= LEAST_TRIED as u128 {
+        check_room(what, 1, LEAST_TRIED)?;
     }
     Ok(vector)
 }
@@ -41,7 +41,7 @@ pub(crate) fn filled<T: Clone>(what: &'static str, count: usize, value: T) -> Re
 /// Another thread may still take that room before it is used.
 pub fn check_room(what: &'static str, count: usize, bytes: usize) -> Result<()> {
     let wanted = count.saturating_mul(bytes);
-    if wanted < LARGE {
+    if wanted < LEAST_TRIED {
         return Ok(());
     }
     let mut trial = Vec::<u8>::new();

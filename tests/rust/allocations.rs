@@ -3,7 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use graspforce::{Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, SquaresOptions, Wrench};
+use graspforce::{
+    Contact, Criterion, DistributionOptions, ForceDistributor, Grasp, NearestOptions, SquaresOptions, Wrench,
+};
 use nalgebra::Vector3;
 use support::control_loop::ControlLoop;
 
@@ -75,6 +77,35 @@ fn least_squares_allocate_nothing() {
             distributor.solve_into(&mut workspace, &wrench(step), &mut forces).unwrap();
         }
         assert_eq!(COUNT.get() - before, 0, "true cones: {cone}");
+    }
+}
+
+#[test]
+fn nearest_forces_allocate_nothing_from_the_first_wrench_on() {
+    for cone in [false, true] {
+        let grasp = fingers(cone);
+        let squares = SquaresOptions { limits: true, ..SquaresOptions::default() };
+        let distributors = [
+            ForceDistributor::new(&grasp, Criterion::Max).unwrap(),
+            ForceDistributor::new(&grasp, Criterion::Sum).unwrap(),
+            ForceDistributor::squares(&grasp, squares).unwrap(),
+        ];
+        for mut distributor in distributors {
+            let (options, mut workspace) = (NearestOptions::default(), distributor.workspace());
+            distributor.prepare_nearest(&mut workspace, &options).unwrap();
+            let mut forces = vec![0.0; grasp.num_contacts() * grasp.force_dim()];
+            for limits in [[1.0; 5], [1.0, 0.5, 0.0, 2.0, 1.0]] {
+                distributor.set_limits(&mut workspace, &limits).unwrap();
+                let before = COUNT.get();
+                for step in 0..1000 {
+                    // Jumps, all of them beyond the limits.
+                    let external = wrench(step * 61) * 30.0;
+                    distributor.nearest_into(&mut workspace, &external, &options, &mut forces).unwrap();
+                }
+                let objective = distributor.objective();
+                assert_eq!(COUNT.get() - before, 0, "{objective:?}, true cones: {cone}");
+            }
+        }
     }
 }
 

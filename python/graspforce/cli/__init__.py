@@ -1,8 +1,8 @@
 """The command line.
 
 - `main`: the entry point; `app`: all commands and their exit codes (`exit_codes`).
-- `quality`, `forces` (with `trajectory`), `plan` (with `plan_mesh`), `grade`, `view`, `reproduce`, `info`:
-  one command each.
+- `quality`, `forces` (with `trajectory`), `plan` (with `plan_mesh`), `plan_hand`, `shake`, `grade`, `view`,
+  `reproduce`, `info`: one command each.
 - `grasp_options`: options of a mesh in place of a file; `output`: tables, JSON, pictures; `progress`:
   progress bars.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-DONE, FAILED, MISUSED, BAD_FILE, INFEASIBLE = range(5)
+DONE, FAILED, MISUSED, BAD_FILE, INFEASIBLE, PAST_LIMITS = range(6)
 
 MEANINGS = {
     DONE: "done",
@@ -12,4 +12,5 @@ MEANINGS = {
     BAD_FILE: "an input file is unusable; the message names the file and, in YAML, JSON and CSV files, "
     "line and field",
     INFEASIBLE: "forces: no contact forces balance some wrench, however hard the fingers press",
+    PAST_LIMITS: "forces: the least forces against some wrench exceed the limits of the contacts",
 }

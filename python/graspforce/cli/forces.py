@@ -13,7 +13,7 @@ from graspforce._internal.html import FORCE_COMPONENTS
 from graspforce._internal.normal_limits import normal_limits
 from graspforce.files import GraspFile, load_wrenches
 
-from .exit_codes import INFEASIBLE
+from .exit_codes import INFEASIBLE, PAST_LIMITS
 from .grasp_options import about_a_grasp, wrench_of
 from .output import AsJson, Objective, Plot, in_a_folder, note, print_json, print_table, rounded, save, vector
 from .progress import progress
@@ -24,8 +24,14 @@ if TYPE_CHECKING:
 
     from graspforce._core import ForceSolution
 
+_NO_MARGIN = 5e-5
+_ON_THE_CONE = (
+    "slip margin 0: the force lies on its friction cone, as least forces do; a friction_margin of 1.5 in the "
+    "file keeps a third of the friction in reserve"
+)
 
-@about_a_grasp("friction", "max_normal_force", "edges")
+
+@about_a_grasp()
 def forces(
     file: GraspFile,
     wrench: Annotated[
@@ -73,6 +79,8 @@ def forces(
         note(f"wrote {out}")
     if found.infeasible.any():
         raise typer.Exit(INFEASIBLE)
+    if not found.within_limits.all():
+        raise typer.Exit(PAST_LIMITS)
 
 
 def _one(
@@ -98,17 +106,17 @@ def _one(
         ]
         names = FORCE_COMPONENTS[file.grasp.force_dim]
         print_table(title, ("contact", f"force {names} (N)", "share of limit", "slip margin"), rows)
+        if (solution.slip_margin < _NO_MARGIN).any():
+            print(_ON_THE_CONE)
         limits = "within limits" if solution.within_limits else "ABOVE THE LIMITS"
         print(f"sigma_max {solution.sigma_max:.6g}, sigma_sum {solution.sigma_sum:.6g}: {limits}")
         if nearest:
             left = f"{solution.distance:.6g} from balance: {vector(solution.residual)} stays unbalanced"
             print("balanced" if solution.balanced else left)
     if plot is not None:
-        from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+        from graspforce.plotting import solution_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        figure = grasp_figure(
-            file.grasp, solution.forces, title=title, outline=file.outline, mesh=file.object_mesh()
-        )
+        figure = solution_figure(solution, title=title, outline=file.outline, mesh=file.object_mesh())
         save(figure, plot)
 
 

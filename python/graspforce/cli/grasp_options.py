@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import inspect
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
@@ -26,7 +27,26 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from graspforce.surfaces import MeshSurface
+
 PANEL = "With a mesh in place of a file"
+_DOCUMENTS = ("", "json", "npz", "txt", "yaml", "yml")
+_OTHER_MESHES = (
+    "3ds",
+    "blend",
+    "dae",
+    "fbx",
+    "iges",
+    "igs",
+    "msh",
+    "step",
+    "stp",
+    "usd",
+    "usdz",
+    "vtk",
+    "wrl",
+    "x3d",
+)
 
 GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]
 At = Annotated[
@@ -55,32 +75,43 @@ Edges = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+Torsion = Annotated[
+    float | None,
+    typer.Option(
+        help="Torsional coefficient in m; soft fingers where positive.  \\[default: 0]", rich_help_panel=PANEL
+    ),
+]
 LengthScale = Annotated[
     float | None,
     typer.Option(
-        help="Length in m by which torques are divided in the norm of wrenches.", rich_help_panel=PANEL
+        help="Length in m by which torques are divided in the norm of wrenches.  "
+        "\\[default: half the mesh's extent]",
+        rich_help_panel=PANEL,
     ),
 ]
 
 
-_OPTIONS: dict[str, Any] = {
-    "friction": Friction, "max_normal_force": MaxNormalForce, "edges": Edges, "length_scale": LengthScale,
+CONTACT_OPTIONS: dict[str, Any] = {
+    "friction": Friction, "max_normal_force": MaxNormalForce, "edges": Edges, "torsion": Torsion,
+    "length_scale": LengthScale,
 }  # fmt: skip
+"""Of all contacts on a mesh, in every command that takes one."""
 
 
-def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def about_a_grasp(
+    read: Callable[..., object] | None = None,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command of a `GraspFile` the argument GRASP and the options of a mesh in its place.
 
-    The command's first parameter is the file that is read. `names` are those of the options that it takes
-    beside ``--at`` and ``--unit``.
+    The command's first parameter is what `read`, or by default `grasp_from`, returns.
     """
-    added = {"at": At, "unit": Unit, **{name: _OPTIONS[name] for name in names}}
+    added = {"at": At, "unit": Unit, **CONTACT_OPTIONS}
 
     def decorated(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def run(grasp: Path, at: list[str] | None, unit: str | None, **options: Any) -> None:
-            given = {name: options.pop(name) for name in names}
-            command(grasp_from(grasp, at, unit, **given), **options)
+            given = {name: options.pop(name) for name in CONTACT_OPTIONS}
+            command((read or grasp_from)(grasp, at, unit, **given), **options)
 
         _, *own = inspect.signature(command, eval_str=True).parameters.values()
         kind = inspect.Parameter.KEYWORD_ONLY
@@ -98,14 +129,25 @@ def about_a_grasp(*names: str) -> Callable[[Callable[..., None]], Callable[..., 
     return decorated
 
 
-def is_mesh(path: Path) -> bool:
-    """Whether the suffix is that of a mesh."""
-    return path.suffix.lower().removeprefix(".") in FORMATS
+def is_mesh(path: Path, *, as_mesh: bool = False) -> bool:
+    """Whether a file is a mesh, by its suffix; what is not there, or cannot be read, is refused.
+
+    Of a file that must be a mesh, `as_mesh`, other suffixes are refused.
+    """
+    kind = path.suffix.lower().removeprefix(".")
+    if not path.exists():
+        raise InvalidFileError(path, "No such file or directory")
+    if kind in FORMATS:
+        return True
+    if kind in _OTHER_MESHES or (as_mesh and kind not in _DOCUMENTS):
+        known = ", ".join(FORMATS)
+        raise InvalidFileError(path, f"a mesh of the kind {kind!r} cannot be read; these can: {known}")
+    return False
 
 
 def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: float | None) -> GraspFile:
     """Read a grasp file, or a mesh with the contacts and options of the command line."""
-    if not is_mesh(path):
+    if not is_mesh(path, as_mesh=bool(at)):
         refuse_with_a_file(at=at, unit=unit, **options)
         return load_grasp(path)
     if not at:
@@ -113,7 +155,12 @@ def grasp_from(path: Path, at: list[str] | None, unit: str | None, **options: fl
     contacts = [{"point": _point(text)} for text in at]
     document = _document(path, unit, {"contacts": contacts, **_given(options)})
     with _blamed_on({"contacts": "--at"}, options):
-        return grasp_of(document, document.parsed(GraspModel))
+        file = grasp_of(document, document.parsed(GraspModel))
+    surface = cast("MeshSurface", file.surface)
+    measured: dict[str, Any] = {"origin": surface.center}
+    if options["length_scale"] is None:
+        measured["length_scale"] = surface.length_scale
+    return dataclasses.replace(file, grasp=file.grasp.replace(**measured))
 
 
 def mesh_problem_from(path: Path, unit: str | None, **options: float | None) -> MeshPlanFile:

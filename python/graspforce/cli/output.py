@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from graspforce._internal import html
 from graspforce._internal.optional_imports import optional
 from graspforce._internal.printable import printable
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidInputError
@@ -120,8 +121,5 @@ def rounded(value: float) -> str:
 
 
 def vector(values: Iterable[float], scale: float | None = None) -> str:
-    """Write numbers as a list; those below 1e-12 of `scale`, or of the largest, are written as 0."""
-    numbers = list(values)
-    largest = max((abs(number) for number in numbers), default=0.0) if scale is None else scale
-    dust = 1e-12 * largest
-    return "[" + ", ".join("0" if abs(x) <= dust else f"{x:.4g}" for x in numbers) + "]"
+    """Write numbers as a list of four digits each."""
+    return html.vector(values, scale, digits=4)

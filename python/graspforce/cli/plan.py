@@ -9,14 +9,25 @@ import typer
 
 from graspforce.files import MeshPlanFile, PlanFile, load_problem
 
-from .grasp_options import PANEL, Edges, Friction, Unit, is_mesh, mesh_problem_from, refuse_with_a_file
+from .grasp_options import (
+    PANEL,
+    Edges,
+    Friction,
+    LengthScale,
+    MaxNormalForce,
+    Torsion,
+    Unit,
+    is_mesh,
+    mesh_problem_from,
+    refuse_with_a_file,
+)
 from .output import AsJson, Criterion, Plot, in_a_folder, print_json, print_table, save, save_best, vector
 from .plan_mesh import plan_on_mesh
 from .progress import progress
 
 
 def plan(
-    problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (OBJ, OFF, PLY, STL).")],
+    problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (GLB, OBJ, STL, ...).")],
     criterion: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
@@ -43,7 +54,10 @@ def plan(
     ] = None,
     unit: Unit = None,
     friction: Friction = None,
+    max_normal_force: MaxNormalForce = None,
     edges: Edges = None,
+    torsion: Torsion = None,
+    length_scale: LengthScale = None,
     refine: Annotated[
         bool | None,
         typer.Option(
@@ -62,6 +76,7 @@ def plan(
     """
     options = {
         "contacts": contacts, "starts": starts, "best": best, "friction": friction, "edges": edges,
+        "max_normal_force": max_normal_force, "torsion": torsion, "length_scale": length_scale,
         "refine": refine, "seed": seed,
     }  # fmt: skip
     if is_mesh(problem):
@@ -95,4 +110,4 @@ def _plan_on_places(
     if plot is not None:
         from graspforce.plotting import history_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        save(history_figure(found, title=file.name, outline=file.outline), plot)
+        save(history_figure(found, title=file.name, **file.drawing()), plot)

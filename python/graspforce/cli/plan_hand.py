@@ -29,7 +29,7 @@ def plan_hand_command(
     hand: Annotated[
         str, typer.Argument(help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left.")
     ],
-    mesh: Annotated[Path, typer.Argument(metavar="OBJECT", help="Mesh of the object (OBJ, OFF, PLY, STL).")],
+    mesh: Annotated[Path, typer.Argument(metavar="OBJECT", help="Mesh of the object (GLB, OBJ, STL, ...).")],
     criterion: Criterion = "max",
     unit: MeshUnit = "m",
     fingers: Annotated[

@@ -31,16 +31,15 @@ def plan_on_mesh(
     if out is not None:
         save_best(out, best, name=file.name, mesh=file.mesh, mesh_options=file.mesh_options)
     if plot is not None:
-        from graspforce.plotting import grasp_figure  # noqa: PLC0415 - matplotlib only where it is asked for
+        from graspforce.plotting import quality_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
         mesh = (file.surface.vertices, file.surface.faces)
-        epsilon = rf"$\epsilon_\mathrm{{{criterion}}}$ = {found.best.quality.epsilon:.6g} N"
-        title = f"{file.name}   {epsilon}"
-        save(grasp_figure(best, title=title, mesh=mesh), plot)
+        save(quality_figure(found.best.quality, title=file.name, mesh=mesh), plot)
 
 
 def _print(file: MeshPlanFile, found: PlanSet, criterion: Criterion) -> None:
     options = file.grasp_options
+    origin = vector(options["origin"], options["length_scale"])
     rows = [
         (str(k), f"{q.epsilon:.9g}", f"{q.upper - q.lower:.1e}", q.closure)
         for k, q in enumerate((plan.quality for plan in found.plans), start=0)
@@ -54,6 +53,6 @@ def _print(file: MeshPlanFile, found: PlanSet, criterion: Criterion) -> None:
         for i, (position, normal) in enumerate(zip(best.positions, best.normals, strict=True))
     ]
     print_table("best grasp", ("contact", "position (m)", "normal"), places)
-    print(f"length scale {options['length_scale']:.4g} m, torques about {vector(options['origin'])} m")
+    print(f"length scale {options['length_scale']:.4g} m, torques about {origin} m")
     if found.stopped != "tolerance":
         print(f"stopped by {found.stopped}")

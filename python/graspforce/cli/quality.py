@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from graspforce._core import Quality
@@ -15,7 +16,7 @@ from .output import AsJson, Plot, print_json, print_table, save, vector
 from .progress import progress
 
 
-@about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
+@about_a_grasp()
 def quality(
     file: GraspFile,
     external_wrench: Annotated[
@@ -50,7 +51,9 @@ def quality(
     if plot is not None:
         from graspforce.plotting import quality_figure  # noqa: PLC0415 - matplotlib only where it is asked for
 
-        figure = quality_figure(file.grasp, title=file.name, outline=file.outline, mesh=file.object_mesh())
+        figure = quality_figure(
+            file.grasp, found, title=file.name, outline=file.outline, mesh=file.object_mesh()
+        )
         save(figure, plot)
 
 
@@ -68,6 +71,8 @@ def _print(file: GraspFile, found: list[Quality]) -> None:
         rows.append((label, *(f"{round(float(q.direction[i]), 6) + 0.0:.6f}" for q in found)))
     kind = "planar" if grasp.wrench_dim == 3 else "spatial"
     title = f"{file.name}: {kind}, {grasp.num_contacts} contacts, length scale {grasp.length_scale:g} m"
+    if np.abs(grasp.origin).max() > 1e-12 * grasp.length_scale:
+        title += f", torques about {vector(grasp.origin, grasp.length_scale)} m"
     if found[0].external_wrench is not None:
         title += f", on top of {vector(found[0].external_wrench)}"
     print_table(title, ("", "max", "sum"), rows)

@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graspforce.errors import InvalidInputError
 from graspforce.files import GraspFile, load_mesh, load_wrenches
 
-from .grasp_options import about_a_grasp
+from .grasp_options import about_a_grasp, grasp_from, refuse_with_a_file
 from .output import note
 
+if TYPE_CHECKING:
+    from graspforce._core import Grasp
+    from graspforce.hands import HandPlan
 
-@about_a_grasp("friction", "max_normal_force", "edges", "length_scale")
+_LARGEST_FILE = 1 << 24
+"""Size in bytes up to which a JSON file may be a hand's plan."""
+
+
+def _grasp_or_plan(
+    path: Path, at: list[str] | None, unit: str | None, **options: float | None
+) -> GraspFile | Path:
+    """Read a grasp, or return the path of a hand's plan."""
+    if not _is_plan(path):
+        return grasp_from(path, at, unit, **options)
+    refuse_with_a_file(at=at, unit=unit, **options)
+    return path
+
+
+@about_a_grasp(_grasp_or_plan)
 def view(
-    file: GraspFile,
+    file: GraspFile | Path,
     mesh: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The object's mesh in m, if the grasp file names none."),
+        typer.Option(metavar="FILE", help="The object's mesh in m, if the file names none."),
     ] = None,
     wrenches: Annotated[
         Path | None, typer.Option(help="File of external wrenches to play, one a row (CSV, NPY).")
@@ -29,22 +49,70 @@ def view(
         typer.Option(metavar="ADDRESS", help="Address to listen at; only this machine reaches the default."),
     ] = "127.0.0.1",
     port: Annotated[
-        int, typer.Option(min=1, max=65535, help="Port of the page; the next free port if it is taken.")
-    ] = 8080,
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            help="Port of the page; 0 for any.  \\[default: 8080, or the next free one]",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
-    """Show a spatial grasp in the browser, with sliders for friction and limits and contacts to drag.
+    """Show a spatial grasp, or the plan of a hand, in the browser.
 
+    Sliders change friction and limits, and contacts can be dragged. A hand moves from pregrasp to squeeze.
     Open the printed address. It ends with a token that the page needs.
 
     Example: `graspforce view cup.yaml --wrenches lift.csv`
     """
     from graspforce.viewer import scene  # noqa: PLC0415 - viser only where it is asked for
-    from graspforce.viewer.guard import is_loopback  # noqa: PLC0415 - the same
+    from graspforce.viewer.guard import exposure, is_loopback  # noqa: PLC0415 - the same
 
-    surface = file.object_mesh() if mesh is None else load_mesh(mesh)
-    given = None if wrenches is None else load_wrenches(wrenches, file.grasp.wrench_dim).wrenches
-    with warnings.catch_warnings(action="ignore"):
-        viewer = scene.view(file.grasp, surface, given, host=host, port=port)
+    grasp, surface, title = _shown(file)
+    surface = surface if mesh is None else load_mesh(mesh)
+    dim = getattr(grasp, "wrench_dim", 6)
+    given = None if wrenches is None else load_wrenches(wrenches, dim)
+    with warnings.catch_warnings(action="ignore"), _blamed_on_options():
+        viewer = scene.view(
+            grasp, surface, None if given is None else given.wrenches,
+            times=None if given is None else given.times, title=title, host=host, port=port,
+        )  # fmt: skip
     if not is_loopback(host):
-        note(f"warning: {scene.exposure(host)}")
+        note(f"warning: {exposure(host)}")
     scene.serve(viewer, lambda: note(f"{viewer.address}  (Ctrl-C ends)"))
+
+
+def _is_plan(path: Path) -> bool:
+    if path.suffix.lower() != ".json":
+        return False
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            return False
+        content = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False  # the reader of grasp files says what is wrong
+    return isinstance(content, dict) and content.get("kind") == "hand plan"
+
+
+def _shown(file: GraspFile | Path) -> tuple[Grasp | HandPlan, Any, str]:
+    """Return what is shown, the object's mesh or None, and the title of the page."""
+    if isinstance(file, GraspFile):
+        return file.grasp, file.object_mesh(), file.path.name
+    from graspforce.hands.hand_plan import loaded_plan  # noqa: PLC0415 - MuJoCo only where it is asked for
+
+    from .plan_hand import object_mesh  # noqa: PLC0415 - the same
+
+    plan, named = loaded_plan(file)
+    return plan, None if named is None else object_mesh(*named), file.name
+
+
+@contextlib.contextmanager
+def _blamed_on_options() -> Any:
+    """Say of a wrong port or address which option gave it."""
+    try:
+        yield
+    except InvalidInputError as error:
+        name, _, message = str(error).partition(": ")
+        if name not in ("host", "port"):
+            raise
+        raise typer.BadParameter(message, param_hint=f"--{name}") from None

@@ -4,7 +4,8 @@ Needs pyarrow (the ``datasets`` extra), and Dask for clusters (the ``dask`` extr
 
 - `grade`: the public function; `options`: its options; `summary`: its result on files.
 - Rows to grades: `schema`: the columns; `rows` and `arrow_lists`: grasps of Arrow columns; `grade_table`:
-  their grades; `dataframes`: pandas and Dask DataFrames.
+  their grades; `uncertainty`: least friction and probability of closure; `dataframes`: pandas and Dask
+  DataFrames.
 - Files: `grade_files`: a whole run; `matching` and `parquet_source`: the source; `parts` and `part_files`:
   result files; `manifest` and `replacement`: the folder of results; `atomic_files`: its lock; `dask_cluster`:
   parts on a cluster.

@@ -6,7 +6,7 @@ files hold no pickles, and a mesh lies beside the file that names it. A wrong fi
 
 - `grasp_file`, `plan_file`, `mesh_plan_file`, `wrench_file`, `save_grasp`: one kind of file each; `schema`:
   their fields.
-- `mesh_file` and `triangles`: meshes; `contacts_on_mesh`: contacts of a file on its mesh.
+- `mesh_file`, `triangles` and `scene_file`: meshes; `contacts_on_mesh`: contacts of a file on its mesh.
 - `yaml_document`: YAML and JSON with lines; `safe_read`: limits of size; `reasons`: error messages about
   fields.
 """

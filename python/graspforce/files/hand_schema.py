@@ -67,7 +67,7 @@ class HandSourceModel(_Strict):
 class SavedObjectModel(_Strict):
     """The object's mesh."""
 
-    file: str = Field(min_length=1, description="OBJ, OFF, PLY or STL, relative to this file")
+    file: str = Field(min_length=1, description="OBJ, OFF, PLY, STL, GLB, GLTF or 3MF, relative to this file")
     unit: Literal["m", "dm", "cm", "mm", "in", "ft"] = "m"
 
 

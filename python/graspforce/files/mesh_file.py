@@ -13,6 +13,7 @@ from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidFileError
 
 from .safe_read import limited_bytes
+from .scene_file import SCENES, scene_triangles
 from .triangles import READERS, checked_faces
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
-FORMATS = ("obj", "off", "ply", "stl")
+FORMATS = ("obj", "off", "ply", "stl", *SCENES)
 _MAX_PLY_HEADER_BYTES = 64 * 1024
 _MAX_PLY_ELEMENTS = 64
 _PLY_COMMENT = re.compile(rb"^comment\b.*\n", re.MULTILINE)
@@ -29,10 +30,11 @@ _PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTI
 
 
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY or STL file.
+    """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY, STL, GLB, GLTF or 3MF file.
 
     Safe to call from several threads. Triangles come in the order of the file, polygons as fans around their
     first corner. Vertices in one place are merged; materials and groups are left out.
+    The parts of a GLB, GLTF or 3MF scene stand where the scene puts them.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
         than it claims, or names vertices that are not there. Indices of OBJ that count from the end (-1) are
         not read.
     MissingExtraError
-        trimesh is not installed.
+        trimesh, or lxml or networkx for a 3MF file, is not installed.
     """
     trimesh = optional("trimesh", "mesh")
     path = Path(path)
@@ -49,7 +51,10 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
     if kind not in FORMATS:
         raise InvalidFileError(path, f"not one of the known formats: {', '.join(FORMATS)}")
     content = limited_bytes(path, MAX_MESH_BYTES)
-    vertices, faces = READERS[kind](path, content) if kind in READERS else _ply(path, content)
+    if kind in SCENES:
+        vertices, faces = scene_triangles(path, kind, content)
+    else:
+        vertices, faces = READERS[kind](path, content) if kind in READERS else _ply(path, content)
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise InvalidFileError(path, "no triangles, or vertices that are not finite")
     checked_faces(path, faces, len(vertices))

@@ -11,6 +11,7 @@ import numpy as np
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import GraspForceError, InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.planning import Iterate, plan_multistart, refine
+from graspforce.planning.contacts_on_mesh import MeshLengths
 from graspforce.planning.distinct import default_distance, distinct_plans
 from graspforce.planning.problem import deadline_after
 from graspforce.surfaces import MeshSurface, contacts_on
@@ -139,8 +140,8 @@ def mesh_problem(document: Document) -> MeshPlanFile:
     """Check a plan file's document that names a mesh, and read the mesh."""
     model = document.parsed(MeshPlanModel)
     surface = load_surface(document, model.mesh)
-    extent = float(np.ptp(surface.bounds, axis=1).max())
-    step = model.step or extent / 5
+    lengths = MeshLengths.of(surface, model.contacts)
+    step = model.step or lengths.step
     return MeshPlanFile(
         document.path,
         model.name or document.path.name,
@@ -153,7 +154,7 @@ def mesh_problem(document: Document) -> MeshPlanFile:
             "tolerance": model.tolerance or step / 10,
             "starts": model.starts,
             "best": model.best,
-            "min_distance": extent / 20 if model.min_distance is None else model.min_distance,
+            "min_distance": lengths.min_distance if model.min_distance is None else model.min_distance,
             "seed": model.seed,
             "time_limit": model.time_limit,
         },
@@ -163,9 +164,10 @@ def mesh_problem(document: Document) -> MeshPlanFile:
             "max_normal_force": model.max_normal_force,
             "edges": model.edges,
             "torsion": model.torsion or None,
-            "length_scale": model.length_scale or extent / 2,
+            **lengths.grasp_options,
+            **({} if model.length_scale is None else {"length_scale": model.length_scale}),
             "friction_margin": model.friction_margin,
-            "origin": surface.center.tolist() if model.origin is None else model.origin,
+            **({} if model.origin is None else {"origin": model.origin}),
         },
     )
 

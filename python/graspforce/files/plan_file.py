@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graspforce import planning
+from graspforce._internal.grid import patch_triangles
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.surfaces import (
@@ -43,6 +44,10 @@ if TYPE_CHECKING:
     from graspforce.planning import Plan
     from graspforce.typing import Criterion
 
+_DRAWN = 200
+_CELLS = 24
+"""Points of a drawn curve, and cells along each parameter of a drawn surface."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanFile(ReadOnly):
@@ -63,7 +68,7 @@ class PlanFile(ReadOnly):
     grasp_options : dict
         Other options of the contacts, as for `graspforce.Grasp`.
     outline : numpy.ndarray or None
-        (n, 2) corners of the object in m.
+        (n, 2) corners of the object in m: those of the file, or of the ellipse on which all contacts lie.
     """
 
     path: Path
@@ -72,6 +77,21 @@ class PlanFile(ReadOnly):
     search: dict[str, Any]
     grasp_options: dict[str, Any]
     outline: NDArray[np.float64] | None = None
+
+    def drawing(self) -> dict[str, Any]:
+        """Return the object as `graspforce.plotting.history_figure` draws it: outline, curves and mesh."""
+        bounds = np.array(self.search["bounds"], dtype=np.float64)
+        if self.places[0].num_params == 1:
+            pieces = zip(self.places, bounds.tolist(), strict=True)
+            curves = [place.point(np.linspace(low, high, _DRAWN)) for place, (low, high) in pieces]
+            return {"outline": self.outline, "curves": curves}
+        boxes = bounds.reshape(-1, 2, 2)
+        patches = [
+            patch_triangles(place.point, box, _CELLS) for place, box in zip(self.places, boxes, strict=True)
+        ]
+        first = np.cumsum([0, *(len(vertices) for vertices, _ in patches)])
+        faces = [triangles + k for (_, triangles), k in zip(patches, first, strict=False)]
+        return {"mesh": (np.vstack([vertices for vertices, _ in patches]), np.vstack(faces))}
 
     def plan(self, criterion: Criterion = "max") -> Plan:
         """Search for the best grasp, as `graspforce.plan` does."""
@@ -137,8 +157,24 @@ def _place_problem(document: Document, model: PlanModel) -> PlanFile:
             "friction_margin": model.friction_margin,
             "origin": model.origin,
         },
-        None if model.outline is None else np.array(model.outline),
+        _outline(model),
     )
+
+
+def _outline(model: PlanModel) -> NDArray[np.float64] | None:
+    """Return the corners that the file gives, or the disc on whose rim all contacts lie."""
+    if model.outline is not None:
+        return np.array(model.outline)
+    rims = {(rim.semi_x, rim.semi_y, rim.pressed_from) for rim in _ellipses(model)}
+    if len(rims) != 1 or len(_ellipses(model)) < len(model.contacts):
+        return None
+    ((semi_x, semi_y, side),) = rims
+    turn = np.linspace(0, 2 * np.pi, _DRAWN, endpoint=False)
+    return ellipse(semi_x, semi_y).point(turn) if side == "outside" else None
+
+
+def _ellipses(model: PlanModel) -> list[EllipseModel]:
+    return [contact.curve for contact in model.contacts if isinstance(contact.curve, EllipseModel)]
 
 
 def _search_of(document: Document, i: int, contact: PlanContactModel, size: int) -> dict[str, list[Any]]:

@@ -17,6 +17,7 @@ _KINDS = {
     "int_type": "a whole number",
     "int_from_float": "a whole number",
     "string_type": "text",
+    "string_unicode": "text",
     "bool_type": "true or false",
     "list_type": "a list",
     "dict_type": "fields, `name: value`",
@@ -39,6 +40,9 @@ _WORDS = {
     "union_tag_not_found": "{discriminator} is missing in it",
 }
 """What is wrong, with the values of the error's context."""
+
+_OWN = {"place"}
+"""Errors of the schemas themselves, which have their own words."""
 
 _NULLABLE = {"edges": "null for true cones"}
 
@@ -65,7 +69,9 @@ def _field(data: Any, error: ErrorDetails) -> tuple[str | int, ...]:
     *parts, last = error["loc"] or ("",)
     field: list[str | int] = []
     for part in (*parts, last):
-        inside = part in data if isinstance(data, dict) else isinstance(data, list) and isinstance(part, int)
+        # A validator may have wrapped what stands in the file into a list.
+        rows = range(len(data)) if isinstance(data, list) else ()
+        inside = part in (data if isinstance(data, dict) else rows)
         if inside:
             field.append(part)
             data = data[part]
@@ -75,9 +81,9 @@ def _field(data: Any, error: ErrorDetails) -> tuple[str | int, ...]:
 
 
 def _words(error: ErrorDetails) -> str:
-    if error["type"] not in _WORDS:
-        return error["msg"].removeprefix("Value error, ")
-    return _WORDS[error["type"]].format(**error.get("ctx", {}))
+    if error["type"] in _OWN:
+        return error["msg"]
+    return _WORDS.get(error["type"], "not what this field may hold").format(**error.get("ctx", {}))
 
 
 def _given(error: ErrorDetails) -> str:

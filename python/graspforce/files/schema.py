@@ -34,7 +34,7 @@ class _Strict(BaseModel):
 class MeshModel(_Strict):
     """The object's surface from a file, checked as `graspforce.surfaces.MeshSurface` does."""
 
-    file: str = Field(min_length=1, description="OBJ, OFF, PLY or STL, beside this file")
+    file: str = Field(min_length=1, description="OBJ, OFF, PLY, STL, GLB, GLTF or 3MF, beside this file")
     unit: Literal["m", "dm", "cm", "mm", "in", "ft"] = Field("m", description="unit of its vertices")
     normals: Literal["interpolated", "face"] = Field(
         "interpolated", description="normals of the corners, or those of the faces"

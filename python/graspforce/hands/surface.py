@@ -26,33 +26,44 @@ _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # mjtG
 
 def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
     """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes."""
-    pose = finite_array("palm", palm)
-    if pose.shape != (4, 4):
-        raise InvalidInputError(f"palm: shape {pose.shape}, expected (4, 4)")
-    bodies = _body_poses(hand, pose, finite_vector("joints", joints, len(hand.joints)))
+    bodies = body_poses(hand, palm, joints)
+    vertices, faces, start = [], [], 0
+    for body, (points, numbers) in body_surfaces(hand).items():
+        vertices.append(points @ bodies[body][:3, :3].T + bodies[body][:3, 3])
+        faces.append(numbers + start)
+        start += len(points)
+    return np.vstack(vertices), np.vstack(faces)
+
+
+def body_surfaces(hand: HandData) -> dict[int, tuple[Array, NDArray[np.int64]]]:
+    """Vertices (V, 3) in m, in the frame of its body, and triangles (F, 3) of each body that is visible."""
     model = hand._model  # noqa: SLF001
     # A body that has meshes to be seen hides the shapes that it collides by.
     seen = {shape.body for shape in model.shapes if not shape.collides and shape.kind == _MESH}
-    vertices, faces, start = [], [], 0
+    parts: dict[int, tuple[Array, NDArray[np.int64]]] = {}
     for shape in model.shapes:
-        if shape.collides and shape.body in seen:
-            continue
-        made = _triangles(shape)
+        made = None if shape.collides and shape.body in seen else _triangles(shape)
         if made is None:
             continue
-        points, numbers = made
-        place = bodies[shape.body] @ matrix_of(shape.position, rotations(shape.quaternion))
-        vertices.append(points @ place[:3, :3].T + place[:3, 3])
-        faces.append(numbers + start)
-        start += len(points)
-    return np.vstack(vertices), np.vstack(faces).astype(np.int64)
+        place = matrix_of(shape.position, rotations(shape.quaternion))
+        points, numbers = made[0] @ place[:3, :3].T + place[:3, 3], made[1].astype(np.int64)
+        if shape.body in parts:
+            before, known = parts[shape.body]
+            points, numbers = np.vstack([before, points]), np.vstack([known, numbers + len(before)])
+        parts[shape.body] = points, numbers
+    return parts
 
 
-def _body_poses(hand: HandData, palm: Array, joints: Array) -> list[Array]:
+def body_poses(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> list[Array]:
+    """Poses (4, 4) of all bodies of the hand."""
+    base = finite_array("palm", palm)
+    if base.shape != (4, 4):
+        raise InvalidInputError(f"palm: shape {base.shape}, expected (4, 4)")
+    joints = finite_vector("joints", joints, len(hand.joints))
     model = hand._model  # noqa: SLF001
     poses: list[Array] = []
     for number, part in enumerate(model.bodies):
-        above = palm if part.parent < 0 else poses[part.parent]
+        above = base if part.parent < 0 else poses[part.parent]
         pose = above @ matrix_of(part.position, rotations(part.quaternion))
         for j, joint in enumerate(model.joints):
             if joint.body != number:

@@ -4,8 +4,8 @@ Y. Zheng and W.-H. Qian, "Limiting and minimizing the contact forces in multifin
 Machine Theory 41 (2006) 1243-1257, section 5.
 
 - `examples`: the printed inputs and results.
-- `racket`; `tile` and `tile_forces`: the same, computed. `..._report`: as text; `..._drawing`,
-  `racket_outline`: drawn.
+- `racket`; `tile` and `tile_forces`: the same, computed. `racket_report`, `tile_report`: as text;
+  `racket_drawing`, `racket_outline`, `tile_drawing`, `tile_forces_drawing`: drawn.
 - `reproduce`: prints an example; `completed`: refuses an interrupted search.
 """
 

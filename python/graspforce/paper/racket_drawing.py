@@ -1,4 +1,4 @@
-"""Drawings of the racket's plans, one panel for each iterate, as in Fig. 4 of the paper."""
+"""Drawings of the racket's plans, iterate by iterate, as in Fig. 4 of the paper."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from graspforce.plotting.style import CONE, FORCE, INK, OVERLOAD
 from .examples import RACKET_WRENCH
 from .racket import grasp_at
 from .racket_outline import draw_racket, label_contacts
+from .shown_iterates import shown_iterates
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,16 +27,20 @@ if TYPE_CHECKING:
 
     from .racket import PlanRun, RacketRun
 
+_PANELS = 8
+
 
 def plan_figure(run: PlanRun) -> Figure:
-    """Return one panel for each iterate of a racket plan, with the least forces against Table 1's wrench.
+    """Return panels of the iterates of a racket plan, with the least forces against Table 1's wrench.
+
+    Iterates that hardly change the quality have none.
 
     For one thread at a time, as all of matplotlib.
     """
-    history = run.plan.history
-    figure = Figure(figsize=(1.9 * len(history), 4.75), dpi=130, layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(history), sharex=True, sharey=True))
-    for k, (axes, row) in enumerate(zip(panels, history, strict=True)):
+    shown = shown_iterates(run.plan.history, _PANELS)
+    figure = Figure(figsize=(max(1.9 * len(shown), 8.0), 4.75), dpi=130, layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(shown), sharex=True, sharey=True))
+    for axes, (k, row) in zip(panels, shown, strict=True):
         _draw_iterate(axes, run, row)
         axes.set_title(f"iteration {k}" if k else "start", fontsize=9, color=INK)
     wrench = ", ".join(f"{x:g}" for x in RACKET_WRENCH)

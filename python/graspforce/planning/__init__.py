@@ -1,7 +1,10 @@
 """Contact planning: the search for the best places of contacts.
 
-- `pattern_search`: `plan`, the search of section 3.4; `multistart`: from many starts; `gradient_sampling`:
-  `refine`; `branch_and_bound`: `plan_global`. Their results: `plan_result`, `global_optimum`.
+- `pattern_search`: `plan`, the search of section 3.4; `multistart`: from many starts; `bundle_ascent`:
+  `refine`, with the steps of `linear_pieces`; `branch_and_bound`: `plan_global`. The results: `plan_result`,
+  `global_optimum`.
+- `separable_bounds`: bounds where contacts have parameters of their own; `contact_groups` and
+  `contact_wrenches`: these contacts; `search_scales`: sizes that a search is measured against.
 - `problem`: what every search solves; `candidates`: contacts of parameters; `scoring`: what is compared;
   `placement_noise`: quality under errors of placement.
 - `distinct`: which grasps are the same; `progress`: the progress bar.

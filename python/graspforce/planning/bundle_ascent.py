@@ -13,17 +13,20 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._core import quality_many, unwarned_grasp
+from graspforce._core import quality_many
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
+from graspforce._internal.html import vector
 from graspforce._internal.restored import expect_instance, expect_number, expect_search_result, expect_whole
 from graspforce._internal.to_dict import Record
 from graspforce._internal.vectors import unit
 from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
 
+from .frame_spins import contact_frames, frame_spins
 from .linear_pieces import LinearPieces
 from .problem import SearchProblem, deadline_after, read_only_copy
 
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
 RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
 
 _DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
+_COARSE = 2e-2  # of the range: the same across many faces of a mesh, whose normals hardly turn within one
 _TIMES = (0.2, 0.02, 1e-3)  # of the range, over the longest slope: times of steps that are tried
 _LENGTHS = (0.2, 0.07, 0.02, 5e-3, 1e-3)  # of the range: lengths of further ones
 _NEAR = 1e-4  # of the range: the slope is that of the pieces that so short a step meets
@@ -49,13 +53,15 @@ _SAMPLED = 3  # random places whose bundles join that of the grasp after a failu
 _RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
 _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
 _FAILURES = 6  # iterations in a row without an increase that end an ascent
-_HOPS, _HOPPED = 3, (0.01, 0.3)  # further ascents, from the best of random grasps this far away
-_JUMP = 1e-2  # no derivative: a normal or a frame that turns so far (in rad) between two close points
+_HOPS, _HOPPED = 6, (0.01, 0.3)  # further ascents, from the best of random grasps this far away
+_QUICK = 400  # grasps measured within which a stationary grasp was found too early to end there
+_JUMP, _COARSE_JUMP = 1e-2, 0.3  # rad: a normal or a frame that turns so far has no derivative
+_ALIKE = 1e-3  # slopes that differ by less, relative to the longest, lead the same way
 _WORTHWHILE = 1e-6  # relative increase below which a step does not count
 _SPARE_PIECES = 4  # critical directions beyond the number of parameters
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Refinement(Record):
     """The result of a refinement.
 
@@ -95,6 +101,10 @@ class Refinement(Record):
     evaluations: int
     unique: bool
     stopped: RefinementStopped
+
+    def __repr__(self) -> str:
+        at, epsilon = vector(self.params, digits=6), f"{self.quality.epsilon:.6g}"
+        return f"Refinement(params={at}, epsilon={epsilon}, gain={self.gain:.3g}, stopped={self.stopped!r})"
 
     def _check(self) -> None:
         expect_search_result(self)
@@ -210,6 +220,7 @@ class _Ascent:
         self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
         self._start = start
         self._deadline = np.inf
+        self._coarse: LinearPieces | None = None
         self.evaluations = 0
 
     def run(self, max_iterations: int, goal: float = np.inf, deadline: float = np.inf) -> Refinement:
@@ -240,11 +251,7 @@ class _Ascent:
                 flat = uphill <= self._tolerance * max(abs(quality.epsilon), 1e-12)
                 if quality is best[1]:
                     slope, stationary = uphill, flat
-                lengths = (*_LENGTHS, *_SHORT) if failures else _LENGTHS
-                places = self._steps(pieces, params, lengths) if uphill > 0 else params[None]
-                if failures:
-                    explored = self._nearby(params, 2 * (len(self._free) + 2), _EXPLORED)
-                    places = np.concatenate([places, explored])
+                places = self._tried(pieces, params, uphill, failures)
                 better = self._better(places, params, quality)
                 if better is not None:
                     (params, quality), pieces, failures = better, None, 0
@@ -256,7 +263,7 @@ class _Ascent:
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
                     pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))
                     continue
-                if stationary or hops == _HOPS:
+                if hops == _HOPS or (stationary and self.evaluations > _QUICK):
                     break
                 hops += 1
                 params, quality = hopped = self._hopped(best[0])
@@ -312,6 +319,16 @@ class _Ascent:
         moves = np.array(lengths)[:, None] * directions
         return np.clip(params + moves * self._range, self._lower, self._upper)
 
+    def _tried(self, pieces: LinearPieces, params: Array, uphill: float, failures: int) -> Array:
+        """Places (n, p) that may be better: by steps of the pieces, then by coarse ones, or at random."""
+        lengths = (*_LENGTHS, *_SHORT) if failures else _LENGTHS
+        places = [self._steps(pieces, params, lengths) if uphill > 0 else params[None]]
+        if failures:
+            places.append(self._nearby(params, 2 * (len(self._free) + 2), _EXPLORED))
+        elif self._coarse is not None and not self._coarse.is_like(pieces, _ALIKE):
+            places.append(self._steps(self._coarse, params, _LENGTHS))
+        return np.concatenate(places)
+
     def _bounds_met(self, params: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         edge = 1e-12 * self._range
         return params <= self._lower + edge, params >= self._upper - edge
@@ -329,37 +346,45 @@ class _Ascent:
         return np.clip(places, self._lower, self._upper)
 
     def _pieces(self, places: Array, params: Array, epsilon: float) -> LinearPieces:
-        """Pieces of epsilon along the critical directions at places (n, p), continued to the parameters."""
+        """Pieces of epsilon at places (n, p), continued to the parameters; `_coarse` keeps coarse ones."""
         self._count(len(places))
-        step = _DIFFERENCE * self._range[self._free]
-        moves = np.zeros((len(step), len(params)))
-        moves[np.arange(len(step)), self._free] = step
-        ends = [np.clip(places[:, None] + sign * moves, self._lower, self._upper) for sign in (1, -1)]
-        spans = (ends[0] - ends[1]).sum(axis=2) / self._range[self._free]
+        free, moves = len(self._free), np.diag(self._range)[self._free]
+        ends = [
+            np.clip(places[:, None] + step * moves, self._lower, self._upper)
+            for step in (_DIFFERENCE, -_DIFFERENCE, _COARSE, -_COARSE)
+        ]
         rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
-        contacts = self._source.contacts(np.vstack(rows))
-        cuts = np.cumsum([len(part) for part in rows])
-        bundle = self._bundle({name: array[: cuts[0]] for name, array in contacts.items()}, places)
-        after, before = (
-            {name: array[cuts[end] : cuts[end + 1]] for name, array in contacts.items()} for end in (0, 1)
-        )
-        shape = (len(places), len(step), *after["positions"].shape[1:])
+        contacts, cuts = self._source.contacts(np.vstack(rows)), np.cumsum([0, *map(len, rows)])
+        parts = [{name: x[start:end] for name, x in contacts.items()} for start, end in pairwise(cuts)]
+        bundle = self._bundle(parts[0], places)
+        found = []
+        back, known = (params - places)[:, self._free] / self._range[self._free], np.isfinite(bundle.values)
+        for end, jump in ((0, _JUMP), (2, _COARSE_JUMP)):
+            spans = (ends[end] - ends[end + 1]).sum(axis=2) / self._range[self._free]
+            rise = self._rise(bundle, parts[end + 1], parts[end + 2], (len(places), free), jump)
+            rise /= spans[:, None]
+            slopes = np.zeros((int(known.sum()), len(params)))
+            slopes[:, self._free] = rise[known]
+            gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
+            found.append(LinearPieces(np.maximum(gaps[known], 0.0), slopes))
+        pieces, self._coarse = found
+        return pieces
+
+    def _rise(
+        self, bundle: BundleBatch, after: Contacts, before: Contacts, rows: tuple[int, int], jump: float
+    ) -> Array:
+        """Return how supports (n, k, p) along critical directions rise between contacts of n places."""
+        shape = (*rows, *after["positions"].shape[1:])
         positions = (after["positions"] - before["positions"]).reshape(shape)
         normals = (unit(after["normals"]) - unit(before["normals"])).reshape(shape)
-        normals[np.linalg.norm(normals, axis=-1) > _JUMP] = 0.0
+        normals[np.linalg.norm(normals, axis=-1) > jump] = 0.0
         rise = np.einsum("npmi,nkmi->nkp", positions, bundle.positions)
         rise += np.einsum("npmi,nkmi->nkp", normals, bundle.normals)
         if np.any(bundle.spins):
-            spins = self._spins(after, before).reshape(shape[:3])
-            spins[np.abs(spins) > _JUMP] = 0.0
+            spins = frame_spins(self._frames(after), self._frames(before)).reshape(shape[:3])
+            spins[np.abs(spins) > jump] = 0.0
             rise += np.einsum("npm,nkm->nkp", spins, bundle.spins)
-        rise /= spans[:, None]
-        back = (params - places)[:, self._free] / self._range[self._free]
-        known = np.isfinite(bundle.values)
-        slopes = np.zeros((int(known.sum()), len(params)))
-        slopes[:, self._free] = rise[known]
-        gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
-        return LinearPieces(np.maximum(gaps[known], 0.0), slopes)
+        return np.asarray(rise)
 
     def _bundle(self, contacts: Contacts, places: Array) -> BundleBatch:
         """Return the most critical directions of the grasps at places."""
@@ -371,24 +396,5 @@ class _Ascent:
             raise InvalidGraspError("no critical directions")
         return batch.bundle
 
-    def _spins(self, after: Contacts, before: Contacts) -> Array:
-        """Angles (B, m) by which contact frames spin about their normals beyond the smallest rotation."""
-        new, old = self._frames(after), self._frames(before)
-        n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
-        # The smallest rotation from n_old to n_new, applied to o_old.
-        axis = np.cross(n_old, n_new)
-        cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
-        along = (axis * o_old).sum(axis=-1, keepdims=True)
-        carried = o_old * cosine + np.cross(axis, o_old) + axis * along / (1 + cosine)
-        sine = (np.cross(carried, new[:, :, 1]) * n_new).sum(axis=-1)
-        angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=-1))
-        return angles
-
     def _frames(self, contacts: Contacts) -> Array:
-        """Contact frames (B, m, 3, 3) of all rows, as one grasp of many contacts: true cones cost least."""
-        shape = contacts["positions"].shape
-        tangents = contacts.get("tangents", self._source.options.get("tangents"))
-        if tangents is not None:
-            tangents = np.broadcast_to(np.asarray(tangents, dtype=np.float64), shape).reshape(-1, 3)
-        places, normals = (contacts[name].reshape(-1, 3) for name in ("positions", "normals"))
-        return unwarned_grasp(places, normals, edges=None, tangents=tangents).frames.reshape(*shape, 3)
+        return contact_frames(contacts, self._source.options.get("tangents"))

@@ -42,6 +42,10 @@ class LinearPieces:
         gaps, slopes = [self.gaps, others.gaps], [self.slopes, others.slopes]
         return LinearPieces(np.concatenate(gaps), np.concatenate(slopes))
 
+    def is_like(self, others: LinearPieces, share: float) -> bool:
+        """Return whether the slopes of as many other pieces differ by less than a share of the longest."""
+        return bool(np.abs(self.slopes - others.slopes).max() <= share * others.steepest)
+
     @property
     def steepest(self) -> float:
         """Length of the longest slopes."""

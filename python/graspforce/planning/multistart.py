@@ -18,6 +18,7 @@ from graspforce._internal.to_dict import Record
 from graspforce.errors import GraspForceError, InvalidInputError
 from graspforce.typing import Stopped
 
+from .contacts_on_mesh import with_lengths
 from .distinct import default_distance, distinct_plans, interchangeable_contacts
 from .pattern_search import pattern_search
 from .plan_result import Plan
@@ -25,8 +26,11 @@ from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 
 if TYPE_CHECKING:
+    import os
+
     from numpy.typing import ArrayLike, NDArray
 
+    from graspforce.surfaces import MeshSurface
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .candidates import CandidateSource
@@ -112,10 +116,10 @@ class PlanSet(Record):
 
 
 def plan_multistart(
-    surface: Surface,
-    bounds: ArrayLike,
-    step: ArrayLike,
-    tolerance: ArrayLike,
+    surface: Surface | MeshSurface | str | os.PathLike[str] | Any,
+    bounds: ArrayLike | None = None,
+    step: ArrayLike | None = None,
+    tolerance: ArrayLike | None = None,
     criterion: Criterion = "max",
     *,
     starts: Starts = 200,
@@ -126,11 +130,12 @@ def plan_multistart(
     external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
-    min_distance: float = 0.0,
+    min_distance: float | None = None,
     placement: PlacementNoise | None = None,
     target: float | None = None,
     time_limit: float | None = None,
     max_candidates: int = 729,
+    contacts: int | None = None,
     progress: bool | Report = False,
     **grasp_options: Unpack[GraspOptions],
 ) -> PlanSet:
@@ -144,7 +149,7 @@ def plan_multistart(
     Parameters
     ----------
     surface, step, tolerance, criterion, rtol, external_wrench, metric
-        As for `graspforce.plan`.
+        As for `graspforce.plan`. With `contacts` the surface is a mesh: a `MeshSurface`, or what it takes.
     feasible, min_distance, placement, max_candidates
         As for `graspforce.plan`.
     bounds : array_like
@@ -161,6 +166,10 @@ def plan_multistart(
         Seed of the sequence. The same seed gives the same plans on every machine.
     target, time_limit : float, optional
         Stop as soon as an epsilon in N reaches the target, or after this many seconds.
+    contacts : int, optional
+        Number of contacts anywhere on a mesh. All other lengths then have defaults from its largest extent:
+        `step` a fifth, `tolerance` a tenth of the step, `min_distance` a twentieth, ``length_scale`` half of
+        it. `bounds` are the mesh's box, and ``origin`` is its centre of mass.
     progress : bool or callable
         True shows a progress bar (needs rich). A function is called as ``progress(done, total, epsilon)``
         after every search, with the best epsilon so far.
@@ -192,7 +201,17 @@ def plan_multistart(
     ... )
     >>> len(found.plans), found.best.quality.closure
     (3, 'force')
+
+    Contacts anywhere on a mesh:
+
+    >>> import trimesh
+    >>> can = trimesh.creation.cylinder(radius=0.03, height=0.1)
+    >>> gf.plan_multistart(can, contacts=3, starts=3, best=1).best.quality.closure
+    'force'
     """
+    surface, bounds, step, tolerance, min_distance, grasp_options = with_lengths(
+        surface, contacts, bounds, step, tolerance, min_distance, grasp_options
+    )
     best = whole_number("best", best, least=1)
     seed = whole_number("seed", seed, least=0)
     if distinct is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 import numpy as np
@@ -22,6 +23,7 @@ from graspforce.typing import Stopped
 from .scoring import SearchCounts
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from graspforce._core import Grasp, Quality
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
 Blocks: TypeAlias = tuple[tuple[int, ...], ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Iterate(Record):
     """One iterate of a plan.
 
@@ -49,6 +51,12 @@ class Iterate(Record):
     params: NDArray[np.float64]
     rho: float
     step: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        """Write six digits of each number."""
+        return (
+            f"Iterate(params={vector(self.params, digits=6)}, rho={self.rho:.6g}, step={vector(self.step)})"
+        )
 
     def _check(self) -> None:
         expect_array("params", self.params, (None,))
@@ -124,6 +132,16 @@ class Plan(Record):
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain Python numbers and lists, ready for JSON."""
         return {**Record.to_dict(self), "num_candidates": self.num_candidates}
+
+    def plot(self, **options: Any) -> Figure:
+        """Draw the search and its grasp: a figure that notebooks show and ``savefig`` writes.
+
+        Needs the ``plot`` extra. Options are those of `graspforce.plotting.history_figure`: ``title``,
+        ``outline``, ``mesh`` and ``curves``.
+        """
+        # matplotlib only where it is asked for.
+        figure: Figure = import_module("graspforce.plotting").history_figure(self, **options)
+        return figure
 
     def _repr_html_(self) -> str:
         header = ("iteration", "parameters", f"rho_{self.criterion}", "steps after")

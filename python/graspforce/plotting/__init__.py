@@ -4,8 +4,11 @@ Needs matplotlib (the ``plot`` extra). Functions ``draw_...`` take axes and retu
 Functions ``..._figure`` make a whole figure. They do not use pyplot: no window opens, no display is needed,
 and the caller's own plots do not change.
 
-- `figures`: whole figures; `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over
-  time; `statistics`: searches and latencies; `scene`: meshes and views; `style`: colours and lines.
+- `figures`: whole figures; `panels`: one grasp with numbers, a wrench and a legend.
+- `planar`, `spatial`: grasps; `polytopes`: wrench sets; `trajectories`: forces over time; `statistics`:
+  searches and latencies.
+- `scene`: meshes, and drawings that fill their axes; `views`: what is seen from where; `arrows`, `hull`,
+  `style`.
 """
 
 from graspforce.errors import MissingExtraError
@@ -15,7 +18,14 @@ try:
 except ModuleNotFoundError as error:
     raise MissingExtraError("plot", error) from error
 
-from .figures import grasp_figure, history_figure, polytope_figure, quality_figure, trajectory_figure
+from .figures import (
+    grasp_figure,
+    history_figure,
+    polytope_figure,
+    quality_figure,
+    solution_figure,
+    trajectory_figure,
+)
 from .hand import draw_hand, hand_figure
 from .planar import draw_planar_grasp
 from .polytopes import draw_wrench_polytopes
@@ -39,5 +49,6 @@ __all__ = [
     "history_figure",
     "polytope_figure",
     "quality_figure",
+    "solution_figure",
     "trajectory_figure",
 ]

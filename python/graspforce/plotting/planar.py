@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,21 +13,27 @@ from graspforce._internal.checks import finite_array, instance
 from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import InvalidInputError
 
+from .arrows import HEAD
 from .style import CONE, FORCE, INK, OBJECT, OVERLOAD
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
+    Array = NDArray[np.float64]
+
 LONGEST = 1.5
-"""Largest length of a drawn force, in limits."""
+"""Largest length of a drawn force, in limits, where forces have the scale of cones."""
+
+FORCE_SHARE = 0.36
+"""Length of the largest force in sizes of the object, where forces have a scale of their own."""
 
 _CONE_EDGES = 16
-_CONE_SHARE = 0.35
-_ARROW = {"arrowstyle": "-|>,head_length=0.4,head_width=0.18", "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+_CONE_SHARE = 0.36
+_ARROW = {"arrowstyle": HEAD, "mutation_scale": 15, "lw": 1.8, "shrinkA": 0, "shrinkB": 0}
 
 
 def draw_planar_grasp(
@@ -36,11 +43,11 @@ def draw_planar_grasp(
     *,
     outline: ArrayLike | None = None,
     metres_per_newton: float | None = None,
+    labels: bool = False,
 ) -> list[Artist]:
     """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
 
-    The length of a cone is the limit of the normal force. The length of an arrow is the force, on the same
-    scale. A force past its limit is red, and is cut at one and a half limits.
+    The length of a cone is the limit of the normal force. A force past its limit is red.
 
     For one thread at a time, as all of matplotlib.
 
@@ -55,7 +62,10 @@ def draw_planar_grasp(
     outline : array_like, optional
         (n, 2) corners of the object in m.
     metres_per_newton : float, optional
-        Length at which one newton is drawn; by default the longest cone is about a third of the grasp's size.
+        Length at which one newton is drawn; forces are then cut at one and a half limits. By default the
+        longest cone is about a third of the object's size, and so is the largest force, on its own scale.
+    labels : bool
+        True numbers the contacts, from 0 as errors and tables do.
 
     Returns
     -------
@@ -80,27 +90,42 @@ def draw_planar_grasp(
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 3:
         raise InvalidInputError("grasp: spatial; draw_spatial_grasp draws it")
-    where, limits = grasp.positions, normal_limits(grasp)
-    if metres_per_newton is None:
-        metres_per_newton = _CONE_SHARE * size_of(where) / float(limits.max())
+    where, shown = grasp.positions, [grasp.positions]
     artists: list[Artist] = []
     if outline is not None:
         corners = finite_array("outline", outline)
         if corners.ndim != 2 or corners.shape[1] != 2 or not len(corners):
             raise InvalidInputError(f"outline: shape {corners.shape}, expected (n, 2)")
-        shape = Polygon(corners, facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)
-        artists.append(axes.add_patch(shape))
-    for point, fan in zip(where, cone_fans(grasp), strict=True):
-        wedge = np.vstack([point, point - metres_per_newton * fan])
-        # A frictionless cone has no area; its edge still shows.
-        edge = CONE if len(fan) == 1 else "none"
-        artists.append(axes.add_patch(Polygon(wedge, facecolor=CONE, edgecolor=edge, zorder=2)))
-    for point, tail, color in force_lines(grasp, forces, limits, metres_per_newton):
+        shown.append(corners)
+        artists.append(axes.add_patch(Polygon(corners, facecolor=OBJECT, edgecolor=INK, lw=0.7, zorder=1)))
+    fans = cone_fans(grasp)
+    scale = lengths_per_newton(grasp, forces, fans, size_of(np.vstack(shown)), _CONE_SHARE, metres_per_newton)
+    for number, (point, fan) in enumerate(zip(where, fans, strict=True)):
+        wedge = np.vstack([point, point - scale.cones * fan])
+        artists.append(
+            axes.add_patch(Polygon(wedge, facecolor=CONE, edgecolor=FORCE, lw=0.8, alpha=0.8, zorder=2))
+        )
+        if labels:
+            tip = point + 1.16 * (wedge[1:].mean(axis=0) - point)
+            artists.append(
+                axes.text(
+                    float(tip[0]),
+                    float(tip[1]),
+                    str(number),
+                    fontsize=9,
+                    color=INK,
+                    ha="center",
+                    va="center",
+                    zorder=5,
+                )
+            )
+            axes.update_datalim([tip])
+    for _, point, tail, color in force_lines(grasp, forces, scale):
         arrow: dict[str, Any] = {**_ARROW, "color": color}
         artists.append(axes.annotate("", (*point,), (*tail,), arrowprops=arrow, zorder=3))
         # An annotation does not widen the limits of axes.
         axes.update_datalim([tail])
-    artists += axes.plot(*where.T, "o", ms=3.4, color=INK, zorder=4)
+    artists += axes.plot(*where.T, "o", ms=4, color=INK, zorder=4)
     axes.set_aspect("equal")
     return artists
 
@@ -151,19 +176,49 @@ def size_of(points: NDArray[np.float64]) -> float:
     return extent if extent > 0 else 1.0
 
 
-def force_lines(
-    grasp: Grasp, forces: ArrayLike | None, limits: NDArray[np.float64], metres_per_newton: float
-) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], str]]:
-    """Yield contact, tail and colour of each force that presses; those past their limit are red and cut."""
-    if forces is None:
-        return
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Metres at which a newton is drawn, and whether forces are cut at one and a half limits."""
+
+    cones: float
+    forces: float
+    cut: bool
+
+
+def lengths_per_newton(
+    grasp: Grasp,
+    forces: ArrayLike | None,
+    fans: Sequence[Array],
+    size: float,
+    cone_share: float,
+    given: float | None,
+) -> Scale:
+    """Return the scales at which the longest cone and the largest force are shares of an object's size."""
+    if given is not None:
+        return Scale(given, given, cut=True)
+    largest = 0.0 if forces is None else float(np.linalg.norm(_checked(grasp, forces), axis=1).max())
+    longest = max(float(np.linalg.norm(fan, axis=1).max()) for fan in fans)
+    # Beside forces, cones only show directions.
+    cones = cone_share * size / longest * (1.0 if forces is None else 0.7)
+    return Scale(cones, FORCE_SHARE * size / largest if largest > 0 else cones, cut=False)
+
+
+def _checked(grasp: Grasp, forces: ArrayLike) -> Array:
     array, expected = finite_array("forces", forces), (grasp.num_contacts, grasp.force_dim)
     if array.shape != expected:
         raise InvalidInputError(f"forces: shape {array.shape}, expected {expected}")
-    dim = grasp.positions.shape[1]
-    for point, frame, force, share in zip(
-        grasp.positions, grasp.frames, array, array[:, 0] / limits, strict=True
-    ):
-        if share > 1e-9:
-            length = min(1.0, LONGEST / share) * metres_per_newton
-            yield point, point - length * force[:dim] @ frame, OVERLOAD if share > 1 + 1e-9 else FORCE
+    return array[:, : grasp.positions.shape[1]]
+
+
+def force_lines(
+    grasp: Grasp, forces: ArrayLike | None, scale: Scale
+) -> Iterator[tuple[int, Array, Array, str]]:
+    """Yield number, contact, tail and colour of each force that presses; those past their limit are red."""
+    if forces is None:
+        return
+    array = _checked(grasp, forces)
+    shares = array[:, 0] / normal_limits(grasp)
+    for i, (point, frame, force) in enumerate(zip(grasp.positions, grasp.frames, array, strict=True)):
+        if shares[i] > 1e-9:
+            length = scale.forces * (min(1.0, LONGEST / shares[i]) if scale.cut else 1.0)
+            yield i, point, point - length * force @ frame, OVERLOAD if shares[i] > 1 + 1e-9 else FORCE

@@ -11,8 +11,9 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
-from .scene import equal_box
-from .style import INK, MINKOWSKI, OVERLOAD, UNION
+from .scene import fill_view
+from .style import MINKOWSKI, MUTED, OVERLOAD, UNION
+from .views import DEFAULT_VIEW, axes_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -69,24 +70,45 @@ def draw_wrench_polytopes(
     to_norm = np.array([1, 1, 1 / grasp.length_scale])
     union, minkowski = grasp.primitive_wrenches * to_norm, grasp.minkowski_sum().wrenches * to_norm
     artists: list[Artist] = []
-    for points, colour, face, width in ((union, UNION, 0.16, 1.1), (minkowski, MINKOWSKI, 0.05, 0.8)):
+    touch = None
+    axes.computed_zorder = False
+    for points, colour, face, width, name in (
+        (union, UNION, 0.16, 1.3, "hull of the union (sum)"),
+        (minkowski, MINKOWSKI, 0.05, 0.9, "hull of the Minkowski sum (max)"),
+    ):
         # Faces are nearly clear, so that one sees inside; edges are not.
         polytope = Poly3DCollection(
             _facets(points),
             facecolors=(*to_rgb(colour), face),
             edgecolors=(*to_rgb(colour), 0.8),
             linewidths=width,
+            label=name,
         )
         artists.append(axes.add_collection3d(polytope))
     quality = None if ball is None else grasp.quality(ball)
     if quality is not None and quality.closure == "force":
-        artists.append(axes.plot_surface(*_sphere(quality.epsilon), color=INK, alpha=0.45, linewidth=0))
+        artists.append(
+            axes.plot_surface(
+                *_sphere(quality.epsilon),
+                color=MUTED,
+                alpha=0.35,
+                linewidth=0,
+                label=f"largest ball ({ball})",
+            )
+        )
         touch = quality.wrench * to_norm
-        artists += axes.plot(*touch[:, None], "o", ms=5, color=OVERLOAD, zorder=10)
-    equal_box(axes, minkowski)
-    axes.set_xlabel("$f_x$ (N)", fontsize=8, color=INK)
-    axes.set_ylabel("$f_y$ (N)", fontsize=8, color=INK)
-    axes.set_zlabel(r"$\tau / L$ (N)", fontsize=8, color=INK)
+        artists += axes.plot(
+            *touch[:, None],
+            "o",
+            ms=6,
+            color=OVERLOAD,
+            zorder=10,
+            label="weakest wrench, where the ball touches",
+        )
+    elevation, azimuth = DEFAULT_VIEW
+    if touch is not None and axes_of(*DEFAULT_VIEW)[2] @ touch < 0:
+        azimuth += 180.0  # the point where the ball touches is in front
+    fill_view(axes, minkowski, (elevation, azimuth), names=("$f_x$", "$f_y$", r"$\tau / L$"), unit="N")
     return artists
 
 

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.colors import to_rgb
-from matplotlib.ticker import MaxNLocator
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._internal.checks import finite_vector, triangles
 
-from .style import INK, MUTED, OBJECT
+from .style import INK, OBJECT
+from .views import axes_of
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
+    from matplotlib.backend_bases import RendererBase
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike, NDArray
 
 _LIGHT = np.array([0.3, -0.5, 0.8])
+_FILLED = 0.94
+"""Share of the axes that a drawing fills, in its larger direction."""
+
+_FEW = 200
+_LEAST_USED = 0.4
+"""Room for the arms, where a drawing is narrow."""
 
 
 def draw_mesh(axes: Axes3D, vertices: ArrayLike, faces: ArrayLike, *, alpha: float = 1.0) -> Artist:
@@ -65,30 +75,109 @@ def frame_view(
     axes.set_box_aspect(tuple(extent / extent.max()), zoom=zoom)
     axes.view_init(elev=elevation, azim=azimuth)
     axes.set_axis_off()
+    _remove_arms(axes)
 
 
-def equal_box(axes: Axes3D, points: NDArray[np.float64]) -> None:
-    """Show a box about points with one scale on all axes, and few ticks."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    # Points in one plane still need a box.
-    half = np.maximum((high - low) / 2, 0.05 * float((high - low).max()) + 1e-12) * 1.05
-    middle = (low + high) / 2
-    for name, at, reach in zip("xyz", middle, half, strict=True):
-        getattr(axes, f"set_{name}lim")(at - reach, at + reach)
-        axis = getattr(axes, f"{name}axis")
-        axis.set_pane_color((1, 1, 1, 0))
-        axis.line.set_color(MUTED)
-        axis.set_ticks(_few_ticks(float(at), float(reach), float(reach / half.max())))
-    # Less than the whole, so that the labels of the axes stay inside the figure.
-    axes.set_box_aspect(tuple(half), zoom=0.78)
-    axes.tick_params(labelsize=7, colors=INK)
-    axes.zaxis.set_tick_params(pad=6)
-    axes.grid(visible=False)
+def fill_view(
+    axes: Axes3D,
+    points: NDArray[np.float64],
+    view: tuple[float, float],
+    *,
+    names: tuple[str, str, str] = ("x", "y", "z"),
+    unit: str = "m",
+) -> NDArray[np.float64]:
+    """Show points (n, 3) from a view (elevation, azimuth) in degrees, so that they fill the axes.
+
+    Rays are parallel, scales equal. In place of axes there are three arms of one length, which is written.
+    Returned are the shares (2,) of the axes' width and height that are used.
+    """
+    frame = axes_of(*view)
+    seen = points @ frame.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle, half = (low + high) / 2 @ frame, float((high - low)[:2].max()) / 2 / _FILLED
+    half = half if half > 0 else 1.0
+    axes.set_proj_type("ortho")
+    axes.view_init(*view)
+    axes.set_axis_off()
+    # How large a box is drawn, and how far off the middle, only matplotlib knows: ask it, then mend both.
+    _show_box(axes, middle, half, 1.0)
+    center, edge = (_in_axes(axes, point) for point in (middle, middle + half * frame[0]))
+    zoom = 0.5 / float((edge - center)[0])
+    _show_box(axes, middle + 2 * half * (center - 0.5) @ frame[:2], half, zoom)
+    _remove_arms(axes)
+    flat = (seen - (low + high) / 2)[:, :2] / (2 * half)
+    if len(flat) <= _FEW:
+        # Corners alone do not tell where edges and faces are.
+        flat = np.concatenate([flat + share * (flat[:, None] - flat) for share in (0.25, 0.5)]).reshape(-1, 2)
+    used: NDArray[np.float64] = np.maximum((high - low)[:2] / (2 * half) + 1 - _FILLED, _LEAST_USED)
+    at, covered = _free_corner(flat, used)
+    if covered and used[1] < 1:
+        used[1] = min(1.0, used[1] + 0.3)
+        at, _ = _free_corner(flat, used)
+    axes.add_artist(Arms(0.5 + at, half, names, unit))
+    return used
 
 
-def _few_ticks(middle: float, reach: float, share: float) -> NDArray[np.float64]:
-    locator = MaxNLocator(4 if share > 0.5 else 2)
-    ticks = np.asarray(locator.tick_values(middle - reach, middle + reach), dtype=np.float64)
-    # Those near the ends would meet the next axis's at the box's corners.
-    inside: NDArray[np.float64] = ticks[np.abs(ticks - middle) < 0.85 * reach]
-    return inside
+def _remove_arms(axes: Axes3D) -> None:
+    """Remove the arms of a drawing whose axes are shown otherwise now."""
+    for artist in [a for a in axes.artists if isinstance(a, Arms)]:
+        artist.remove()
+
+
+def _free_corner(flat: NDArray[np.float64], used: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
+    """Return where arms cover the fewest points (n, 2), and how many: shares from the middle of the axes."""
+    (left, below), (right, above) = np.array([0.07, 0.12]) - used / 2, used / 2 - [0.15, 0.14]
+    corners = np.array([(left, below), (right, below), (left, above), (right, above)])
+    away = flat - corners[:, None] - (0.04, 0.01)
+    covered = (np.abs(away) < (0.13, 0.15)).all(axis=2).sum(axis=1)
+    best = int(np.argmin(covered))
+    at: NDArray[np.float64] = corners[best]
+    return at, int(covered[best])
+
+
+def _show_box(axes: Axes3D, middle: NDArray[np.float64], half: float, zoom: float) -> None:
+    for name, at in zip("xyz", middle, strict=True):
+        getattr(axes, f"set_{name}lim")(at - half, at + half)
+    axes.set_box_aspect((1, 1, 1), zoom=zoom)
+
+
+def _in_axes(axes: Axes3D, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where a point (3,) is drawn, in shares (2,) of the axes."""
+    x, y, _ = proj3d.proj_transform(*point, axes.get_proj())
+    place: NDArray[np.float64] = axes.transLimits.transform((x, y))
+    return place
+
+
+class Arms(Artist):
+    """Three arms along the axes, of one round length, in the corner of a drawing of this half width."""
+
+    def __init__(self, at: NDArray[np.float64], half: float, names: tuple[str, str, str], unit: str) -> None:
+        super().__init__()
+        self.set_zorder(20)
+        self._at, self._names = at, names
+        power = 10.0 ** np.floor(np.log10(0.2 * half))
+        length = power * max(s for s in (1, 2, 5) if s * power <= 0.2 * half * (1 + 1e-9))
+        self._share = length / (2 * half)
+        milli = unit == "m" and length < 1
+        self._text = f"{1e3 * length:g} mm" if milli else f"{length:g} {unit}"
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Draw the arms as the axes are turned now."""
+        axes: Any = self.axes
+        frame = axes_of(axes.elev, axes.azim)
+        # Arms that point left or down begin further right or up.
+        at = self._at + self._share * np.maximum(0.0, -frame[:2].min(axis=1))
+        for name, arm in zip(self._names, self._share * frame[:2].T, strict=True):
+            length = float(np.hypot(*arm))
+            if length < 0.2 * self._share:
+                continue  # It points at the viewer.
+            self._show(Line2D(*np.stack([at, at + arm]).T, color=INK, lw=1.0), renderer)
+            x, y = at + arm + 0.025 * arm / length
+            self._show(Text(x, y, name, fontsize=7, color=INK, ha="center", va="center"), renderer)
+        x, y = self._at[0] + 0.3 * self._share, self._at[1] - 0.06
+        self._show(Text(x, y, self._text, fontsize=7, color=INK, ha="center", va="center"), renderer)
+
+    def _show(self, artist: Artist, renderer: RendererBase) -> None:
+        artist.set_figure(self.axes.figure)  # type: ignore[union-attr] # it has axes when drawn
+        artist.set_transform(self.axes.transAxes)  # type: ignore[union-attr]
+        artist.draw(renderer)

@@ -1,4 +1,4 @@
-"""Spatial grasps: the mesh, contacts, cones and forces."""
+"""Spatial grasps: the object, contacts, cones and forces."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._core import Grasp
 from graspforce._internal.checks import instance, triangles
-from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import InvalidInputError
 
-from .planar import cone_fans, force_lines, size_of
-from .scene import draw_mesh, equal_box
+from .arrows import Arrow3D
+from .planar import cone_fans, force_lines, lengths_per_newton, size_of
+from .scene import draw_mesh, fill_view
 from .style import CONE, FORCE, INK
+from .views import best_view, hidden
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from mpl_toolkits.mplot3d.axes3d import Axes3D
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
-_CONE_SHARE = 0.3
+    Array = NDArray[np.float64]
+
+_CONE_SHARE = 0.36
 
 
 def draw_spatial_grasp(
@@ -33,33 +36,39 @@ def draw_spatial_grasp(
     metres_per_newton: float | None = None,
     labels: bool = False,
     color: str = CONE,
+    view: tuple[float, float] | None = None,
 ) -> list[Artist]:
     """Draw contacts with cones and forces, which lie outside the object with their tips at the contacts.
+
+    Contacts behind the object are circles, and their forces are dashed.
 
     For one thread at a time, as all of matplotlib.
 
     Parameters
     ----------
     axes : mpl_toolkits.mplot3d.axes3d.Axes3D
-        Where to draw, in m.
+        Where to draw, in m. Its view and its limits are set.
     grasp : Grasp
         A spatial grasp; true cones are drawn with 16 edges.
     forces : array_like, optional
-        (m, k) contact forces in N, in contact frames; past their limit they are red and cut at one and a half
-        limits. Torsion is not drawn.
+        (m, k) contact forces in N, in contact frames; past their limit they are red. Torsion is not drawn.
     mesh : tuple of array_like, optional
         Vertices (v, 3) in m and triangles (t, 3) of the object.
     metres_per_newton : float, optional
-        Length at which one newton is drawn; by default the longest cone is about a third of the grasp's size.
+        Length at which one newton is drawn; forces are then cut at one and a half limits. By default the
+        longest cone is about a third of the object's size, and so is the largest force, on its own scale.
     labels : bool
         True numbers the contacts, from 0 as errors and tables do.
     color : str
         Of the cones.
+    view : tuple of float, optional
+        Elevation and azimuth in degrees. By default a view from which the object hides as few contacts as
+        possible.
 
     Returns
     -------
     list of matplotlib.artist.Artist
-        Mesh, cones, lines and points.
+        Mesh, cones, arrows and points.
 
     Raises
     ------
@@ -79,30 +88,55 @@ def draw_spatial_grasp(
     instance("grasp", grasp, Grasp)
     if grasp.wrench_dim != 6:
         raise InvalidInputError("grasp: planar; draw_planar_grasp draws it")
-    where, limits = grasp.positions, normal_limits(grasp)
-    mesh = None if mesh is None else triangles("mesh", mesh)
-    corners = where if mesh is None else np.vstack([where, mesh[0]])
-    if metres_per_newton is None:
-        metres_per_newton = _CONE_SHARE * size_of(corners) / float(limits.max())
-    artists: list[Artist] = []
-    if mesh is not None:
-        artists.append(draw_mesh(axes, *mesh, alpha=0.55))
-    for number, (point, fan) in enumerate(zip(where, cone_fans(grasp), strict=True)):
-        rim = point - metres_per_newton * fan
-        sides = [np.stack([point, rim[h - 1], rim[h]]) for h in range(len(rim))]
-        edge = {"edgecolors": FORCE, "linewidths": 0.2, "zorder": 3}
-        artists.append(axes.add_collection3d(Poly3DCollection(sides, facecolors=color, alpha=0.45, **edge)))
-        if labels:
-            outside = point - 1.25 * (point - rim.mean(axis=0))
-            artists.append(axes.text(*outside, str(number), fontsize=8, color=INK, ha="center", zorder=12))
-        corners = np.vstack([corners, rim])
-    for point, tail, colour in force_lines(grasp, forces, limits, metres_per_newton):
-        artists += axes.plot(*np.stack([tail, point]).T, color=colour, lw=2.0, zorder=10)
-        corners = np.vstack([corners, tail])
-    artists += axes.plot(*where.T, "o", ms=4, color=INK, zorder=11)
-    equal_box(axes, corners)
-    for name in "xyz":
-        getattr(axes, f"set_{name}label")(
-            f"{name} (m)", fontsize=8, color=INK, labelpad=6 if name != "z" else 10
-        )
+    artists, shown, _ = draw_contacts(axes, grasp, forces, mesh, metres_per_newton, labels, color, view)
+    fill_view(axes, *shown)
     return artists
+
+
+def draw_contacts(
+    axes: Axes3D,
+    grasp: Grasp,
+    forces: ArrayLike | None,
+    mesh: tuple[ArrayLike, ArrayLike] | None,
+    metres_per_newton: float | None,
+    labels: bool,
+    color: str,
+    view: tuple[float, float] | None,
+) -> tuple[list[Artist], tuple[Array, tuple[float, float]], NDArray[np.bool_]]:
+    """Draw without framing. Return artists, arguments of `fill_view`, and which contacts are behind."""
+    where = grasp.positions
+    skin = None if mesh is None else triangles("mesh", mesh)
+    solid = None if skin is None else skin[0][skin[1]]
+    shown = [where] if solid is None else [where, solid.reshape(-1, 3)]
+    view = best_view(where, grasp.normals, solid) if view is None else view
+    behind = hidden(where, grasp.normals, solid, view)
+    fans = cone_fans(grasp)
+    scale = lengths_per_newton(grasp, forces, fans, size_of(np.vstack(shown)), _CONE_SHARE, metres_per_newton)
+    # What is behind is drawn first.
+    axes.computed_zorder = False
+    artists: list[Artist] = [] if skin is None else [draw_mesh(axes, *skin, alpha=0.72)]
+    for number, (point, fan, covered) in enumerate(zip(where, fans, behind, strict=True)):
+        rim = point - scale.cones * fan
+        sides = [np.stack([point, rim[h - 1], rim[h]]) for h in range(len(rim))]
+        style = {
+            "facecolors": color,
+            "edgecolors": FORCE,
+            "linewidths": 6.0 / max(12, len(rim)),
+            "zorder": 0.5 if covered else 3,
+        }
+        artists.append(axes.add_collection3d(Poly3DCollection(sides, alpha=0.5, **style)))
+        tip = point - 1.16 * (point - rim.mean(axis=0))
+        if labels:
+            artists.append(
+                axes.text(*tip, str(number), fontsize=9, color=INK, ha="center", va="center", zorder=12)
+            )
+        # Points along the sides tell where the cone leaves room.
+        shown += [rim, (rim + point) / 2, tip[None]]
+    for i, point, tail, colour in force_lines(grasp, forces, scale):
+        line = {"linestyle": (0, (3, 2)) if behind[i] else "-", "color": colour, "lw": 2.0, "zorder": 10}
+        artists.append(axes.add_artist(Arrow3D(np.stack([tail, point]), **line)))
+        shown.append(tail[None])
+    for group, fill in ((~behind, INK), (behind, "none")):
+        if group.any():
+            artists += axes.plot(*where[group].T, "o", ms=4.5, mfc=fill, mec=INK, mew=0.9, zorder=11)
+    return artists, (np.vstack(shown), view), behind

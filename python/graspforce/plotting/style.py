@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -12,15 +13,26 @@ if TYPE_CHECKING:
 INK, MUTED = "#30343b", "#8a9099"
 OBJECT, CONE = "#ded8c9", "#a9cdea"
 FORCE, OVERLOAD = "#1f5f99", "#c0392b"
+WEAKEST, EXTERNAL = "#7b3fa0", "#d1762b"
 UNION, MINKOWSKI = "#d1762b", "#1f5f99"
 CONTACTS = ("#1f5f99", "#d1762b", "#4a8f5c", "#8a5a9e", "#b0413e", "#6b7280", "#b8912f", "#3b8ea5")
 """One colour for each contact; after the last colour the first is used again."""
 
 
+class InlineFigure(Figure):
+    """A figure that notebooks show, whether or not pyplot is imported."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png")
+        return stream.getvalue()
+
+
 def new_figure(width: float, height: float, title: str) -> Figure:
     """Return an empty figure of a size in inches, laid out so that nothing overlaps."""
-    figure = Figure(figsize=(width, height), dpi=130, layout="constrained")
-    figure.suptitle(title, fontsize=10, color=INK)
+    figure = InlineFigure(figsize=(width, height), dpi=130, layout="constrained")
+    if title:
+        figure.suptitle(title, fontsize=10, color=INK)
     return figure
 
 

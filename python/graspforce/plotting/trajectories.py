@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +14,21 @@ from .style import CONTACTS, INK, MUTED, plain_axes
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
+
+_PERIOD = 10.0
+"""Length of one dash of each contact, in line widths."""
+
+_LIMITS = ((5, 3), (1, 1.5), (7, 2, 1, 2))
+"""Dashes of the limits, in turn."""
 
 
 def draw_forces(
     axes: Axes, normal_forces: ArrayLike, max_normal_force: ArrayLike, *, times: ArrayLike | None = None
 ) -> list[Artist]:
-    """Draw each contact's normal force over time, and the limits as dashed lines.
+    """Draw each contact's normal force over time, and the limits as thin dashed lines.
+
+    Contacts whose forces are equal, as of symmetric grasps, share one line of dashes in their colours.
 
     For one thread at a time, as all of matplotlib.
 
@@ -65,19 +73,41 @@ def draw_forces(
         shape = np.shape(max_normal_force)
         raise InvalidInputError(f"max_normal_force: shape {shape}, expected {forces.shape[1:]}") from None
     artists: list[Artist] = []
-    for i, column in enumerate(forces.T):
+    for i, (column, dashes) in enumerate(zip(forces.T, _dashes(forces), strict=True)):
         colour = CONTACTS[i % len(CONTACTS)]
-        # Later lines are thinner: equal forces, as of symmetric grasps, then show as lines in lines.
-        width = 1.2 + 1.8 * (forces.shape[1] - 1 - i) / max(1, forces.shape[1] - 1)
-        artists += axes.plot(moments, column, lw=width, color=colour, label=f"contact {i}")
-    for value in np.unique(limits):
+        artists += axes.plot(moments, column, lw=1.8, ls=dashes, color=colour, label=f"contact {i}")
+    for k, value in enumerate(np.unique(limits)):
         owners = np.flatnonzero(limits == value)
         colour = CONTACTS[owners[0] % len(CONTACTS)] if len(owners) == 1 else MUTED
-        limit = axes.axhline(value, lw=1.0, ls=(0, (5, 3)), color=colour)
+        limit = axes.axhline(value, lw=1.0, ls=(0, _LIMITS[k % len(_LIMITS)]), color=colour)
         names = "all" if len(owners) == len(limits) else ", ".join(str(i) for i in owners)
         limit.set_label(f"limit of {names}")
         artists.append(limit)
     plain_axes(axes, "row" if times is None else "time (s)", "normal force (N)")
     axes.set_ylim(bottom=0)
-    axes.legend(fontsize=8, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend = axes.legend(
+        fontsize=8, frameon=False, labelcolor=INK, loc="center left", bbox_to_anchor=(1.0, 0.5)
+    )
+    for line in legend.get_lines()[: forces.shape[1]]:
+        line.set_linestyle("-")
     return artists
+
+
+def _dashes(forces: NDArray[np.float64]) -> list[Any]:
+    """Line styles of columns (T, m). Columns that run together share the line: each has its dashes of it."""
+    scale = max(float(np.nanmax(np.abs(forces), initial=0.0)), 1e-300)
+    together: list[list[int]] = []
+    for i, column in enumerate(forces.T):
+        for group in together:
+            apart = np.abs(column - forces[:, group[0]])
+            if (apart < 0.01 * scale).sum() > 0.5 * np.isfinite(apart).sum():
+                group.append(i)
+                break
+        else:
+            together.append([i])
+    styles: list[Any] = ["-"] * forces.shape[1]
+    for group in together:
+        for place, i in enumerate(group[1:], start=1):
+            dash = _PERIOD / len(group)
+            styles[i] = (dash * place, (dash, _PERIOD - dash))
+    return styles

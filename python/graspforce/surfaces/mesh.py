@@ -11,12 +11,12 @@ import numpy as np
 
 from graspforce._core import TriangleTree, unwarned_grasp
 from graspforce._internal.checks import chosen, finite_array, real_number, strength
-from graspforce._internal.optional_imports import optional
 from graspforce._internal.vectors import read_only
 from graspforce.errors import InvalidInputError
 
 from .mesh_checks import checked_mesh, metres
 from .mesh_normals import barycentric, center_of_mass, corner_normals, refuse_outward, unit_normals
+from .mesh_reading import triangles_of
 from .mesh_sharpness import SharpPlaces, sharp_places
 
 if TYPE_CHECKING:
@@ -40,9 +40,10 @@ class MeshSurface:
 
     Parameters
     ----------
-    mesh : trimesh.Trimesh
-        The object, or anything that has ``vertices`` (V, 3) and ``faces`` (F, 3). The corners of a face are
-        ordered so that its normal points out of the object. Normals of contacts point into the object.
+    mesh : path-like or trimesh.Trimesh
+        The object: a file of any kind that trimesh reads, its parts joined to one mesh, or anything that has
+        ``vertices`` (V, 3) and ``faces`` (F, 3). The corners of a face are ordered so that its normal points
+        out of the object. Normals of contacts point into the object.
     unit : {"m", "dm", "cm", "mm", "in", "ft"} or float
         Unit of the vertices, or its length in m.
     normals : {"interpolated", "face"}
@@ -69,6 +70,8 @@ class MeshSurface:
     boundary : tuple of numpy.ndarray
         Vertices (V', 3) in m and faces (F', 3) of the boundary of the parts' union. They are `vertices` and
         `faces` if no parts have to be joined.
+    length_scale : float
+        Half the largest extent in m, by which torques on the object compare with forces.
     center : numpy.ndarray
         (3,) centre of mass in m of the solid at uniform density. For a mesh with holes it is the middle of
         the box.
@@ -76,9 +79,9 @@ class MeshSurface:
     Raises
     ------
     InvalidInputError
-        The mesh is empty, has holes, is inside out, or its faces are oriented differently. Its extent does
-        not fit the unit. No face remains that contacts may touch. If the mesh has several parts, the message
-        names the part.
+        The file cannot be read. The mesh is empty, has holes, is inside out, or its faces are oriented
+        differently. Its extent does not fit the unit. No face remains that contacts may touch. If the mesh
+        has several parts, the message names the part.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 
@@ -122,14 +125,17 @@ class MeshSurface:
             max_curvature = real_number("max_curvature", max_curvature, least=0, finite=False)
         strength(friction, max_normal_force)
         self.friction, self.max_normal_force = friction, max_normal_force
-        checked = checked_mesh(mesh, metres(unit), check_watertight, check_size)
+        with triangles_of(mesh) as given:
+            checked = checked_mesh(given, metres(unit), check_watertight, check_size)
         surface = checked.boundary
         self.vertices, self.faces = read_only(checked.vertices), read_only(checked.faces)
         self.boundary = read_only(surface.vertices), read_only(surface.faces)
         self._source = surface.source
         triangles = surface.vertices[surface.faces]
         self.bounds = read_only(np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))], axis=1))
-        self.center = read_only(center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1))
+        center = center_of_mass(triangles) if surface.solid else self.bounds.mean(axis=1)
+        # Rounding is no place: a centre at zero is zero.
+        self.center = read_only(np.where(np.abs(center) > 1e-12 * self.length_scale, center, 0.0))
         self._outward = unit_normals(self.vertices[self.faces])
         # Faces without area have no normal: they stay in the list, unused.
         usable = np.linalg.norm(self._outward, axis=1) > 0.5
@@ -189,20 +195,13 @@ class MeshSurface:
 
     @classmethod
     def load(cls, path: str | Path, **options: Any) -> MeshSurface:
-        """Read a file of any format trimesh knows, parts joined to one mesh; options as for the class."""
-        trimesh = optional("trimesh", "mesh")
-        try:
-            mesh = trimesh.load_mesh(path, process=True)
-            if isinstance(mesh, trimesh.Scene):
-                mesh = mesh.to_mesh()
-            # Corners that differ only in texture or stored normals are one corner of the surface.
-            mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        except Exception as error:  # parsers of other packages raise any kind on a broken file
-            raise InvalidInputError(f"path: {path} cannot be read as a mesh: {error}") from error
-        try:
-            return cls(mesh, **options)
-        except InvalidInputError as error:
-            raise InvalidInputError(f"path {path}: {error}") from error
+        """Read a file; options as for the class, which takes paths too."""
+        return cls(path, **options)
+
+    @property
+    def length_scale(self) -> float:
+        """Half the largest extent in m."""
+        return float(np.ptp(self.bounds, axis=1).max()) / 2
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals into the object (B, 3) nearest to the points `params` (B, 3), in m."""

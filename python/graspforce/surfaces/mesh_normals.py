@@ -8,7 +8,7 @@ import numpy as np
 
 from graspforce._core import TriangleTree
 from graspforce._internal.checks import finite_array
-from graspforce._internal.vectors import unit
+from graspforce._internal.vectors import cross, unit
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ def corner_normals(parts: Iterable[Part], flat: Array) -> Array:
 def barycentric(triangles: Array, points: Array) -> Array:
     """(B, 3) barycentric coordinates of points (B, 3) in triangles (B, 3, 3)."""
     a, b, c = np.moveaxis(triangles, 1, 0)
-    across = np.cross(b - a, c - a)
+    across = cross(b - a, c - a)
     area = np.maximum((across * across).sum(axis=1), np.finfo(float).tiny)
-    second = (np.cross(points - a, c - a) * across).sum(axis=1) / area
-    third = (np.cross(b - a, points - a) * across).sum(axis=1) / area
+    second = (cross(points - a, c - a) * across).sum(axis=1) / area
+    third = (cross(b - a, points - a) * across).sum(axis=1) / area
     weights = np.clip(np.stack([1 - second - third, second, third], axis=1), 0.0, None)
     shares: Array = weights / np.maximum(weights.sum(axis=1, keepdims=True), np.finfo(float).tiny)
     return shares

@@ -11,36 +11,42 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._internal import differentiable
-from graspforce._internal.differentiable import FORCE_GRADIENTS, QUALITY_GRADIENTS, ROWS, Differentiated
+from graspforce._internal.differentiable import FORCE_GRADIENTS, QUALITY_GRADIENTS, ROWS, Layout
+from graspforce._internal.differentiable_functions import Question
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import GraspForceError, InvalidInputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
 torch = optional("torch", "torch")
 
-__all__ = ["forces_operator", "quality_operator"]
+__all__ = ["as_tensor", "operators"]
 
 _ROWS = (
     "Tensor friction, Tensor max_normal_force, Tensor? torsion, Tensor? tangents, Tensor? origin, "
     "Tensor? length_scale"
 )
 _GRASP = (
-    "Tensor? extreme_forces, int[] forces_of_contacts, int[] edges, float friction_margin, float unsolved"
+    "Tensor? extreme_forces, int[] forces_of_contacts, int[] edges, int[]? offsets, float friction_margin, "
+    "float unsolved"
 )
 _QUALITY = (
     f"(Tensor positions, Tensor normals, {_ROWS}, Tensor? external_wrench, Tensor? metric, {_GRASP}, "
-    "str criterion, float? rtol, int? max_facets) -> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)"
+    "str criterion, float? rtol, int? max_facets, float smoothing) "
+    "-> (Tensor, Tensor, Tensor, Tensor, Tensor, Tensor)"
 )
 _FORCES = (
     f"(Tensor positions, Tensor normals, Tensor external_wrenches, {_ROWS}, Tensor? min_normal, "
     f"Tensor? reference, Tensor? weights, Tensor? slack, Tensor? metric, {_GRASP}, str objective, "
     "float weight, float rtol, bool limits, bool nearest) -> (Tensor, Tensor, Tensor, Tensor, Tensor)"
 )
+
+
+_DEFAULTS = {"friction_margin": 1.0, "objective": "max", "weight": 0.0, "limits": False}
+_CONSTANTS = ("external_wrench", "metric", "min_normal", "reference", "weights", "slack", "extreme_forces")
 
 
 def _names(schema: str) -> list[str]:
@@ -61,7 +67,7 @@ def _plain(argument: Any) -> Any:
 class _Operator:
     """An operator whose outputs are values, which of them are answers, and derivatives."""
 
-    def __init__(self, name: str, schema: str, gradients: Sequence[str]) -> None:
+    def __init__(self, name: str, schema: str, gradients: tuple[str, ...]) -> None:
         self.names = _names(schema)
         self.gradients = gradients
         self.operator = torch.library.custom_op(name, self.compute, mutates_args=(), schema=schema)
@@ -82,24 +88,41 @@ class _Operator:
             name.replace("::", "_"), (base,), {}, lambda space: space.update(parts)
         )
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, **given: Any) -> Any:
         """Return the values alone."""
+        constants = {name: as_tensor(given.get(name)) for name in (*ROWS, *_CONSTANTS)}
+        given = {**_DEFAULTS, **given, **constants}
         compiled = torch.compiler.is_compiling()
-        found = self.operator(*arguments) if compiled else self.function.apply(*arguments)
-        return found[0]
+        call = self.operator if compiled else self.function.apply
+        return call(*(given[name] for name in self.names))[0]
+
+    def layout(self, given: Mapping[str, Any], dims: Mapping[str, int | None] | None = None) -> Layout:
+        """Return the shapes of a call, without the dimensions that are mapped."""
+        shapes = {}
+        for name in ("positions", "external_wrenches"):
+            if name in given:
+                shape, mapped = list(given[name].shape), (dims or {}).get(name)
+                if mapped is not None:
+                    del shape[mapped]
+                shapes[name] = tuple(shape)
+        *leading, contacts, dim = shapes["positions"]
+        wrenches = shapes.get("external_wrenches", ())[-2:]
+        offsets = given["offsets"]
+        starts = None if offsets is None else tuple(offsets)
+        return Layout(tuple(leading), contacts, dim, wrenches, starts)
 
     def compute(self, *arguments: Any) -> tuple[Any, ...]:
         """Compute on the CPU in float64; results go back to where the positions are."""
         given = dict(zip(self.names, arguments, strict=True))
         plain = {name: _plain(value) for name, value in given.items() if value is not None}
-        counts = plain.pop("forces_of_contacts")
+        counts, edges = plain.pop("forces_of_contacts"), plain.pop("edges")
         if "extreme_forces" in plain:
             plain["extreme_forces"] = np.split(plain["extreme_forces"], np.cumsum(counts[:-1]))
-        edges = plain.pop("edges")
         plain["edges"] = edges[0] if len(edges) == 1 else list(edges) or None
-        moved = [plain.pop(name) for name in self.gradients if name not in ROWS]
-        rows = {name: plain.pop(name) for name in ROWS if name in plain}
-        found = self.values(moved, rows, plain)
+        plain.pop("offsets", None)
+        nearest = plain.pop("nearest", False)
+        arrays = {name: plain.pop(name) for name in (*self.gradients, *ROWS) if name in plain}
+        found = Question(self.layout(given), self.gradients, plain, nearest).compute(arrays)
         positions = given["positions"]
         return (
             torch.from_numpy(found.values).to(positions.dtype).to(positions.device),
@@ -110,15 +133,6 @@ class _Operator:
             ),
         )
 
-    def values(self, moved: list[Any], rows: dict[str, Any], options: dict[str, Any]) -> Differentiated:
-        """Compute with arrays of NumPy."""
-        if self.gradients is QUALITY_GRADIENTS:
-            positions, normals = moved
-            return differentiable.quality(positions, normals, rows, options)
-        positions, normals, wrenches = moved
-        nearest = options.pop("nearest")
-        return differentiable.forces(positions, normals, wrenches, rows, options, nearest=nearest)
-
     def compute_below(self, *arguments: Any) -> Any:
         """Call the operator without its autograd."""
         return self.operator(*arguments)
@@ -126,29 +140,22 @@ class _Operator:
     def shapes(self, *arguments: Any) -> tuple[Any, ...]:
         """Empty tensors like those that `compute` returns."""
         given = dict(zip(self.names, arguments, strict=True))
-        positions = given["positions"]
-        leading, contact = positions.shape[:-2], positions.shape[-2:]
-        if "external_wrenches" in given:
-            wrenches = given["external_wrenches"]
-            values = (*leading, wrenches.shape[-2])
-            shapes = [(*values, *contact), (*values, *contact), (*values, wrenches.shape[-1])]
-        else:
-            values = leading
-            shapes = [(*leading, *contact)] * 2 + [(*leading, contact[0])] * 2
+        positions, layout = given["positions"], self.layout(given)
         return (
-            positions.new_empty(values),
-            positions.new_empty(values, dtype=torch.bool),
+            positions.new_empty(layout.values),
+            positions.new_empty(layout.values, dtype=torch.bool),
             *(
-                positions.new_empty(shape, dtype=given[name].dtype)
-                for name, shape in zip(self.gradients, shapes, strict=True)
+                positions.new_empty(layout.derivative(name), dtype=given[name].dtype)
+                for name in self.gradients
             ),
         )
 
-    def keep(self, ctx: Any, inputs: tuple[Any, ...], output: tuple[Any, ...]) -> None:  # noqa: ARG002 - torch names them
+    def keep(self, ctx: Any, inputs: tuple[Any, ...], output: tuple[Any, ...]) -> None:
         """Keep the derivatives."""
         ctx.set_materialize_grads(False)
         ctx.save_for_backward(*output[1:])
         ctx.wanted = [self.names.index(name) for name in self.gradients]
+        ctx.layout = self.layout(dict(zip(self.names, inputs, strict=True)))
 
     def backward(self, ctx: Any, by_value: Any, _solved: Any, *by_derivatives: Any) -> tuple[Any, ...]:
         """Multiply by the derivatives; a value that is no answer passes nothing on, not even NaN."""
@@ -162,10 +169,13 @@ class _Operator:
             return tuple(found)
         solved, *derivatives = ctx.saved_tensors
         by_value = torch.where(solved, by_value, torch.zeros_like(by_value))
+        by_contact = ctx.layout.spread(by_value)
         for position, name, derivative in zip(ctx.wanted, self.gradients, derivatives, strict=True):
             if ctx.needs_input_grad[position]:
-                extra = derivative.dim() - by_value.dim()
-                product = derivative * by_value.to(derivative.dtype).reshape(by_value.shape + (1,) * extra)
+                by = by_value[..., None] if name == "external_wrenches" else by_contact
+                by = by.to(derivative.dtype)
+                by = by.reshape(by.shape + (1,) * (derivative.dim() - by.dim()))
+                product = derivative * by
                 # Contacts are shared by the K wrenches of a grasp.
                 shared = "external_wrenches" in self.names and name != "external_wrenches"
                 found[position] = product.sum(-3) if shared else product
@@ -182,9 +192,7 @@ class _Operator:
         """Call with one more leading dimension."""
         size, moved = info.batch_size, []
         dims = dict(zip(self.names, in_dims, strict=True))
-        positions = arguments[0]
-        leading = positions.dim() - 2 - (dims["positions"] is not None)
-        contacts, dim = _contact_shape(positions, dims["positions"])
+        layout = self.layout(dict(zip(self.names, arguments, strict=True)), dims)
         for name, argument in zip(self.names, arguments, strict=True):
             by = dims[name]
             if not isinstance(argument, torch.Tensor):
@@ -195,10 +203,7 @@ class _Operator:
                 if not row:
                     raise InvalidInputError(f"{name}: the same for all grasps, so vmap cannot map it")
                 moved.append(argument.movedim(by, 0))
-            elif row and (
-                name not in ROWS
-                or argument.dim() == leading + len(differentiable.row_shape(name, contacts, dim))
-            ):
+            elif row and (name not in ROWS or argument.dim() == len(layout.given(name))):
                 moved.append(argument.expand(size, *argument.shape))
             else:
                 moved.append(argument)
@@ -206,12 +211,15 @@ class _Operator:
         return found, (0,) * len(found)
 
 
-def _contact_shape(positions: Any, batched: int | None) -> tuple[int, int]:
-    shape = list(positions.shape)
-    if batched is not None:
-        del shape[batched]
-    return shape[-2], shape[-1]
+def as_tensor(value: Any) -> Any:
+    """Return a constant as float64 on the CPU; tensors stay as they are."""
+    if value is None or isinstance(value, torch.Tensor):
+        return value
+    return torch.as_tensor(value, dtype=torch.float64, device="cpu")
 
 
-quality_operator = _Operator("graspforce::quality", _QUALITY, QUALITY_GRADIENTS)
-forces_operator = _Operator("graspforce::forces", _FORCES, FORCE_GRADIENTS)
+operators = {
+    QUALITY_GRADIENTS: _Operator("graspforce::quality", _QUALITY, QUALITY_GRADIENTS),
+    FORCE_GRADIENTS: _Operator("graspforce::forces", _FORCES, FORCE_GRADIENTS),
+}
+"""By what they have derivatives."""

@@ -1,4 +1,7 @@
-"""What uncertain contacts mean for a grasp: the least friction it needs, and how likely it closes."""
+"""What uncertain contacts mean for a grasp: the least friction it needs, and how likely it closes.
+
+- `least_friction`: a bracket; `closure_probability`: from samples, with the interval of `clopper_pearson`.
+"""
 
 from .closure_probability import ClosureProbability, probability_of_closure
 from .least_friction import FrictionBracket, least_friction

@@ -10,6 +10,7 @@ import numpy as np
 from graspforce._core import Grasp, quality_many
 from graspforce._internal.checks import instance, real_number
 from graspforce._internal.restored import expect, expect_number, expect_whole
+from graspforce._internal.rounded import outward
 from graspforce._internal.to_dict import Record
 from graspforce.errors import InvalidGraspError, InvalidInputError
 from graspforce.planning.placement_noise import PlacementNoise
@@ -27,7 +28,7 @@ _ROWS = 65_536  # samples of all grasps measured at a time
 _RTOL = 0.5  # of the qualities, of which only the closure counts
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class ClosureProbability(Record):
     """How likely a grasp is force closure, with an exact confidence interval.
 
@@ -51,6 +52,14 @@ class ClosureProbability(Record):
     closed: int
     samples: int
     confidence: float
+
+    def __repr__(self) -> str:
+        """Write the interval with few digits, rounded outward."""
+        lower, upper = outward(self.lower, self.upper)
+        return (
+            f"ClosureProbability(estimate={self.estimate:.6g}, lower={lower}, upper={upper}, "
+            f"closed={self.closed}, samples={self.samples}, confidence={self.confidence:g})"
+        )
 
     def _check(self) -> None:
         for name in ("estimate", "lower", "upper", "confidence"):

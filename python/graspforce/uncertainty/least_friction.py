@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from graspforce._core import least_friction as bracket_of
 from graspforce._internal.restored import expect, expect_number
+from graspforce._internal.rounded import outward
 from graspforce._internal.to_dict import Record
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["FrictionBracket", "least_friction"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class FrictionBracket(Record):
     """A proven bracket of the least friction coefficient.
 
@@ -34,6 +35,11 @@ class FrictionBracket(Record):
 
     lower: float
     upper: float
+
+    def __repr__(self) -> str:
+        """Write the ends with few digits, rounded outward."""
+        lower, upper = outward(self.lower, self.upper)
+        return f"FrictionBracket(lower={lower}, upper={upper})"
 
     def _check(self) -> None:
         expect_number("lower", self.lower, least=0)

@@ -25,6 +25,8 @@ from urllib.parse import parse_qs, urlsplit, urlunsplit
 import websockets.asyncio.server as websockets_server
 from websockets.frames import Frame, Opcode
 
+from .share import titled
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -78,10 +80,13 @@ class Guard:
         The address to listen at; requests must name it, or a loopback name.
     messages : Filter
         Which messages of clients are passed on.
+    title : str, optional
+        Title of the page.
     """
 
-    def __init__(self, host: str, messages: Filter) -> None:
+    def __init__(self, host: str, messages: Filter, title: str = "graspforce") -> None:
         self.host = host
+        self.title = title
         self.token = secrets.token_urlsafe(24)
         self.messages = messages
         self.applied = False
@@ -166,9 +171,16 @@ class Guard:
             self._open.add(connection)
         if request.headers.get_all("Upgrade") == ["websocket"]:
             return None
+        # What is compressed has no title to replace.
+        if "Accept-Encoding" in request.headers:
+            del request.headers["Accept-Encoding"]
         response = serve_page(connection, request)
         if response is None:
             return connection.respond(http.HTTPStatus.BAD_REQUEST, "graspforce: not a request for the page\n")
+        if response.headers.get("Content-Type", "").startswith("text/html"):
+            response.body = titled(response.body.decode(), self.title).encode()
+            del response.headers["Content-Length"]
+            response.headers["Content-Length"] = str(len(response.body))
         for name, value in _HEADERS.items():
             response.headers[name] = value
         # The page's WebSocket has neither the query of the page nor headers of its own, but it has cookies.
@@ -248,6 +260,14 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def exposure(host: str) -> str:
+    """Return the warning for an address that other machines can reach."""
+    return (
+        f"the viewer listens at {host}, where other machines can reach it: anyone on the network can see and "
+        "move the grasp, because nothing is encrypted, not even the token"
+    )
 
 
 def _bracketed(host: str) -> str:

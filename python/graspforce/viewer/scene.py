@@ -1,71 +1,90 @@
-"""The page: what is drawn, the sliders, and what happens when they move."""
+"""The page: what is shown, and what happens when clients change it."""
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
+import re
 import threading
 import time
 import warnings
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._core import Grasp, unwarned_grasp
-from graspforce._internal.normal_limits import normal_limits
 from graspforce.errors import GraspForceError, MissingExtraError
+from graspforce.hands import HandPlan
 
 from .state import ViewState
 
 try:
     import viser
 
-    from .guard import Guard, guarded, is_loopback
-    from .messages import Filter, one_of, within
+    from .controls import Controls
+    from .drawing import Drawing
+    from .guard import Guard, exposure, guarded, is_loopback
+    from .messages import Filter
 except ModuleNotFoundError as error:
     raise MissingExtraError("viewer", error) from error
 
+from . import panel, share
+from .hand import HandOnPage
+from .ports import free_port
+
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import ForceSolution
-
-_OBJECT, _CONE, _FORCE, _WORST = (200, 192, 172), (120, 170, 220), (31, 95, 153), (192, 57, 43)
-_UNBALANCED = (209, 118, 43)
-_CONE_EDGES = 16
-_LONGEST = 0.3
-"""Length of the largest cone, and of the largest force, as a share of the object's size."""
+    from graspforce._core import ForceSolution, Grasp, Quality
 
 _FRAMES_PER_SECOND = 20
+_SHARED_FRAMES = 100
+"""Largest number of wrenches that a shared file plays."""
+
+_SHARE_SECONDS = 1.0
+"""Least time between two shared files."""
 
 
 def view(
-    grasp: Grasp,
+    grasp: Grasp | HandPlan,
     mesh: tuple[ArrayLike, ArrayLike] | None = None,
     wrenches: ArrayLike | None = None,
     *,
+    times: ArrayLike | None = None,
+    title: str = "graspforce",
     host: str = "127.0.0.1",
-    port: int = 8080,
+    port: int | None = None,
 ) -> Viewer:
     """Serve a grasp on a page of its own, at `Viewer.address`.
 
     Parameters
     ----------
-    grasp, mesh, wrenches
+    grasp : Grasp or HandPlan
+        A spatial grasp, or the plan of a hand. The page of a plan also shows the hand, and what the torque
+        limits of its joints allow at the contacts.
+    mesh, wrenches, times
         As for `ViewState`.
+    title : str, optional
+        Title of the page.
     host : str, optional
         The address to listen at. By default only this machine can reach it. Any other address raises a
         warning, because nothing is encrypted, not even the token.
     port : int, optional
-        The port; the next free one where it is taken.
+        The port; 0 for any free one. By default 8080, or the next free one.
 
     Returns
     -------
     Viewer
         The running viewer. Threads of its own serve the page; any thread may call this.
+
+    Raises
+    ------
+    InvalidInputError
+        The port is taken, the address is not one of this machine, or as for `ViewState`.
 
     Warns
     -----
@@ -83,15 +102,9 @@ def view(
     """
     if not is_loopback(host):
         warnings.warn(exposure(host), stacklevel=2)
-    return Viewer(ViewState(grasp, mesh, wrenches), host=host, port=port)
-
-
-def exposure(host: str) -> str:
-    """Return the warning for an address that other machines can reach."""
-    return (
-        f"the viewer listens at {host}, where other machines can reach it: anyone with its address and "
-        "token can see and move the grasp; nothing is encrypted"
-    )
+    hand = HandOnPage(grasp) if isinstance(grasp, HandPlan) else None
+    state = ViewState(grasp if hand is None else hand.grasp, mesh, wrenches, times)  # type: ignore[arg-type] # no plan
+    return Viewer(state, title=title, host=host, port=port, hand=hand)
 
 
 class Viewer:
@@ -107,29 +120,44 @@ class Viewer:
         The page's address with the token. The viewer refuses requests without the token.
     """
 
-    def __init__(self, state: ViewState, *, host: str = "127.0.0.1", port: int = 8080) -> None:
+    def __init__(
+        self,
+        state: ViewState,
+        *,
+        title: str = "graspforce",
+        host: str = "127.0.0.1",
+        port: int | None = None,
+        hand: HandOnPage | None = None,
+    ) -> None:
         self.state = state
+        self._title, self._hand, self._dark, self._stage = title, hand, False, -1.0
         self._turn = threading.RLock()
         self._filter = Filter()
-        self._guard = Guard(host, self._filter)
+        self._guard = Guard(host, self._filter, title)
+        chosen = free_port(host, port)
         with guarded(self._guard) as guarded_host:
-            self._server = viser.ViserServer(host=guarded_host, port=port, label="graspforce", verbose=False)
+            self._server = viser.ViserServer(host=guarded_host, port=chosen, label=title, verbose=False)
         self.port = self._server.get_port()
         self.address = self._guard.address(self.port)
         if not self._guard.applied:
             self._server.stop()
             raise GraspForceError(f"viser {viser.__version__}: its server cannot be guarded; use viser 1.1")
         self._size = self._extent()
-        self._metres_per_newton = _LONGEST * self._size / (self.state.largest_force() or 1.0)
         self._stopped = threading.Event()
         self._changed = threading.Event()
         self._noting = threading.Lock()
         self._moved: set[int] = set()
         self._released: set[int] = set()
+        self._asking: set[Any] = set()
+        self._asked = threading.Event()
         self._add_panel()
         self._add_object()
+        self._drawing = Drawing(
+            self._server.scene, state.grasp, self._size, polytopes=not self.state.has_cones
+        )
         self.update()
-        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._play, self._follow)]
+        work = (self._play, self._follow, self._share)
+        self._threads = [threading.Thread(target=each, daemon=True) for each in work]
         for thread in self._threads:
             thread.start()
 
@@ -137,6 +165,7 @@ class Viewer:
         """Close the page."""
         self._stopped.set()
         self._changed.set()
+        self._asked.set()
         self._guard.close()
         for thread in self._threads:
             thread.join()
@@ -146,48 +175,90 @@ class Viewer:
 
     def update(self) -> None:
         """Show the state as it is now."""
+        controls = self._controls
         with self._turn, self._server.atomic():
-            quality = {criterion: self.state.quality(criterion) for criterion in ("max", "sum")}
-            solution = self.state.forces(self._row.value) if len(self.state.wrenches) else None
-            lines = [f"**epsilon {name}** {found.epsilon:.6g} N" for name, found in quality.items()]
-            lines.append(f"**closure** {quality['max'].closure}")
-            if solution is not None:
-                lines.append(f"**forces** up to {100 * solution.sigma_max:.3g} % of the limit")
-                lines += _unbalanced(solution)
-            self._numbers.content = "\n\n".join(lines)
-            self._draw_cones()
+            if controls.dark.value != self._dark:
+                self._dark = controls.dark.value
+                self._set_theme()
+            quality, solution = self._quality(), self._solution()
+            self._drawing.grasp(self.state.grasp)
+            self._drawing.weakest(self.state.grasp, quality[controls.criterion.value].direction)
             self._draw_forces(solution)
-            self._draw_worst(quality[self._criterion.value].direction)
+            if controls.stage is not None:
+                self._draw_hand(controls.stage.value)
+            controls.numbers.content = self._numbers(quality, solution)
+            controls.contacts.content = self._contact_table(solution)
+            controls.legend.content = panel.legend(
+                polytopes=not self.state.has_cones, forces=solution is not None, hand=self._hand is not None
+            )
+
+    def html(self) -> str:
+        """Return the page as one HTML file that opens without a server.
+
+        It holds the scene as it is now, the numbers and the legend, but no sliders and nothing to drag. It
+        plays the wrenches, or the hand from pregrasp to squeeze.
+
+        Examples
+        --------
+        >>> from pathlib import Path
+        >>> Path("cup.html").write_text(viewer.html(), encoding="utf-8")  # doctest: +SKIP
+        """
+        with self._turn:
+            frames = self._frames()
+            # Numbers of one wrench would be wrong while others are played.
+            still = self._solution() if len(self.state.wrenches) < 2 else None
+            text = self._numbers(self._quality(), still) + self._contact_table(still)
+            text += self._controls.legend.content
+            try:
+                return share.html_of(
+                    self._server, self._handles, frames, text, title=self._title, dark=self._dark
+                )
+            finally:
+                self.update()
+
+    def _frames(self) -> list[tuple[float, Callable[[], object]]]:
+        """Pictures that a shared file plays: seconds since the one before, and the call that draws it."""
+        rows, times = len(self.state.wrenches), self.state.times
+        if rows > 1:
+            shown = np.unique(np.linspace(0, rows - 1, min(rows, _SHARED_FRAMES)).round().astype(int))
+            at = shown / _FRAMES_PER_SECOND if times is None else times[shown]
+            waits = np.diff(at, prepend=at[0])
+            forces = [partial(lambda row: self._draw_forces(self.state.forces(row)), int(k)) for k in shown]
+            return list(zip(waits.tolist(), forces, strict=True))
+        if self._hand is None:
+            return []
+        stages = np.linspace(0, len(self._hand.stages) - 1, 21).tolist()
+        return [(0.1 * (stage > 0), partial(self._draw_hand, stage)) for stage in stages]
 
     def _add_panel(self) -> None:
-        gui = self._server.gui
-        gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
-        self._numbers = gui.add_markdown("")
-        self._criterion = gui.add_dropdown("Worst wrench of", ("max", "sum"))
-        fixed = not self.state.has_cones
-        hints = ("factor of all coefficients", "factor of all limits")
-        self._friction = gui.add_slider("Friction", 0.1, 2.0, 0.05, 1.0, disabled=fixed, hint=hints[0])
-        self._limits = gui.add_slider("Force limits", 0.1, 3.0, 0.05, 1.0, disabled=fixed, hint=hints[1])
-        rows = len(self.state.wrenches)
-        self._row = gui.add_slider("Wrench", 0, max(1, rows - 1), 1, 0, disabled=rows < 2)
-        self._playing = gui.add_checkbox("Play", initial_value=False, disabled=rows < 2)
-        self._message = gui.add_markdown("")
-        for handle in (self._friction, self._limits, self._criterion, self._row):
-            handle.on_update(lambda _: self._changed.set())
-        takes: list[tuple[Any, Callable[[Any], bool]]] = [(self._criterion, one_of("max", "sum"))]
-        if not fixed:
-            takes += [(self._friction, within(0.1, 2.0)), (self._limits, within(0.1, 3.0))]
-        if rows > 1:
-            takes += [(self._row, within(0, rows - 1)), (self._playing, one_of(False, True))]
-        self._filter.controls = {identifier(control): values for control, values in takes}
+        self._set_theme()
+        fixed = None
+        if not self.state.has_cones:
+            fixed = "Fixed: each contact has its own extreme forces, which replace friction and limit."
+        if self._hand is not None:
+            fixed = "Fixed: friction and the torque limits of the joints bound the forces."
+        stages = () if self._hand is None else self._hand.stages
+        self._controls = Controls(self._server.gui, self.state, stages, fixed)
+        self._controls.register(self._filter, lambda _: self._changed.set())
+        self._controls.share.on_click(self._ask)
+
+    def _set_theme(self) -> None:
+        self._server.gui.configure_theme(dark_mode=self._dark, show_logo=False, show_share_button=False)
 
     def _add_object(self) -> None:
         scene = self._server.scene
         scene.set_up_direction("+z")
         if self.state.mesh is not None:
-            scene.add_mesh_simple("/object", *self.state.mesh, color=_OBJECT, opacity=0.6, side="double")
+            opacity = 0.5 if self._hand is None else 0.8
+            scene.add_mesh_simple(
+                "/object", *self.state.mesh, color=panel.OBJECT, opacity=opacity, side="double"
+            )
+        if self._hand is not None:
+            self._hand.add(scene)
         self._handles = []
-        for i, position in enumerate(self.state.grasp.positions):
+        # Contacts of a hand's plan belong to its fingers.
+        free = self.state.grasp.positions if self._hand is None else ()
+        for i, position in enumerate(free):
             handle = scene.add_transform_controls(
                 f"/contacts/{i}", scale=0.15 * self._size, disable_rotations=True, disable_sliders=True,
                 position=position,
@@ -195,9 +266,11 @@ class Viewer:
             handle.on_update(partial(self._drag, i))
             self._handles.append(handle)
             self._filter.handles.add(handle.name)
-        middle = self.state.grasp.positions.mean(axis=0)
+        middle, towards = self.state.grasp.positions.mean(axis=0), np.array([1.2, -1.2, 0.9])
+        if self._hand is not None:
+            middle, towards = self._hand.view(middle)
         self._server.initial_camera.look_at = tuple(middle)
-        self._server.initial_camera.position = tuple(middle + self._size * np.array([1.2, -1.2, 0.9]))
+        self._server.initial_camera.position = tuple(middle + self._size * towards)
 
     def _drag(self, contact: int, event: Any) -> None:
         with self._noting:
@@ -206,17 +279,41 @@ class Viewer:
                 self._released.add(contact)
         self._changed.set()
 
+    def _ask(self, event: Any) -> None:
+        if event.client is not None:
+            with self._noting:
+                self._asking.add(event.client)
+            self._asked.set()
+
+    def _share(self) -> None:
+        """Send the page as a file to clients that ask for it; who asks often gets it once a second."""
+        while self._asked.wait() and not self._stopped.is_set():
+            self._asked.clear()
+            with self._noting:
+                asking, self._asking = self._asking, set()
+            name = re.sub(r"[^\w.-]+", "_", Path(self._title).stem) or "grasp"
+            with self._errors_on_page():
+                content = self.html().encode()
+                # Others have left meanwhile.
+                for client in asking & set(self._server.get_clients().values()):
+                    client.send_file_download(f"{name}.html", content, save_immediately=True)
+            self._stopped.wait(_SHARE_SECONDS)
+
+    @contextlib.contextmanager
+    def _errors_on_page(self) -> Iterator[None]:
+        try:
+            yield
+        except (GraspForceError, ValueError, ArithmeticError) as error:
+            self._controls.message.content = str(error)
+
     def _follow(self) -> None:
         """Apply what clients have changed. Changes that arrive meanwhile are applied together."""
         while self._changed.wait() and not self._stopped.is_set():
             self._changed.clear()
-            with self._turn:
-                try:
-                    self._apply_changes()
-                    self.update()
-                    self._message.content = ""
-                except (GraspForceError, ValueError, ArithmeticError) as error:
-                    self._message.content = str(error)
+            with self._turn, self._errors_on_page():
+                self._apply_changes()
+                self.update()
+                self._controls.message.content = ""
 
     def _apply_changes(self) -> None:
         """Apply the moves and slider values that clients sent."""
@@ -224,7 +321,7 @@ class Viewer:
             moved, self._moved = self._moved, set()
             released, self._released = self._released, set()
         try:
-            self.state.scale(self._friction.value, self._limits.value)
+            self.state.scale(self._controls.friction.value, self._controls.limits.value)
             for contact in moved:
                 self.state.move(contact, self._handles[contact].position)
         finally:
@@ -232,78 +329,54 @@ class Viewer:
             for contact in released:
                 self._handles[contact].position = tuple(self.state.grasp.positions[contact])
 
-    def _draw_cones(self) -> None:
-        grasp, limits = self.state.grasp, normal_limits(self.state.grasp)
-        # Where cones are true ones, or forces were given, what is drawn is the cone of the coefficient.
-        cones = unwarned_grasp(
-            grasp.positions, grasp.normals, grasp.friction, edges=_CONE_EDGES,
-            friction_margin=grasp.friction_margin,
-        )  # fmt: skip
-        lengths = _LONGEST * self._size * limits / limits.max()
-        fans = np.split(cones.extreme_forces, np.cumsum(cones.num_edges)[:-1])
-        parts = zip(fans, cones.frames, cones.positions, lengths, strict=True)
-        for i, (fan, frame, tip, length) in enumerate(parts):
-            rim = tip - length * fan @ frame
-            count = len(rim)
-            triangles = np.array([(0, 1 + h, 1 + (h + 1) % count) for h in range(count)])
-            self._server.scene.add_mesh_simple(
-                f"/cones/{i}", np.vstack([tip, rim]), triangles, color=_CONE, opacity=0.35, side="double"
-            )
+    def _quality(self) -> dict[str, Quality]:
+        return {"max": self.state.quality("max"), "sum": self.state.quality("sum")}
+
+    def _solution(self) -> ForceSolution | None:
+        return self.state.forces(self.state.row_at(self._controls.row.value))
+
+    def _numbers(self, quality: dict[str, Quality], solution: ForceSolution | None) -> str:
+        if self._hand is None:
+            return panel.numbers(self.state.grasp, quality, solution)
+        notes = [
+            *self._hand.notes,
+            *(["The forces are those at rest."] if self._resting() is not None else []),
+        ]
+        return panel.numbers(self.state.grasp, quality, solution, self._hand.rows, notes)
 
     def _draw_forces(self, solution: ForceSolution | None) -> None:
-        """Draw contact forces, and the unbalanced force at the origin, in one scale for all wrenches."""
-        tips, origin = self.state.grasp.positions, self.state.grasp.origin
-        shown, rest = np.zeros_like(tips), np.zeros_like(origin)
         if solution is not None:
-            shown = self._metres_per_newton * solution.world_forces
-            if not solution.balanced:
-                rest = self._metres_per_newton * solution.residual[:3]
-        self._arrows("/forces", np.stack([tips - shown, tips], axis=1), _FORCE)
-        self._arrows("/unbalanced", np.stack([origin, origin + rest])[None], _UNBALANCED)
+            rest = None if solution.balanced else solution.residual[:3]
+            self._drawing.forces(self.state.grasp, solution.world_forces, solution.shares, rest)
+        else:
+            self._drawing.forces(self.state.grasp, self._resting(), None, None)
 
-    def _draw_worst(self, direction: NDArray[np.float64]) -> None:
-        """Draw the force of the worst disturbance, opposite to the weakest direction, at the origin."""
-        force = -direction[:3]
-        length = float(np.linalg.norm(force))
-        start = self.state.grasp.origin
-        end = start + (0.5 * self._size / length if length > 1e-9 else 0.0) * force
-        self._arrows("/worst", np.stack([start, end])[None], _WORST)
+    def _resting(self) -> NDArray[np.float64] | None:
+        """Return the forces of a hand at rest, unless wrenches are given that it balances instead."""
+        return None if self._hand is None or len(self.state.wrenches) else self._hand.forces
 
-    def _arrows(self, name: str, ends: NDArray[np.float64], color: tuple[int, int, int]) -> None:
-        thick = 0.012 * self._size
-        self._server.scene.add_arrows(
-            name, ends, color, shaft_radius=thick, head_radius=2.2 * thick, head_length=5 * thick
-        )
+    def _draw_hand(self, stage: float) -> None:
+        if self._hand is not None and stage != self._stage:
+            self._hand.move(stage)
+            self._stage = stage
+
+    def _contact_table(self, solution: ForceSolution | None) -> str:
+        names = () if self._hand is None else self._hand.names
+        if solution is not None:
+            return panel.contact_table(self.state.grasp, solution.world_forces, solution.shares, names)
+        return panel.contact_table(self.state.grasp, self._resting(), None, names)
 
     def _play(self) -> None:
-        while not self._stopped.wait(1 / _FRAMES_PER_SECOND):
-            if self._playing.value:
-                row = (self._row.value + 1) % len(self.state.wrenches)
-                self._row.value = row  # type: ignore[misc] # declared read-only, meant to be assigned
+        seconds = 1 / _FRAMES_PER_SECOND
+        while not self._stopped.wait(seconds):
+            if self._controls.playing.value:
+                self._controls.advance(self.state, seconds)
 
     def _extent(self) -> float:
         points = self.state.grasp.positions
         if self.state.mesh is not None:
             points = np.vstack([points, self.state.mesh[0]])
         return float(np.ptp(points, axis=0).max()) or 1.0
-
-
-def _unbalanced(solution: ForceSolution) -> list[str]:
-    """Return the lines about a wrench that no forces balance."""
-    if solution.balanced:
-        return []
-    # The residual of nearest forces is as exact as its gap: digits below are rounding.
-    parts = solution.residual[:3], solution.residual[3:]
-    force, torque = (round(float(np.linalg.norm(part)), 9) for part in parts)
-    return [
-        "No forces balance this wrench; the nearest ones within the limits are shown.",
-        f"**unbalanced** {force:.3g} N, {torque:.3g} N m",
-    ]
-
-
-def identifier(control: Any) -> str:
-    """Return the identifier by which clients name a control; viser does not publish it."""
-    return str(control._impl.uuid)  # noqa: SLF001 - the tests drag and slide by it
 
 
 def serve(viewer: Viewer, announce: Callable[[], object]) -> None:
@@ -313,4 +386,6 @@ def serve(viewer: Viewer, announce: Callable[[], object]) -> None:
         while True:
             time.sleep(1)
     except KeyboardInterrupt:
+        # The process ends now. To look for garbage in it costs more than closing hundreds of sockets.
+        gc.freeze()
         viewer.stop()

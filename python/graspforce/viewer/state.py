@@ -40,11 +40,13 @@ class ViewState:
         Vertices (v, 3) in m and triangles (t, 3) of the object; moved contacts stay on it.
     wrenches : array_like, optional
         (T, 6) external wrenches to play.
+    times : array_like, optional
+        (T,) ascending times of the wrenches in s.
 
     Raises
     ------
     InvalidInputError
-        The grasp is planar, or the wrenches are not (T, 6).
+        The grasp is planar, the wrenches are not (T, 6), or the times are not (T,) and ascending.
 
     Examples
     --------
@@ -63,6 +65,7 @@ class ViewState:
         grasp: Grasp,
         mesh: tuple[ArrayLike, ArrayLike] | None = None,
         wrenches: ArrayLike | None = None,
+        times: ArrayLike | None = None,
     ) -> None:
         instance("grasp", grasp, Grasp)
         if grasp.wrench_dim != 6:
@@ -79,6 +82,10 @@ class ViewState:
         self.wrenches = read_only(given)
         if self.wrenches.ndim != 2 or self.wrenches.shape[1] != 6:
             raise InvalidInputError(f"wrenches: shape {self.wrenches.shape}, expected (T, 6)")
+        self.times = None if times is None else finite_vector("times", times, len(self.wrenches))
+        if self.times is not None and (np.diff(self.times) <= 0).any():
+            row = int((np.diff(self.times) <= 0).argmax()) + 1
+            raise InvalidInputError(f"times: {self.times[row]:g} s in row {row} is not after the row before")
         self._given: dict[str, Any] = grasp._arguments()  # noqa: SLF001
         self._friction, self._limits = 1.0, 1.0
         self.grasp = grasp
@@ -143,18 +150,11 @@ class ViewState:
         except InfeasibleWrenchError:
             return distributor.nearest(self.wrenches[row])
 
-    def largest_force(self) -> float:
-        """Return the largest force in N, at a contact or unbalanced, against any of the wrenches.
-
-        It is zero where there are no wrenches.
-        """
-        distributor = ForceDistributor(self.grasp)
-        found = distributor.solve_many(self.wrenches)
-        solved = found.forces[found.status == 0]
-        rest = distributor.solve_many(self.wrenches[found.status != 0], infeasible="nearest")
-        sizes = [np.linalg.norm(forces[:, :, :3], axis=2) for forces in (solved, rest.forces)]
-        sizes.append(np.linalg.norm(rest.residual[:, :3], axis=1))
-        return float(max(size.max(initial=0.0) for size in sizes))
+    def row_at(self, value: float) -> int:
+        """Return the row of the wrench at a time in s, or the row itself where wrenches have no times."""
+        if self.times is None:
+            return int(value)
+        return int(np.abs(self.times - value).argmin())
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "_tree": None}

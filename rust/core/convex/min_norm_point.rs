@@ -61,7 +61,7 @@ pub(crate) fn nearest_point<const D: usize>(
         combination: corral.combination(),
     };
     let mut reached = (first, corral.directions);
-    let mut stuck = 0;
+    let mut stalled = 0;
     for _ in 0..MAX_ITERATIONS {
         let point = corral.nearest;
         let norm = length(&point);
@@ -69,7 +69,7 @@ pub(crate) fn nearest_point<const D: usize>(
         let weighted = corral.weighted();
         let distance = length(&weighted);
         if distance < best.upper {
-            stuck = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stuck };
+            stalled = if distance < best.upper * (1.0 - LEAST_PROGRESS) { 0 } else { stalled };
             (best.point, best.upper, best.combination) = (point, distance, corral.combination());
             reached = (weighted, corral.directions);
         }
@@ -84,10 +84,11 @@ pub(crate) fn nearest_point<const D: usize>(
         let support = oracle(&z);
         best.supports += 1;
         if -support.value > best.lower {
-            stuck = if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stuck };
+            stalled =
+                if -support.value > best.lower + LEAST_PROGRESS * best.lower.abs() { 0 } else { stalled };
             (best.lower, best.witness) = (-support.value, z);
         }
-        stuck += 1;
+        stalled += 1;
         // Only what meets the support plane rounds it: a wrench far behind may be as long as it likes.
         let noise = ROUNDED_DISTANCE * corral.longest().max(length(&support.wrench));
         let lost = along(&z, &uncertain);
@@ -98,14 +99,14 @@ pub(crate) fn nearest_point<const D: usize>(
             break;
         }
         // A point that returns can bring nothing new, unless what is known of the others is more than rounding.
-        if corral.holds(&support.wrench) || stuck > STALLED {
+        if corral.holds(&support.wrench) || stalled > MAX_STALLED_CALLS {
             // Nor is it worth the price where rounding takes as much of the bracket, or where the origin is likely to belong
             // to the set and others will tell.
-            if corral.careful || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
+            if corral.precise || gap <= lost || (best.lower <= 0.0 && max_calls < usize::MAX) {
                 break;
             }
-            stuck = 0;
-            corral.be_careful();
+            stalled = 0;
+            corral.continue_in_32_digits();
             continue;
         }
         corral.admit(support.wrench, z, best.supports - 1);
@@ -116,8 +117,8 @@ pub(crate) fn nearest_point<const D: usize>(
     best
 }
 
-/// Oracle calls in a row, with hardly any progress, that show that rounding has the upper hand.
-const STALLED: usize = 40;
+/// Oracle calls in a row, with hardly any progress, that show that rounding is larger than what a call gains.
+const MAX_STALLED_CALLS: usize = 40;
 
 /// Moves both bounds by what rounding may have done to any point. False, and nothing is moved, where that leaves the
 /// bracket wider than asked for: [`certify`] asks each contact.
@@ -165,8 +166,8 @@ struct Corral<const D: usize> {
     len: usize,
     /// The point of the affine hull nearest to the origin, orthogonal to it beyond what the weights can say.
     nearest: Wrench<D>,
-    /// Whether edges that all but coincide are told apart by twice the precision.
-    careful: bool,
+    /// Whether edges that all but coincide are told apart in 32 digits.
+    precise: bool,
 }
 
 impl<const D: usize> Corral<D> {
@@ -174,7 +175,7 @@ impl<const D: usize> Corral<D> {
         let mut weights = [0.0; CORRAL];
         weights[0] = 1.0;
         let (points, calls, directions) = ([first; CORRAL], [0; CORRAL], [z; CORRAL]);
-        Self { points, calls, directions, weights, len: 1, nearest: first, careful: false }
+        Self { points, calls, directions, weights, len: 1, nearest: first, precise: false }
     }
 
     fn combination(&self) -> [(usize, f64); CORRAL] {
@@ -186,10 +187,10 @@ impl<const D: usize> Corral<D> {
         self.points[..self.len].iter().zip(self.weights).map(|(point, weight)| point * weight).sum()
     }
 
-    /// From here on with twice the precision, beginning with the current points.
-    fn be_careful(&mut self) {
-        self.careful = true;
-        self.settle();
+    /// Goes on in 32 digits, beginning with the current points.
+    fn continue_in_32_digits(&mut self) {
+        self.precise = true;
+        self.minimise();
     }
 
     fn holds(&self, point: &Wrench<D>) -> bool {
@@ -206,16 +207,16 @@ impl<const D: usize> Corral<D> {
         self.directions[self.len] = z;
         self.weights[self.len] = 0.0;
         self.len += 1;
-        self.settle();
+        self.minimise();
     }
 
     /// Moves to the nearest point of the hull, dropping what is not needed.
-    fn settle(&mut self) {
-        let least = if self.careful { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
+    fn minimise(&mut self) {
+        let least = if self.precise { UNUSED_WEIGHT_32_DIGITS } else { UNUSED_WEIGHT };
         for _ in 0..=D + 1 {
             self.shortest_first();
             let (target, nearest) =
-                if self.careful { self.careful_minimiser() } else { self.affine_minimiser() };
+                if self.precise { self.precise_minimiser() } else { self.affine_minimiser() };
             let reach = length(&self.points[0]);
             // A wrench's weight counts by how far it moves the point, and a long one moves it far.
             let counts = |k: usize| target[k] * (length(&self.points[k]) / reach).max(1.0) > least;
@@ -318,7 +319,7 @@ impl<const D: usize> Corral<D> {
 
     /// [`Self::affine_minimiser`] in twice the precision: along a smooth boundary, neighbouring support points differ by
     /// hardly more than rounding, and the distance may be small beside them all.
-    fn careful_minimiser(&self) -> ([f64; CORRAL], Wrench<D>) {
+    fn precise_minimiser(&self) -> ([f64; CORRAL], Wrench<D>) {
         type Point<const D: usize> = [DoubleDouble; D];
         let zero = DoubleDouble::ZERO;
         let dot = |a: &Point<D>, b: &Point<D>| a.iter().zip(b).fold(zero, |sum, (a, b)| sum + *a * *b);

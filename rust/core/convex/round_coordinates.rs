@@ -28,7 +28,7 @@ use crate::wrench_set::Support;
 const MAX_FACETS: usize = 20_000;
 
 /// How much larger than the simplex a ball must be before the search for it stops.
-const AMPLE: f64 = 2.0;
+const STOPPING_RADIUS: f64 = 2.0;
 
 /// The rows of `T`; `None` where the columns do not span.
 pub(crate) fn round_rows<const D: usize>(mut columns: Vec<Wrench32<D>>) -> Option<[Wrench32<D>; D]> {
@@ -93,7 +93,8 @@ impl<const D: usize, O: Fn(&Wrench<D>) -> Support<D>> RoundSet<D, O> {
     fn inner_ball(&self, polytope: &mut Polytope<D>) -> Result<f64, Thinnest<D>> {
         let mut size = FIRST_SIMPLEX * self.longest;
         loop {
-            let limits = Limits { stop_above: AMPLE * size, max_facets: MAX_FACETS, ..Limits::new(0.5) };
+            let limits =
+                Limits { stop_above: STOPPING_RADIUS * size, max_facets: MAX_FACETS, ..Limits::new(0.5) };
             let thinnest = match polytope.expand(size, &limits, &self.oracle) {
                 Expansion::Radius(radius) => return Ok(radius.lower * (1.0 - ROUNDED_QUOTIENT)),
                 Expansion::Pierced(thinnest) | Expansion::Stopped(thinnest) => thinnest,

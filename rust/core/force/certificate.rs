@@ -9,12 +9,25 @@ use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
 
 /// Forces and normalised normal forces of an answer, written in place.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct ContactForces {
     pub(crate) forces: Vec<ContactForce>,
     pub(crate) shares: Vec<f64>,
     /// Whether the forces were the only optimal ones.
     pub(crate) unique: bool,
+}
+
+impl Clone for ContactForces {
+    fn clone(&self) -> Self {
+        Self { forces: self.forces.clone(), shares: self.shares.clone(), unique: self.unique }
+    }
+
+    /// Allocates nothing where there are as many contacts.
+    fn clone_from(&mut self, other: &Self) {
+        self.forces.clone_from(&other.forces);
+        self.shares.clone_from(&other.shares);
+        self.unique = other.unique;
+    }
 }
 
 /// The multipliers and what they prove of the forces.

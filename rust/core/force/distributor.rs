@@ -92,6 +92,9 @@ impl<const D: usize> ForceDistributor<D> {
         if workspace.all.belongs_to(&self.problem) {
             fresh.all.adopt(&workspace.all);
             fresh.all.adopt(workspace.last());
+            if let Some(options) = workspace.last().nearest_options() {
+                updated.prepare_nearest(&mut fresh, &options)?;
+            }
         }
         (*self, *workspace) = (updated, fresh);
         Ok(())
@@ -129,7 +132,7 @@ impl<const D: usize> ForceDistributor<D> {
         }
         let limited = Limited::new(&self.problem, limits)?;
         self.claim(workspace);
-        limited.adopt(&workspace.all, &mut workspace.limited);
+        limited.adopt(&workspace.all, &mut workspace.limited)?;
         self.limited = Some(Arc::new(limited));
         Ok(())
     }
@@ -156,7 +159,7 @@ impl<const D: usize> ForceDistributor<D> {
         fresh.all.adopt(&workspace.all);
         fresh.limited = workspace.limited.take();
         if let Some(limited) = &updated.limited {
-            limited.adopt(&fresh.all, &mut fresh.limited);
+            limited.adopt(&fresh.all, &mut fresh.limited)?;
         }
         (*self, *workspace) = (updated, fresh);
         Ok(())
@@ -243,7 +246,7 @@ impl<const D: usize> ForceDistributor<D> {
     /// wrench that the forces balance, and that of the distance, relative to the norm of the wrench.
     ///
     /// An infinite gap means that the forces come nearest, but nothing proves them the least of those. A distance whose gap
-    /// stays above 1e-6 is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
+    /// stays above `rtol`, and above 1e-9, is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
     /// forces up to ten times as strong as those returned.
     ///
     /// ```
@@ -277,7 +280,24 @@ impl<const D: usize> ForceDistributor<D> {
         }
     }
 
-    /// The same, written as [`Self::solve_into`] does; returns the distance.
+    /// Makes the workspace ready for nearest forces with these options, so that the first wrench needs no memory. It stays
+    /// so when limits or grasp change.
+    pub fn prepare_nearest(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<()> {
+        self.claim(workspace);
+        self.problem.prepare_nearest(&mut workspace.all, options)?;
+        match &self.limited {
+            None => Ok(()),
+            Some(limited) => limited.adopt(&workspace.all, &mut workspace.limited),
+        }
+    }
+
+    /// The same as [`Self::nearest`], written as [`Self::solve_into`] does; returns the distance. With a workspace that is
+    /// [ready](Self::prepare_nearest) nothing is allocated where the faces of the nearest wrench alone determine the forces,
+    /// as they mostly do beyond the limits.
     pub fn nearest_into(
         &self,
         workspace: &mut ForceWorkspace<D>,

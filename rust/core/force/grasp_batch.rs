@@ -93,7 +93,7 @@ pub fn forces_batch<'a, const D: usize>(
             Err(error) => {
                 let mut none = GraspForces::with_room(wrenches.len(), contacts, options);
                 for _ in wrenches {
-                    none.push_nothing::<D>(contacts, options.force_dim, Status::Invalid);
+                    none.push_unsolved::<D>(contacts, options.force_dim, Status::Invalid);
                 }
                 GraspForces { error: Some(error), ..none }
             }
@@ -128,7 +128,7 @@ fn of_grasp<const D: usize>(
                     gradients.push(&distributor.distance_gradient(&answer, nearest));
                 }
             }
-            Err(error) => found.push_nothing::<D>(contacts, options.force_dim, Status::of(&error)),
+            Err(error) => found.push_unsolved::<D>(contacts, options.force_dim, Status::of(&error)),
         }
     }
     found
@@ -157,7 +157,7 @@ impl GraspForces {
         self.status.push(Status::Solved);
     }
 
-    fn push_nothing<const D: usize>(&mut self, contacts: usize, force_dim: usize, status: Status) {
+    fn push_unsolved<const D: usize>(&mut self, contacts: usize, force_dim: usize, status: Status) {
         let nothing = |values: &mut Vec<f64>, count: usize| values.resize(values.len() + count, f64::NAN);
         nothing(&mut self.forces, contacts * force_dim);
         nothing(&mut self.residual, D);

@@ -87,10 +87,15 @@ impl<const D: usize> Limited<D> {
         Ok(Self { limits: limits.to_vec(), active, problem: Some(problem) })
     }
 
-    /// Goes on from the workspace of all contacts, or from that of the limits before.
-    pub(crate) fn adopt(&self, all: &ProblemWorkspace<D>, workspace: &mut Remembered<D>) {
-        let Some(problem) = &self.problem else { return };
+    /// Goes on from the workspace of all contacts, or from that of the limits before. Where that one is ready for nearest
+    /// forces, this one is, too.
+    pub(crate) fn adopt(&self, all: &ProblemWorkspace<D>, workspace: &mut Remembered<D>) -> Result<()> {
+        let Some(problem) = &self.problem else { return Ok(()) };
         let mut fresh = self.workspace(problem);
+        let ready = workspace.as_ref().map_or(all, |last| &last.active).nearest_options();
+        if let Some(options) = ready.or_else(|| all.nearest_options()) {
+            problem.prepare_nearest(&mut fresh.active, &options)?;
+        }
         match workspace.take() {
             None => fresh.active.adopt(all),
             Some(last) => {
@@ -112,6 +117,7 @@ impl<const D: usize> Limited<D> {
             }
         }
         *workspace = Some(Box::new(fresh));
+        Ok(())
     }
 
     fn workspace(&self, problem: &Problem<D>) -> LimitedWorkspace<D> {

@@ -14,11 +14,13 @@
 //! - [`nearest`]: forces where none balance a wrench.
 //! - [`solution`]: forces with their certificate, and the options; [`batch`]: many wrenches in one call;
 //!   [`grasp_batch`]: many grasps.
+//! - [`slip_margin`]: the share of a contact's friction that a force leaves unused.
 //! - [`pyramid_hull`]: tells early that nothing balances a wrench.
 //! - [`gradient`]: how least forces, and the distance from balance, change with contacts and wrench.
 //! - [`certificate`]: checks lower bounds, balance and duality gap of the forces; [`balance`]: asks for balance alone.
 //! - [`equilibration`]: coordinates in which all rows of the wrenches are of order one.
 //! - [`least_norm`]: chooses among forces that are equally good.
+//! - [`interior_point`]: Clarabel, where own methods end without an answer, and for the enumerated method.
 //! - [`double_double`]: solves in 32 digits where doubles cannot decide.
 //! - [`resistance`]: the largest wrench along given directions.
 
@@ -30,6 +32,7 @@ pub(crate) mod double_double;
 pub(crate) mod equilibration;
 pub(crate) mod gradient;
 pub(crate) mod grasp_batch;
+pub(crate) mod interior_point;
 pub(crate) mod least_norm;
 pub(crate) mod limits;
 pub(crate) mod linear_cones;
@@ -41,6 +44,7 @@ pub(crate) mod pyramid_hull;
 pub(crate) mod resistance;
 pub(crate) mod share_program;
 pub(crate) mod simplex;
+pub(crate) mod slip_margin;
 pub(crate) mod solution;
 pub(crate) mod squares;
 pub(crate) mod true_cones;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, exact_rest, residual};
+use crate::force::nearest::options::NearestOptions;
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::program::{Program, Solver};
 use crate::force::share_program::ShareProgram;
@@ -196,9 +197,16 @@ impl<const D: usize> ProblemWorkspace<D> {
         Arc::ptr_eq(&self.grasp, &problem.grasp)
     }
 
+    /// The options of nearest forces for which it has memory.
+    pub(crate) fn nearest_options(&self) -> Option<NearestOptions<D>> {
+        self.nearest.as_ref().map(|nearest| nearest.options())
+    }
+
     /// Forgets earlier wrenches, so that the next solve starts cold.
     pub(crate) fn forget(&mut self) {
-        self.nearest = None;
+        if let Some(nearest) = &mut self.nearest {
+            nearest.forget();
+        }
         self.solver.forget();
     }
 

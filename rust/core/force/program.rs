@@ -101,7 +101,7 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Writes the components as rows, and returns the objective.
+    /// Writes the components as rows, and returns the objective. Over listed extreme forces `forces` stays behind.
     pub(crate) fn solve_into(
         &mut self,
         b: &Wrench<D>,
@@ -109,28 +109,29 @@ impl<const D: usize> Solver<D> {
         forces: &mut ContactForces,
         rows: &mut [f64],
     ) -> Result<f64> {
-        match self {
-            Self::Shares(solver) => solver.solve_into(b, components, forces, rows),
-            Self::Squares(program, workspace) => {
-                let certificate = program.solve(workspace, b, forces)?;
-                write_components(&forces.forces, components, rows);
-                Ok(certificate.sigma)
-            }
+        if let Self::Shares(ShareSolver::Linear(program, workspace)) = self {
+            let (region, _) = program.locate(workspace, b, forces)?;
+            region.write(b, rows);
+            return Ok(region.dual.dot(b));
         }
+        let certificate = self.solve(b, components, forces)?;
+        write_components(&forces.forces, components, rows);
+        Ok(certificate.sigma)
     }
 
     /// The largest share of the last solve and the sum of its shares.
     pub(crate) fn totals(&self, b: &Wrench<D>, forces: &ContactForces) -> (f64, f64) {
-        match self {
-            Self::Shares(solver) => solver.totals(b, forces),
-            Self::Squares(..) => forces.totals(),
-        }
+        if let Self::Shares(solver) = self { solver.totals(b, forces) } else { forces.totals() }
     }
 
-    /// Starts from the last basis or the last multiplier of another solver, where both have one that fits.
+    /// Starts from the last basis of another solver, if both number the same extreme forces in the same way, or from its last
+    /// multiplier.
     pub(crate) fn adopt(&mut self, other: &Self) {
         match (self, other) {
-            (Self::Shares(solver), Self::Shares(last)) => solver.adopt(last),
+            (
+                Self::Shares(ShareSolver::Linear(program, workspace)),
+                Self::Shares(ShareSolver::Linear(before, last)),
+            ) if program.matches(before) => program.adopt(workspace, last),
             (Self::Squares(program, workspace), Self::Squares(before, last)) => {
                 program.adopt(workspace, before, last);
             }

@@ -100,7 +100,7 @@ fn on_top<const D: usize>(
         let next = cut.root(constant, direction);
         // Rounding alone moves it: the largest multiple, to within what the solves can tell.
         if next.is_nan() || next >= most * (1.0 - f64::EPSILON) {
-            return if excess <= 1e-6 { Ok(most) } else { Err(stuck(excess)) };
+            return if excess <= 1e-6 { Ok(most) } else { Err(not_converged(excess)) };
         }
         most = next.max(0.0);
         if most == 0.0 {
@@ -115,10 +115,10 @@ fn on_top<const D: usize>(
         }
         cut = next;
     }
-    Err(stuck(excess))
+    Err(not_converged(excess))
 }
 
-fn stuck(found: f64) -> Error {
+fn not_converged(found: f64) -> Error {
     let unmet = Unmet::Gap { found, allowed: 1e-6 };
     Error::NotConverged { solver: "resistance on top of an external wrench", iterations: MAX_CUTS, unmet }
 }

@@ -10,7 +10,6 @@ use crate::force::preload::program::{PreloadProgram, PreloadWorkspace, checked_b
 use crate::force::simplex::pricing::Objective;
 use crate::force::solution::{DistributionOptions, Method};
 use crate::force::true_cones::program::{ConeProgram, ConeWorkspace};
-use crate::grasp::contact::write_components;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::Criterion;
 
@@ -89,41 +88,8 @@ impl<const D: usize> ShareSolver<D> {
         }
     }
 
-    /// Writes the components as rows, and returns the objective. Over listed extreme forces `forces` stays behind.
-    pub(crate) fn solve_into(
-        &mut self,
-        b: &Wrench<D>,
-        components: &[usize],
-        forces: &mut ContactForces,
-        rows: &mut [f64],
-    ) -> Result<f64> {
-        let certificate = match self {
-            Self::Linear(program, workspace) => {
-                let (region, _) = program.locate(workspace, b, forces)?;
-                region.write(b, rows);
-                return Ok(region.dual.dot(b));
-            }
-            Self::Cone(program, workspace) => program.solve(workspace, b, forces)?,
-            Self::Preload(program, workspace) => program.solve(workspace, b, forces)?,
-        };
-        write_components(&forces.forces, components, rows);
-        Ok(certificate.sigma)
-    }
-
     /// The largest share of the last solve and the sum of its shares.
     pub(crate) fn totals(&self, b: &Wrench<D>, forces: &ContactForces) -> (f64, f64) {
-        match self {
-            Self::Linear(_, workspace) => workspace.latest().totals(b),
-            Self::Cone(..) | Self::Preload(..) => forces.totals(),
-        }
-    }
-
-    /// Starts from the last basis of another solver, if both programs number the same edges in the same way.
-    pub(crate) fn adopt(&mut self, other: &Self) {
-        if let (Self::Linear(program, workspace), Self::Linear(before, last)) = (self, other)
-            && program.matches(before)
-        {
-            program.adopt(workspace, last);
-        }
+        if let Self::Linear(_, workspace) = self { workspace.latest().totals(b) } else { forces.totals() }
     }
 }

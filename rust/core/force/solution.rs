@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::error::{Error, Result, digits};
+use crate::force::slip_margin::{unused_cone, unused_friction};
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::Criterion;
@@ -138,33 +139,22 @@ impl<const D: usize> Distribution<D> {
         forces.map(|(frame, force)| frame * force.fixed_rows::<3>(0)).collect()
     }
 
-    /// How much of each contact's friction is unused: 1 for a purely normal force, 0 on the edge of slip.
+    /// How much of each contact's friction is unused: 1 for a purely normal force, 0 on the edge of slip. With the factor
+    /// `s` by which friction force and torsion may grow beside the same normal force, it is `1 - 1 / s`.
     ///
-    /// The friction meant is the real one, before the grasp's `friction_margin` divided it. A contact
-    /// without force keeps all of it; one without friction has none; one with general extreme forces
-    /// has no friction cone and so gives NaN.
+    /// The friction meant is the real one, before the grasp's `friction_margin` divided it. With [`ForceModel::Extreme`]
+    /// it is the cone that the extreme forces span, whatever their limits. A contact without force keeps all of its
+    /// friction; one without friction has none.
     pub fn slip_margin(&self, grasp: &Grasp<D>) -> Vec<f64> {
         let margin = grasp.options().friction_margin;
         let contacts = grasp.contacts().iter().zip(&self.forces);
         contacts
-            .map(|(contact, force)| match contact.forces {
-                ForceModel::Extreme(_) => f64::NAN,
+            .map(|(contact, force)| match &contact.forces {
+                ForceModel::Extreme(extreme) => unused_cone(force, extreme),
                 _ => unused_friction(force, contact.friction * margin, contact.torsion * margin),
             })
             .collect()
     }
-}
-
-fn unused_friction(force: &ContactForce, mu: f64, gamma: f64) -> f64 {
-    if mu == 0.0 && gamma == 0.0 {
-        return 0.0;
-    }
-    if force[0] <= 0.0 {
-        return 1.0;
-    }
-    let share = |load: f64, coefficient: f64| if load == 0.0 { 0.0 } else { load / coefficient };
-    let used = share(force[1].hypot(force[2]), mu).hypot(share(force[3], gamma));
-    1.0 - used / force[0]
 }
 
 /// Part of its limit by which rounding may lift a normal force that lies at the limit.

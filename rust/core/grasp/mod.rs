@@ -11,6 +11,7 @@
 //! | [`exact_map`] | that map in 32 digits |
 //! | [`derivative`] | how it changes as a contact moves |
 //! | [`wrench_norm`] | the norm of wrenches in which quality is measured |
+//! | [`wrench_rounding`] | what rounding may have done to wrenches |
 //! | [`torque_limits`] | extreme forces that joint torques allow |
 //! | [`plausibility`] | contacts that look like mistakes |
 
@@ -21,6 +22,7 @@ pub(crate) mod plausibility;
 pub(crate) mod torque_limits;
 pub(crate) mod wrench;
 pub(crate) mod wrench_norm;
+pub(crate) mod wrench_rounding;
 
 pub use wrench::{ContactMap, Wrench, wrench_of_force};
 pub(crate) use wrench::{REPRESENTABLE, contact_map, length, unit};

@@ -12,7 +12,7 @@ use crate::tolerances::AWAY_FROM_CENTRE;
 const OTHER_UNIT: f64 = 100.0;
 
 /// Contacts that a message names at most.
-const NAMED: usize = 4;
+const MAX_NAMED: usize = 4;
 
 /// What is implausible about contacts with unit normals, if anything is. Linear in their number.
 #[must_use]
@@ -52,9 +52,9 @@ fn two_units(contacts: &[Contact]) -> Option<String> {
         return None;
     }
     let strangers = if far.len() <= near.len() { &far } else { &near };
-    let names: Vec<_> = strangers.iter().take(NAMED).map(ToString::to_string).collect();
+    let names: Vec<_> = strangers.iter().take(MAX_NAMED).map(ToString::to_string).collect();
     let (s, more) =
-        (if names.len() > 1 { "s" } else { "" }, if strangers.len() > NAMED { ", ..." } else { "" });
+        (if names.len() > 1 { "s" } else { "" }, if strangers.len() > MAX_NAMED { ", ..." } else { "" });
     Some(format!(
         "positions, contact{s} {}{more}: {:?} is {gap:.3e} m from the other contacts, which lie within {extent:.3e} m \
          of each other; are all of them in the same unit?",

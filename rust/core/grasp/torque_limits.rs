@@ -60,7 +60,7 @@ pub fn torque_limited_forces(
                 if j >= limits.len() && k - j != 1 && k - j != edges - 1 {
                     continue;
                 }
-                let Some(vertex) = meet([a, b, c]) else { continue };
+                let Some(vertex) = intersection([a, b, c]) else { continue };
                 // Relative to this vertex: the normal force may be limited to far more than torques allow.
                 let rounding = OUTSIDE_TORQUE_LIMITS * vertex.amax();
                 let inside = half_spaces.iter().all(|(n, bound)| n.dot(&vertex) - bound <= rounding);
@@ -124,7 +124,7 @@ fn facets(friction: f64, edges: usize) -> impl Iterator<Item = HalfSpace> {
 }
 
 /// The point where three planes meet, if they meet in one point.
-fn meet(planes: [&HalfSpace; 3]) -> Option<Vector3<f64>> {
+fn intersection(planes: [&HalfSpace; 3]) -> Option<Vector3<f64>> {
     let matrix = Matrix3::from_rows(&planes.map(|(normal, _)| normal.transpose()));
     if matrix.determinant().abs() < 1e-12 {
         return None;

@@ -56,7 +56,7 @@ pub(crate) fn contact_map<const D: usize>(lever: &Vector3<f64>, frame: &Matrix3<
     map
 }
 
-/// The force and torque parts of a functional, in space.
+/// The force and torque parts of a wrench, or of a functional on wrenches, in space: the inverse of [`with_torque`].
 pub(crate) fn split<const D: usize>(z: &Wrench<D>) -> (Vector3<f64>, Vector3<f64>) {
     match D {
         3 => (Vector3::new(z[0], z[1], 0.0), Vector3::new(0.0, 0.0, z[2])),

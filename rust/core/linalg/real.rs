@@ -19,7 +19,7 @@ pub(crate) trait Real:
     + ClosedDivAssign
 {
     /// The rounding of these numbers beside that of doubles.
-    const FINENESS: f64;
+    const ROUNDING: f64;
 
     /// The nearest double.
     fn value(self) -> f64;
@@ -42,7 +42,7 @@ pub(crate) trait Real:
 }
 
 impl Real for f64 {
-    const FINENESS: f64 = 1.0;
+    const ROUNDING: f64 = 1.0;
 
     #[inline]
     fn value(self) -> f64 {
@@ -67,7 +67,7 @@ impl Real for f64 {
 
 impl Real for DoubleDouble {
     /// Three digits are left to the operations that round more than once.
-    const FINENESS: f64 = 1e-13;
+    const ROUNDING: f64 = 1e-13;
 
     fn value(self) -> f64 {
         Self::value(self)

@@ -14,7 +14,7 @@
 //! every bracket converges, the winner is therefore the one that measuring all candidates would give, whatever the
 //! number of threads; only the counters depend on their timing.
 //!
-//! **Up to 1% of a tie.** A bracket narrower than [`NARROW`] times the tie tolerance counts as one number. Candidates
+//! **Up to 1% of a tie.** A bracket narrower than [`SHARE_OF_TIE`] times the tie tolerance counts as one number. Candidates
 //! whose qualities differ by the tie tolerance, give or take 1% of it, may therefore be told apart otherwise than by
 //! measuring all of them.
 
@@ -36,13 +36,13 @@ use crate::tolerances::{ROUNDED_BOUND, TIE, UNCERTAIN_QUALITY};
 const KEPT_DIRECTIONS: usize = 50;
 
 /// Oracle calls spent on turning a direction until it rejects: a small part of a polytope's.
-const TURNS: usize = 24;
+const CALLS_OF_TURNING: usize = 24;
 
 /// Oracle calls before candidates are first put in order.
-const FIRST_LOOK: usize = 6;
+const FIRST_DIRECTIONS: usize = 6;
 
 /// What part of a tie the bracket of one number may be wide.
-const NARROW: f64 = 0.01;
+const SHARE_OF_TIE: f64 = 0.01;
 
 /// What an iteration cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -116,7 +116,7 @@ struct Waiting {
 
 impl Waiting {
     /// Accounts for the next direction of the pool.
-    fn look(&mut self, value: f64) {
+    fn tighten(&mut self, value: f64) {
         if value < self.bound {
             (self.bound, self.by) = (value, self.looked);
         }
@@ -148,7 +148,7 @@ struct Measured {
 }
 
 /// What the threads share.
-struct Board<const D: usize> {
+struct SharedState<const D: usize> {
     center: usize,
     waiting: BinaryHeap<Waiting>,
     /// No better than what wins ties against them.
@@ -169,13 +169,13 @@ impl<const D: usize> CandidateSearch<D> {
     }
 
     /// Works on all cores until no candidate waits.
-    fn run(&mut self, board: Board<D>, queries: &[QualityQuery<'_, D>]) -> Board<D> {
-        let (prune, board) = (self.prune, Mutex::new(board));
+    fn run(&mut self, state: SharedState<D>, queries: &[QualityQuery<'_, D>]) -> SharedState<D> {
+        let (prune, state) = (self.prune, Mutex::new(state));
         let interrupt = interrupt::current();
         self.workspaces.par_iter_mut().for_each(|workspace| {
-            interrupt::inherit(interrupt.as_ref(), || work(&board, queries, prune, workspace));
+            interrupt::inherit(interrupt.as_ref(), || work(&state, queries, prune, workspace));
         });
-        board.into_inner().unwrap_or_else(PoisonError::into_inner)
+        state.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The best of the candidates `grasp(0) .. grasp(count - 1)`, in parallel.
@@ -205,7 +205,7 @@ impl<const D: usize> CandidateSearch<D> {
         let queries: Vec<_> = queries.into_iter().collect::<std::result::Result<_, _>>()?;
         self.workspaces.resize_with(rayon::current_num_threads().min(count), QualityWorkspace::default);
 
-        let mut board = Board {
+        let mut state = SharedState {
             center: center_index,
             waiting: BinaryHeap::new(),
             aside: Vec::new(),
@@ -218,54 +218,54 @@ impl<const D: usize> CandidateSearch<D> {
         let query = &queries[center_index];
         let center_epsilon = if let Some(rho) = known {
             // The direction that was critical for the winner of the last iteration comes first.
-            let bounds = board.pool.iter().take(FIRST_LOOK).map(|critical| query.value(&critical.z));
+            let bounds = state.pool.iter().take(FIRST_DIRECTIONS).map(|critical| query.value(&critical.z));
             let at_most = bounds.fold(f64::INFINITY, f64::min);
-            board.note(center_index, -rho, at_most, None)
+            state.note(center_index, -rho, at_most, None)
         } else {
-            board.counts.polytopes += 1;
+            state.counts.polytopes += 1;
             let examination = query.examine(f64::NEG_INFINITY, &mut self.workspaces[0]);
-            board.record(center_index, &examination)
+            state.record(center_index, &examination)
         };
         if self.prune {
-            let look = |index| first_look(index, &queries[index], &board.pool);
+            let look = |index| first_bound(index, &queries[index], &state.pool);
             let waiting: Vec<_> = (0..count)
                 .into_par_iter()
                 .with_min_len(16)
                 .filter(|i| *i != center_index)
                 .map(look)
                 .collect();
-            board.waiting = waiting.into();
+            state.waiting = waiting.into();
         } else {
             let blind = |index| Waiting { bound: f64::INFINITY, index, looked: usize::MAX, by: 0 };
-            board.waiting = (0..count).filter(|i| *i != center_index).map(blind).collect();
+            state.waiting = (0..count).filter(|i| *i != center_index).map(blind).collect();
         }
-        let mut board = self.run(board, &queries);
+        let mut state = self.run(state, &queries);
         interrupt::check().map_err(|error| (center_index, error))?;
-        let (mut index, mut epsilon) = board.winner();
-        let mut again = std::mem::take(&mut board.aside);
+        let (mut index, mut epsilon) = state.winner();
+        let mut again = std::mem::take(&mut state.aside);
         again.retain(|other| {
             index != center_index
                 && other.index < index
-                && other.bound >= board.threshold(&queries[other.index])
+                && other.bound >= state.threshold(&queries[other.index])
         });
         if !again.is_empty() {
-            board.lenient = false;
-            board.waiting = again.into();
-            board = self.run(board, &queries);
+            state.lenient = false;
+            state.waiting = again.into();
+            state = self.run(state, &queries);
             interrupt::check().map_err(|error| (center_index, error))?;
-            (index, epsilon) = board.winner();
+            (index, epsilon) = state.winner();
         }
-        board.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
-        board.pool.truncate(KEPT_DIRECTIONS);
-        for critical in &mut board.pool {
+        state.pool.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+        state.pool.truncate(KEPT_DIRECTIONS);
+        for critical in &mut state.pool {
             critical.merit *= 0.5;
         }
-        self.pool = board.pool;
-        Ok(Winner { index, rho: 0.0 - epsilon, center_rho: 0.0 - center_epsilon, counts: board.counts })
+        self.pool = state.pool;
+        Ok(Winner { index, rho: 0.0 - epsilon, center_rho: 0.0 - center_epsilon, counts: state.counts })
     }
 }
 
-impl<const D: usize> Board<D> {
+impl<const D: usize> SharedState<D> {
     /// The centre where it is as good as the best, else the first of those that are.
     fn winner(&self) -> (usize, f64) {
         let least = self.incumbent - TIE * self.incumbent.abs();
@@ -295,7 +295,7 @@ impl<const D: usize> Board<D> {
     }
 
     fn note(&mut self, index: usize, epsilon: f64, upper: f64, direction: Option<Wrench<D>>) -> f64 {
-        let narrow = upper <= epsilon + NARROW * TIE * epsilon.abs();
+        let narrow = upper <= epsilon + SHARE_OF_TIE * TIE * epsilon.abs();
         self.measured.push(Measured { index, epsilon, at_most: if narrow { upper } else { epsilon } });
         self.incumbent = self.incumbent.max(epsilon);
         // What the best are weak against rejects the rest: such directions come first.
@@ -310,10 +310,10 @@ impl<const D: usize> Board<D> {
     }
 }
 
-fn first_look<const D: usize>(index: usize, query: &QualityQuery<'_, D>, pool: &[Critical<D>]) -> Waiting {
+fn first_bound<const D: usize>(index: usize, query: &QualityQuery<'_, D>, pool: &[Critical<D>]) -> Waiting {
     let mut waiting = Waiting { bound: f64::INFINITY, index, looked: 0, by: 0 };
-    for critical in pool.iter().take(FIRST_LOOK) {
-        waiting.look(query.value(&critical.z));
+    for critical in pool.iter().take(FIRST_DIRECTIONS) {
+        waiting.tighten(query.value(&critical.z));
     }
     waiting
 }
@@ -324,7 +324,7 @@ fn turned<const D: usize>(
     mut z: Wrench<D>,
     enough: f64,
 ) -> Option<(f64, Wrench<D>)> {
-    for _ in 0..TURNS {
+    for _ in 0..CALLS_OF_TURNING {
         let support = query.support(&z);
         if support.value < enough {
             return Some((support.value, z));
@@ -337,12 +337,12 @@ fn turned<const D: usize>(
 
 /// What a thread does until no candidate waits.
 fn work<const D: usize>(
-    board: &Mutex<Board<D>>,
+    state: &Mutex<SharedState<D>>,
     queries: &[QualityQuery<'_, D>],
     prune: bool,
     workspace: &mut QualityWorkspace<D>,
 ) {
-    let lock = || board.lock().unwrap_or_else(PoisonError::into_inner);
+    let lock = || state.lock().unwrap_or_else(PoisonError::into_inner);
     let mut unseen = Vec::new();
     loop {
         if interrupt::stopped() {
@@ -369,7 +369,7 @@ fn work<const D: usize>(
             unseen.extend(shared.pool[next.looked..].iter().map(|critical| critical.z));
             drop(shared);
             for z in &unseen {
-                next.look(query.value(z));
+                next.tighten(query.value(z));
                 if next.bound < enough || next.bound < rival {
                     break;
                 }

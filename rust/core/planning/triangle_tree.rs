@@ -14,8 +14,8 @@ use crate::memory::{filled, room};
 /// Triangles in a leaf.
 const LEAF: usize = 4;
 
-/// Queries that are not worth another thread.
-const GRAIN: usize = 256;
+/// Fewer queries are no task of their own for a thread.
+const QUERIES_PER_TASK: usize = 256;
 
 /// The nearest point of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +29,7 @@ pub struct ClosestPoint {
 }
 
 /// Stands in a result until the nearest point is known.
-const NOWHERE: ClosestPoint =
+const UNKNOWN_POINT: ClosestPoint =
     ClosestPoint { point: Vector3::new(0.0, 0.0, 0.0), face: usize::MAX, weights: [0.0; 3] };
 
 /// A mesh, ready to be asked for nearest points.
@@ -142,12 +142,12 @@ impl TriangleTree {
             Ok(self.closest(point))
         };
         // Collecting results would allocate without asking.
-        let mut found = filled("points", points.len(), NOWHERE)?;
+        let mut found = filled("points", points.len(), UNKNOWN_POINT)?;
         points
             .par_iter()
             .enumerate()
             .zip(&mut found)
-            .with_min_len(GRAIN)
+            .with_min_len(QUERIES_PER_TASK)
             .try_for_each(|(given, found)| closest(given).map(|nearest| *found = nearest))?;
         Ok(found)
     }

@@ -7,9 +7,9 @@
 use nalgebra::{SVector, Vector3};
 
 use crate::convex::min_norm_point::nearest_point;
+use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench::split;
-use crate::grasp::{Grasp, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;
 use crate::tolerances::{
@@ -31,8 +31,8 @@ pub(crate) struct ActiveForces<const D: usize> {
 /// What of the wrench set lies on the supporting hyperplane.
 struct Faces<'a, const D: usize> {
     query: &'a QualityQuery<'a, D>,
-    /// Those contacts that have true cones, in physical coordinates.
-    cones: &'a [Option<ContactSupport<D>>],
+    /// The contacts in physical coordinates.
+    supports: &'a [ContactSupport<D>],
     contacts: Vec<Face<D>>,
     /// All contacts share one convex combination, instead of each having its own.
     union: bool,
@@ -62,10 +62,8 @@ impl<const D: usize> ActiveForces<D> {
         // Outside, the union decides for both criteria.
         let outside = quality.rho >= 0.0 && query.center.is_none();
         let union = query.set.criterion() == Criterion::Sum || outside;
-        let grasp = query.grasp;
-        let cone =
-            |i| grasp.edges(i).is_none().then(|| ContactSupport::of_contact(grasp, i, |wrench| *wrench));
-        let supports: Vec<_> = (0..grasp.num_contacts()).map(cone).collect();
+        let support = |i| ContactSupport::of_contact(query.grasp, i, |wrench| *wrench);
+        let supports: Vec<_> = (0..query.grasp.num_contacts()).map(support).collect();
         let target = quality.wrench - query.center.map_or_else(Wrench::zeros, |(center, _)| center);
         let cones = !query.grasp.is_finite();
         let exerted = if cones { EXERTED_WRENCH_BY_CONES } else { EXERTED_WRENCH } * query.scale;
@@ -97,18 +95,14 @@ impl<'a, const D: usize> Faces<'a, D> {
     /// What lies within `tolerance` (relative to the longest wrench) of the hyperplane of the functional `z`.
     fn on(
         query: &'a QualityQuery<'a, D>,
-        cones: &'a [Option<ContactSupport<D>>],
+        supports: &'a [ContactSupport<D>],
         z: &Wrench<D>,
         tolerance: f64,
         union: bool,
     ) -> Self {
         let grasp = query.grasp;
         let tolerance = tolerance * query.scale;
-        let reach = |(i, cone): (usize, &Option<ContactSupport<D>>)| match cone {
-            Some(cone) => cone.value(z),
-            None => wrenches_of(grasp, i).map(|(wrench, _)| wrench.dot(z)).fold(f64::NEG_INFINITY, f64::max),
-        };
-        let reaches: Vec<_> = cones.iter().enumerate().map(reach).collect();
+        let reaches: Vec<_> = supports.iter().map(|support| support.value(z)).collect();
         let furthest = reaches.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         // About a center, the origin belongs to the set.
         let with_origin = query.center.is_some();
@@ -119,19 +113,19 @@ impl<'a, const D: usize> Faces<'a, D> {
             } else {
                 (f64::max(reach, 0.0) - tolerance, reach <= tolerance)
             };
-            let Some(cone) = &cones[i] else {
-                let active = wrenches_of(grasp, i).filter(|(wrench, _)| wrench.dot(z) >= least);
-                let points = active.map(|(wrench, force)| (*wrench, *force)).collect();
+            let support = &supports[i];
+            let point = |edge| (support.wrench(z, edge), support.force(z, edge, grasp.shared_forces()));
+            if support.is_finite() {
+                let points = support.edges_reaching(z, least).map(point).collect();
                 return Face { points, whole: false, optional };
-            };
+            }
             let along_normal = grasp.contacts()[i].max_normal_force * grasp.maps()[i].column(0).dot(z);
             let active = reach >= least;
             let whole = active && reach - along_normal <= tolerance;
-            let points = if active { vec![(cone.wrench(z, 0), cone.force(z, 0, &[]))] } else { Vec::new() };
-            Face { points, whole, optional }
+            Face { points: active.then(|| point(0)).into_iter().collect(), whole, optional }
         };
         let contacts = reaches.into_iter().enumerate().map(face).collect();
-        Self { query, cones, contacts, union, origin: union && with_origin && furthest <= tolerance }
+        Self { query, supports, contacts, union, origin: union && with_origin && furthest <= tolerance }
     }
 
     /// The convex combination of the faces nearest to `target`, and how far it stays away: Wolfe's algorithm on the
@@ -189,15 +183,12 @@ impl<'a, const D: usize> Faces<'a, D> {
         face: &Face<D>,
         functional: &Wrench<D>,
     ) -> Option<(f64, Wrench<D>, ContactForce)> {
-        let best = match &self.cones[i] {
-            Some(cone) if face.whole => {
-                Some((cone.value(functional), cone.wrench(functional, 0), cone.force(functional, 0, &[])))
-            }
-            _ => {
-                let points =
-                    face.points.iter().map(|(wrench, force)| (wrench.dot(functional), *wrench, *force));
-                points.max_by(|a, b| a.0.total_cmp(&b.0))
-            }
+        let best = if face.whole {
+            let cone = &self.supports[i];
+            Some((cone.value(functional), cone.wrench(functional, 0), cone.force(functional, 0, &[])))
+        } else {
+            let points = face.points.iter().map(|(wrench, force)| (wrench.dot(functional), *wrench, *force));
+            points.max_by(|a, b| a.0.total_cmp(&b.0))
         };
         best.filter(|(value, ..)| !face.optional || *value > 0.0)
     }
@@ -249,15 +240,6 @@ impl<'a, const D: usize> Faces<'a, D> {
         }
         true
     }
-}
-
-/// The extreme forces of a contact with their wrenches.
-fn wrenches_of<const D: usize>(
-    grasp: &Grasp<D>,
-    contact: usize,
-) -> impl Iterator<Item = (&Wrench<D>, &ContactForce)> {
-    let range = grasp.edges(contact).unwrap_or_default();
-    grasp.finite_wrenches()[range.clone()].iter().zip(&grasp.finite_forces()[range])
 }
 
 /// A contact's part of the gradient.

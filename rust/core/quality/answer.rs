@@ -7,7 +7,7 @@
 //! What is not separated within a few calls is left to the polytope, so closed grasps hardly pay for the attempt.
 //!
 //! *Inside*, the expanding polytope brackets the radius. A set that holds no ball worth mentioning gets its class from
-//! the twin, and its radius from ever smaller simplices.
+//! the scaled grasp, and its radius from ever smaller simplices.
 
 use std::cmp::Ordering;
 
@@ -36,8 +36,8 @@ pub(crate) const FACETS_BEFORE_SYMMETRY: usize = 10_000;
 /// Calls of the oracle that are no reason not to begin again.
 const CALLS_WORTH_REPEATING: usize = 1000;
 
-/// What part of a bracket's width is not worth a closer look.
-const UNSEEN: f64 = 1e-3;
+/// Rounding that takes less than this part of a bracket's width is not bounded contact by contact.
+const NEGLIGIBLE_WIDTH: f64 = 1e-3;
 
 /// What looking at a grasp with an incumbent in mind yields.
 pub(crate) enum Examination<const D: usize> {
@@ -164,7 +164,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         {
             return self.narrowed(self.inside(&radius, 0.0, Closure::Force));
         }
-        let verdict = classify(self.grasp, &mut workspace.twin);
+        let verdict = classify(self.grasp, &mut workspace.scaled);
         let closure = verdict.closure;
         match self.center {
             Some(_) => match self.small_radius(first, NEGLIGIBLE_RADIUS * self.scale, workspace) {
@@ -181,7 +181,7 @@ impl<const D: usize> QualityQuery<'_, D> {
                     supports: thinnest.supports,
                     facets: 0,
                 };
-                // What the twin proves is little, but more than nothing.
+                // What the scaled grasp proves is little, but more than nothing.
                 let least = verdict.certain(self.grasp, &self.metric);
                 self.narrowed(self.inside(&radius.unwrap_or_else(unknown), least, closure))
             }
@@ -243,7 +243,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         let rounding = SetRounding { query: self, criterion: self.set.criterion() };
         let of_any_point = along(z, &rounding.of_any_point());
         // A smaller bound would not be seen in the bracket.
-        if of_any_point <= UNSEEN * self.rtol() * value {
+        if of_any_point <= NEGLIGIBLE_WIDTH * self.rtol() * value {
             return of_any_point;
         }
         rounding.of_support(z).0

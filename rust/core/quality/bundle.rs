@@ -17,6 +17,7 @@ use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::quality::active_forces::ActiveForces;
 use crate::quality::gradient::Gradient;
+use crate::quality::local_minima::LocalMinima;
 use crate::quality::query::QualityQuery;
 use crate::quality::result::{Quality, QualityOptions, QualityWorkspace};
 use crate::quality::symmetry::Symmetries;
@@ -113,7 +114,23 @@ impl<const D: usize> QualityQuery<'_, D> {
         }
         let search = FacetSearch { count, rtol, apart, more_facets };
         workspace.polytope.nearest_facets(&search, &mut found, |z| self.support(z));
+        self.move_to_minima(&mut found);
         found
+    }
+
+    /// Of true cones: moves directions to the local minima next to them, unless another direction is as near to those.
+    fn move_to_minima(&self, found: &mut [(f64, Wrench<D>)]) {
+        if self.grasp.is_finite() {
+            return;
+        }
+        let Some(mut minima) = LocalMinima::new(self, found[0].0) else { return };
+        for at in 1..found.len() {
+            let Some(minimum) = minima.near(&found[at].1) else { continue };
+            let mut others = found.iter().enumerate().filter(|(other, _)| *other != at);
+            if others.all(|(_, (_, other))| (other - minimum.1).norm() > APART_OF_CONES) {
+                found[at] = minimum;
+            }
+        }
     }
 
     /// What the symmetries of the set make of its worst direction.

@@ -1,14 +1,14 @@
 //! Which of the three classes of Propositions 1 and 2 a grasp belongs to.
 //!
 //! Closure depends neither on the lengths of the primitive wrenches nor on the unit of length nor on the
-//! torque origin. It is therefore decided on a *twin* of the grasp: torques about the contacts' centroid, in
+//! torque origin. It is therefore decided on the *scaled grasp*: torques about the contacts' centroid, in
 //! units of their root-mean-square distance from it, and every wrench of unit length (a true cone: every
 //! contact). Millimetre positions and force limits spread over many decades then look like any other grasp.
 //!
-//! **Closure is decided as far as rounding allows.** Force closure is a ball inside the twin's hull, no closure a plane
-//! between the hull and the origin, each beyond what rounding may have done to the wrenches (`rounding.rs`): some
+//! **Closure is decided as far as rounding allows.** Force closure is a ball inside the hull of the scaled grasp, no closure
+//! a plane between the hull and the origin, each beyond what rounding may have done to the wrenches (`wrench_rounding.rs`): some
 //! `1e-14`. What is neither counts as partial.
-//! Nothing but the twin decides, so no metric, criterion, limit or external wrench changes the class.
+//! Nothing but the scaled grasp decides, so no metric, criterion, limit or external wrench changes the class.
 
 use std::cmp::Ordering;
 
@@ -18,10 +18,12 @@ use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::expanding_polytope::{Expansion, Limits, Polytope, Radius, Thinnest};
 use crate::convex::min_norm_point::nearest_point;
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
-use crate::convex::rounding::{along, edge_magnitude, force_magnitude, map_magnitude};
+use crate::convex::rounding::along;
 use crate::grasp::contact::{ContactForce, ForceModel};
 use crate::grasp::exact_map::{Wrench32, dot};
+use crate::grasp::wrench::{split, with_torque};
 use crate::grasp::wrench_norm::Metric;
+use crate::grasp::wrench_rounding::{edge_magnitude, force_magnitude, map_magnitude};
 use crate::grasp::{ContactMap, Grasp, Wrench, contact_map, length, unit};
 use crate::tolerances::{
     CLEAR_CLOSURE, COINCIDENT_CONTACTS, LEAST_TANGENT, NEAREST_UNIT_WRENCH_RTOL, ROUNDED_POINT,
@@ -50,18 +52,18 @@ pub(crate) struct Verdict<const D: usize> {
     pub(crate) direction: Wrench<D>,
     /// The radius or the gap that proves it, as [`Self::certain`] carries it to other coordinates.
     margin: f64,
-    twin: Twin<D>,
+    scaled: ScaledGrasp<D>,
 }
 
 /// Decides the class of a grasp.
 pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope<D>) -> Verdict<D> {
-    let twin = Twin::of(grasp);
-    let uncertain = twin.uncertain(grasp);
+    let scaled = ScaledGrasp::of(grasp);
+    let uncertain = scaled.uncertain(grasp);
     polytope.allow(uncertain);
     let verdict = |closure, direction: &Wrench<D>, margin| {
         (
             closure,
-            if closure == Closure::Force { Wrench::zeros() } else { twin.shape.physical(direction) },
+            if closure == Closure::Force { Wrench::zeros() } else { scaled.shape.physical(direction) },
             margin,
         )
     };
@@ -69,14 +71,14 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
     let mut nearest = None;
     let (closure, direction, margin) = loop {
         let limits = Limits { stop_above: size, ..Limits::new(UNIT_WRENCHES_RTOL) };
-        let (upper, direction) = match polytope.expand(size, &limits, |z| twin.set.support(z)) {
+        let (upper, direction) = match polytope.expand(size, &limits, |z| scaled.set.support(z)) {
             Expansion::Radius(radius) => break verdict(Closure::Force, &radius.direction, radius.lower),
             Expansion::Pierced(Thinnest { upper, direction, .. })
             | Expansion::Stopped(Thinnest { upper, direction, .. }) => (upper, direction),
         };
         let nearest = nearest.get_or_insert_with(|| {
             nearest_point(NEAREST_UNIT_WRENCH_RTOL, f64::MIN_POSITIVE, usize::MAX, &uncertain, |z| {
-                twin.set.support(z)
+                scaled.set.support(z)
             })
         });
         if nearest.lower > 0.0 {
@@ -94,7 +96,7 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         }
         // Rounding of long wrenches may have hidden that the set is not flat.
         if !thinner {
-            break match twin.round_radius(grasp, &uncertain) {
+            break match scaled.round_radius(grasp, &uncertain) {
                 Some(Ok(radius)) => verdict(Closure::Force, &direction, radius),
                 Some(Err(thinnest)) => verdict(Closure::Partial, &thinnest, 0.0),
                 None => verdict(Closure::Partial, &direction, 0.0),
@@ -102,7 +104,7 @@ pub(crate) fn classify<const D: usize>(grasp: &Grasp<D>, polytope: &mut Polytope
         }
         size = smaller;
     };
-    Verdict { closure, direction, margin, twin }
+    Verdict { closure, direction, margin, scaled }
 }
 
 /// Whether a ball of this `radius`, in the set of a grasp none of whose wrenches is longer than `longest`, is a proof of
@@ -121,17 +123,17 @@ pub(crate) fn is_clear<const D: usize>(
 impl<const D: usize> Verdict<D> {
     /// What the class proves of the radius, or the distance, in the coordinates where `metric` is Euclidean.
     pub(crate) fn certain(&self, grasp: &Grasp<D>, metric: &Metric<D>) -> f64 {
-        let lengths = self.twin.lengths(grasp).map(|(.., length)| length).filter(|length| *length > 0.0);
-        // The twin's ball times the shortest wrench lies in the hull; half of it covers the rounding of this line.
-        0.5 * self.margin * lengths.fold(f64::INFINITY, f64::min) / self.twin.shape.distortions(metric).1
+        let lengths = self.scaled.lengths(grasp).map(|(.., length)| length).filter(|length| *length > 0.0);
+        // The ball times the shortest wrench lies in the hull; half of it covers the rounding of this line.
+        0.5 * self.margin * lengths.fold(f64::INFINITY, f64::min) / self.scaled.shape.distortions(metric).1
     }
 }
 
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all, where every wrench
 /// of the grasp has a value of at most `-gap` and none is longer than `longest` in the norm of the `metric`.
 ///
-/// The value of the twin's wrench `S w / |S w|` along the twin's unit direction is `-gap / (|S w| |S^-T y|)` at most.
-/// Most open grasps are open by so much that the twin itself is not needed.
+/// The value of its wrench `S w / |S w|` along its unit direction is `-gap / (|S w| |S^-T y|)` at most.
+/// Most open grasps are open by so much that the scaled grasp itself is not needed.
 pub(crate) fn is_separated<const D: usize>(
     grasp: &Grasp<D>,
     metric: &Metric<D>,
@@ -140,20 +142,20 @@ pub(crate) fn is_separated<const D: usize>(
     longest: f64,
 ) -> bool {
     let shape = Shape::of(grasp);
-    let size = shape.functional_of_twin(functional).norm() * shape.distortion_from(metric) * longest;
+    let size = shape.scaled_functional(functional).norm() * shape.distortion_from(metric) * longest;
     gap > 4.0 * shape.clear(grasp) * size || separates(grasp, functional)
 }
 
 /// Whether a functional on physical wrenches proves beyond doubt that a grasp has no closure at all.
 fn separates<const D: usize>(grasp: &Grasp<D>, functional: &Wrench<D>) -> bool {
-    let twin = Twin::of(grasp);
-    let z = twin.shape.unit_of_functional(functional);
-    let value = twin.set.value(&z);
-    value < -CLEAR_CLOSURE && value < -(CLEAR_CLOSURE + along(&z, &twin.uncertain(grasp)))
+    let scaled = ScaledGrasp::of(grasp);
+    let z = scaled.shape.unit_of_functional(functional);
+    let value = scaled.set.value(&z);
+    value < -CLEAR_CLOSURE && value < -(CLEAR_CLOSURE + along(&z, &scaled.uncertain(grasp)))
 }
 
 /// The same grasp in its own units.
-struct Twin<const D: usize> {
+struct ScaledGrasp<const D: usize> {
     set: WrenchSet<D>,
     maps: Vec<ContactMap<D>>,
     shape: Shape,
@@ -170,7 +172,7 @@ struct Shape {
     unit: f64,
 }
 
-impl<const D: usize> Twin<D> {
+impl<const D: usize> ScaledGrasp<D> {
     fn of(grasp: &Grasp<D>) -> Self {
         let shape = Shape::of(grasp);
         let maps: Vec<_> = grasp
@@ -193,7 +195,7 @@ impl<const D: usize> Twin<D> {
     /// The radius that is certain, from coordinates where the set is round, or the direction along which it is thinnest;
     /// `None` where it is flat.
     ///
-    /// The coordinates depend on the twin alone, not on the limits of its contacts: so does the class.
+    /// The coordinates depend on the scaled grasp alone, not on the limits of its contacts: so does the class.
     fn round_radius(&self, grasp: &Grasp<D>, uncertain: &Wrench<D>) -> Option<Result<f64, Wrench<D>>> {
         let axes = |i: usize| {
             let contact = &grasp.contacts()[i];
@@ -280,7 +282,7 @@ impl Shape {
         Self { centroid, shift: centroid - grasp.options().origin, reach, unit }
     }
 
-    /// More than [`CLEAR_CLOSURE`] and what [`Twin::uncertain`] takes along any unit direction, without the twin.
+    /// More than [`CLEAR_CLOSURE`] and what [`ScaledGrasp::uncertain`] takes along any unit direction, from the shape alone.
     ///
     /// The sizes behind a unit wrench add up to 5 in forces, and in torques to 6 times the lever and 1 of torsion, which
     /// tangential forces may hide by as much as the lever: `6 + 7 |lever|`. A tangent near the normal makes them larger
@@ -304,91 +306,47 @@ impl Shape {
         if self.unit.is_finite() { self.unit } else { 1.0 }
     }
 
-    /// By how much the map from the twin's coordinates to those of the metric stretches at most, and the map back.
+    /// By how much the map from the scaled coordinates to those of the metric stretches at most, and the map back.
     fn distortions<const D: usize>(&self, metric: &Metric<D>) -> (f64, f64) {
         let unit = |row| Wrench::<D>::from_fn(|other, _| f64::from(u8::from(other == row)));
-        let to = metric.size_of_columns((0..D).map(|row| self.wrench_of_twin(&unit(row))));
+        let to = metric.size_of_columns((0..D).map(|row| self.physical_wrench(&unit(row))));
         (to, self.distortion_from(metric))
     }
 
-    /// By how much the map from the coordinates of the metric to those of the twin stretches at most.
+    /// By how much the map from the coordinates of the metric to the scaled ones stretches at most.
     fn distortion_from<const D: usize>(&self, metric: &Metric<D>) -> f64 {
-        let from = metric.inverse_columns().map(|column| self.twin_of_wrench(&column).norm_squared());
+        let from = metric.inverse_columns().map(|column| self.scaled_wrench(&column).norm_squared());
         from.sum::<f64>().sqrt()
     }
 
     /// The physical wrench about the torque origin.
-    fn wrench_of_twin<const D: usize>(&self, twin: &Wrench<D>) -> Wrench<D> {
-        let mut wrench = *twin;
-        let c = &self.shift;
-        if D == 3 {
-            wrench[2] = wrench[2] * self.size() + c.x * twin[1] - c.y * twin[0];
-            return wrench;
-        }
-        let moved = c.cross(&Vector3::new(twin[0], twin[1], twin[2]));
-        for row in 0..3 {
-            wrench[row + 3] = wrench[row + 3] * self.size() + moved[row];
-        }
-        wrench
+    fn physical_wrench<const D: usize>(&self, scaled: &Wrench<D>) -> Wrench<D> {
+        let (force, torque) = split(scaled);
+        with_torque(&force, &(torque * self.size() + self.shift.cross(&force)))
     }
 
-    /// The inverse of [`Self::wrench_of_twin`].
-    fn twin_of_wrench<const D: usize>(&self, wrench: &Wrench<D>) -> Wrench<D> {
-        let mut twin = *wrench;
-        let c = &self.shift;
-        if D == 3 {
-            twin[2] = (twin[2] - c.x * wrench[1] + c.y * wrench[0]) / self.size();
-            return twin;
-        }
-        let moved = c.cross(&Vector3::new(wrench[0], wrench[1], wrench[2]));
-        for row in 0..3 {
-            twin[row + 3] = (twin[row + 3] - moved[row]) / self.size();
-        }
-        twin
+    /// The inverse of [`Self::physical_wrench`].
+    fn scaled_wrench<const D: usize>(&self, wrench: &Wrench<D>) -> Wrench<D> {
+        let (force, torque) = split(wrench);
+        with_torque(&force, &((torque - self.shift.cross(&force)) / self.size()))
     }
 
-    /// The unit direction that measures the twin's wrenches as `functional` measures physical ones: the inverse of
+    /// The unit direction that measures the scaled grasp's wrenches as `functional` measures physical ones: the inverse of
     /// [`Self::physical`].
     fn unit_of_functional<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
-        unit(&self.functional_of_twin(functional))
+        unit(&self.scaled_functional(functional))
     }
 
-    /// `S^-T y`: what the functional `y` on physical wrenches is on those of the twin.
-    fn functional_of_twin<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
-        let mut z = *functional;
-        let c = &self.shift;
-        if D == 3 {
-            z[0] -= z[2] * c.y;
-            z[1] += z[2] * c.x;
-            z[2] *= self.size();
-        } else {
-            let b = Vector3::new(z[3], z[4], z[5]);
-            let a = b.cross(c);
-            for row in 0..3 {
-                z[row] += a[row];
-                z[row + 3] *= self.size();
-            }
-        }
-        z
+    /// `S^-T y`: what the functional `y` on physical wrenches is on those of the scaled grasp.
+    fn scaled_functional<const D: usize>(&self, functional: &Wrench<D>) -> Wrench<D> {
+        let (a, b) = split(functional);
+        with_torque(&(a + b.cross(&self.shift)), &(b * self.size()))
     }
 
-    /// The direction that measures physical wrenches as `z` measures the twin's.
+    /// The direction that measures physical wrenches as `z` measures the scaled grasp's.
     fn physical<const D: usize>(&self, z: &Wrench<D>) -> Wrench<D> {
-        let mut physical = *z;
-        let c = &self.shift;
-        if D == 3 {
-            let b = z[2] / self.size();
-            physical[0] += b * c.y;
-            physical[1] -= b * c.x;
-            physical[2] = b;
-            return physical;
-        }
-        let b = Vector3::new(z[3], z[4], z[5]) / self.size();
-        let a = b.cross(c);
-        for row in 0..3 {
-            physical[row] -= a[row];
-            physical[row + 3] = b[row];
-        }
-        physical
+        let (a, b) = split(z);
+        let b = b / self.size();
+        with_torque(&(a - b.cross(&self.shift)), &b)
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::grasp::Grasp;
 
 /// A length scale this many times the extent of the contacts makes quality a matter of torques alone.
-const TOO_LONG: f64 = 10.0;
+const TORQUES_ALONE: f64 = 10.0;
 
 /// Contacts whose pairs are measured: a millisecond. Of more, the diagonal of the box that holds them is their extent.
 const MOST_PAIRED: usize = 1000;
@@ -33,7 +33,7 @@ impl<const D: usize> Grasp<D> {
         }
         let sides = high - low;
         let scale = self.options().length_scale;
-        if sides.amax() == 0.0 || scale < TOO_LONG * sides.amax() {
+        if sides.amax() == 0.0 || scale < TORQUES_ALONE * sides.amax() {
             return None;
         }
         let apart = |r: Vector3<f64>| positions.clone().map(move |other| (other - r).norm());
@@ -42,7 +42,7 @@ impl<const D: usize> Grasp<D> {
         } else {
             positions.clone().flat_map(apart).fold(0.0, f64::max)
         };
-        (scale >= TOO_LONG * extent).then(|| {
+        (scale >= TORQUES_ALONE * extent).then(|| {
             format!(
                 "the length scale of {scale} m is {:.0} times the contacts' extent of {extent:.2e} m, so torques alone \
                  decide epsilon; a length_scale near the object's radius weighs forces and torques alike",

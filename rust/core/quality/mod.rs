@@ -8,9 +8,10 @@
 //! | [`query`] | the wrench set of a question, in the coordinates of the norm |
 //! | [`answer`] | how one grasp is answered: outside first, then inside, then closure |
 //! | [`set_rounding`] | what rounding may have done to the answers of the support oracle |
-//! | [`closure`] | the class of Propositions 1 and 2, decided on the grasp in its own units |
+//! | [`closure`] | the class of Propositions 1 and 2, decided on the scaled grasp |
 //! | [`gradient`] | derivatives of epsilon by positions, normals, friction and limits |
 //! | [`worst_direction`] | the worst direction as exact as rounding allows, and whether it is the only one |
+//! | [`local_minima`] | Newton's method for the worst direction of true cones |
 //! | [`bundle`] | the most critical directions, each with its gradient |
 //! | [`active_forces`] | the forces that exert the nearest boundary wrench |
 //! | [`thin_sets`] | brackets of sets that are many orders longer than thick, in coordinates where they are round |
@@ -31,6 +32,7 @@ pub(crate) mod gradient;
 pub(crate) mod inscribed_cones;
 pub(crate) mod least_friction;
 pub(crate) mod length_scale_hint;
+pub(crate) mod local_minima;
 pub(crate) mod query;
 pub(crate) mod result;
 pub(crate) mod set_rounding;

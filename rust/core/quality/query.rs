@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 
 use crate::convex::expanding_polytope::{DEFAULT_MAX_FACETS, Limits, POLISH};
-use crate::convex::rounding::of_contacts;
 use crate::error::{Error, Result};
 use crate::grasp::wrench_norm::Metric;
+use crate::grasp::wrench_rounding::of_contacts;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::quality::result::QualityOptions;
 use crate::tolerances::{QUALITY_RTOL, QUALITY_RTOL_OF_CONES, ROUNDED_QUOTIENT};

@@ -95,8 +95,8 @@ pub struct Quality<const D: usize> {
 pub struct QualityWorkspace<const D: usize> {
     /// Of the set itself.
     pub(crate) polytope: Polytope<D>,
-    /// Of the twin by which closure is decided, so that the set's is still there afterwards.
-    pub(crate) twin: Polytope<D>,
+    /// Of the scaled grasp by which closure is decided, so that the set's is still there afterwards.
+    pub(crate) scaled: Polytope<D>,
     /// Whether the last answer came from the symmetries of the set, and so from another polytope.
     pub(crate) symmetric: bool,
 }
@@ -115,6 +115,6 @@ impl<const D: usize> Quality<D> {
 
 impl<const D: usize> Default for QualityWorkspace<D> {
     fn default() -> Self {
-        Self { polytope: Polytope::new(), twin: Polytope::new(), symmetric: false }
+        Self { polytope: Polytope::new(), scaled: Polytope::new(), symmetric: false }
     }
 }

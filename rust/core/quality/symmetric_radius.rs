@@ -32,7 +32,7 @@ const MAX_WALLS: usize = 24;
 const OFF_CENTRE: f64 = 0.3;
 
 /// Images nearer than this to the centre of the chamber make no wall.
-const NEAR: f64 = 0.05;
+const NEAR_CENTRE: f64 = 0.05;
 
 /// What the search needs to know besides the set.
 struct Search<'a, const D: usize> {
@@ -125,7 +125,7 @@ impl<const D: usize> Search<'_, D> {
         let centre = self.thinnest.direction + generic * OFF_CENTRE;
         let away = |symmetry: &Symmetry<D>| centre - symmetry.map * centre;
         let mut nearest: Vec<_> = maps.iter().map(|symmetry| (away(symmetry), symmetry)).collect();
-        nearest.retain(|(away, _)| away.norm() > NEAR);
+        nearest.retain(|(away, _)| away.norm() > NEAR_CENTRE);
         nearest.sort_by(|a, b| a.0.norm().total_cmp(&b.0.norm()));
         nearest.truncate(MAX_WALLS);
         let far = WALL_DISTANCE * self.query.scale;

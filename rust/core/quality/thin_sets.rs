@@ -12,8 +12,8 @@ use nalgebra::SMatrix;
 use crate::convex::expanding_polytope::plane_norm::PlaneNorm;
 use crate::convex::min_norm_point::{NearestPoint, nearest_point};
 use crate::convex::round_coordinates::{RoundSet, matrix_of, round_rows};
-use crate::convex::rounding::{force_magnitude, of_contacts};
 use crate::grasp::exact_map::{ExactMap, Wrench32, dot};
+use crate::grasp::wrench_rounding::{force_magnitude, of_contacts};
 use crate::grasp::{ContactMap, Wrench};
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;
@@ -24,7 +24,7 @@ use crate::tolerances::{
 use crate::wrench_set::{Criterion, WrenchSet};
 
 /// How often the coordinates are turned to a better direction.
-const TURNS: usize = 4;
+const MAX_TURNS: usize = 4;
 
 /// A turn that leaves more than this of the bracket is the last.
 const WORTH_ANOTHER_TURN: f64 = 0.9;
@@ -110,7 +110,7 @@ impl<const D: usize> QualityQuery<'_, D> {
     pub(crate) fn turned_to(&self, nearest: &NearestPoint<D>) -> NearestPoint<D> {
         let rtol = self.rtol().max(DISTANCE_RTOL);
         let mut best = *nearest;
-        for _ in 0..TURNS {
+        for _ in 0..MAX_TURNS {
             let width = best.upper - best.lower;
             if best.lower <= 0.0 || width <= rtol * best.upper {
                 break;

@@ -9,15 +9,19 @@
 //! (Eq. 26). So `l = (1 - S) / n` of either sign, and `alpha_j = gamma_j + l`. As contacts move, `l` changes as
 //! `-z . sum_j alpha_j w_j` does.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result, Unmet};
 use crate::force::equilibration::Equilibration;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED};
+use crate::force::simplex::columns::ImplicitColumns;
+use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, Simplex};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::surrogates::{SurrogateValue, determine_forces, with_gradient};
 use crate::tolerances::SUPPORTED;
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// A relative gap of the least weight above this is no answer.
 const UNPROVEN_WEIGHT: f64 = 1e-9;
@@ -33,8 +37,12 @@ pub(crate) fn min_weight<const D: usize>(grasp: &Grasp<D>) -> Result<SurrogateVa
     if sum.amax() > f64::EPSILON * count * size {
         let equilibration = Equilibration::new(grasp, &columns);
         let reachable = equilibration.reachable(&sum)?;
-        let mapped = columns.iter().map(|column| equilibration.wrench(column)).collect();
-        let pricing = ImplicitColumns::new(Objective::Sum, ImplicitColumns::<D>::ranges(grasp), mapped);
+        let contact = |range: Range<usize>| {
+            let mapped = columns[range.clone()].iter().map(|column| equilibration.wrench(column));
+            ContactSupport::finite(mapped, range.start)
+        };
+        let contacts = (0..grasp.num_contacts()).filter_map(|i| grasp.edges(i)).map(contact);
+        let pricing = ImplicitColumns::new(Objective::Sum, contacts.collect());
         let mut simplex = Simplex::new(grasp.num_contacts());
         match simplex.cold(&pricing, &reachable.target) {
             Outcome::Optimal => {}

@@ -57,9 +57,10 @@ impl Surrogate {
     /// Refuses a limit that leaves no coefficients.
     pub fn check(&self) -> Result<()> {
         match self {
-            Self::SpanResidual { limit } if !(1.0..=MOST).contains(limit) => {
-                Err(Error::input("limit", format!("{limit} must be at least 1, and at most {MOST:e}")))
-            }
+            Self::SpanResidual { limit } if !(1.0..=LARGEST_LIMIT).contains(limit) => Err(Error::input(
+                "limit",
+                format!("{limit} must be at least 1, and at most {LARGEST_LIMIT:e}"),
+            )),
             _ => Ok(()),
         }
     }
@@ -89,7 +90,7 @@ impl Surrogate {
 }
 
 /// Beyond it a coefficient is no longer limited.
-const MOST: f64 = 1e9;
+const LARGEST_LIMIT: f64 = 1e9;
 
 /// A value that changes as `z . sum_i G_i f_i` does.
 fn with_gradient<const D: usize>(

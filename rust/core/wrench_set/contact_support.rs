@@ -1,7 +1,8 @@
 //! The support oracle of one contact: how far do your wrenches reach along `z`, where, and by which force?
 //!
-//! A contact is finite (the convex hull of its extreme forces, Eq. 3) or a true friction cone, hard or soft. Its wrenches
-//! are seen through a linear map `A`: the metric's for quality, the equilibration's for force distribution. With
+//! Quality and force distribution ask nobody else. A contact is finite (the convex hull of its extreme forces, Eq. 3) or a
+//! true friction cone, hard or soft. Its wrenches are seen through a linear map `A`: the metric's for quality, the
+//! equilibration's for force distribution. Extreme forces are numbered over all contacts of the grasp. With
 //! `h = (A G_i)^T z`,
 //!
 //! - the finite contact reaches `h_i = max_h w_ih . z`;
@@ -15,8 +16,7 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::{Grasp, Wrench};
 use crate::wrench_set::cone::{cone_slope, cone_support};
 use crate::wrench_set::edge_blocks::{
-    EdgeBlock, EdgeBlocks, collect_edge_blocks, edge, edges_reaching, furthest_edge, furthest_value,
-    longest_edge,
+    EdgeBlock, EdgeBlocks, edge, edge_blocks, edges_reaching, furthest_edge, furthest_value, longest_edge,
 };
 use crate::wrench_set::soft_lattice::SoftLattice;
 
@@ -34,7 +34,7 @@ impl<const R: usize> ContactSupport<R> {
     /// A contact that exerts these wrenches by extreme forces of a grasp, from number `first` on.
     pub(crate) fn finite(wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>, first: usize) -> Self {
         let count = wrenches.len();
-        Self::Finite { blocks: collect_edge_blocks(wrenches), lattice: None, first, count }
+        Self::Finite { blocks: edge_blocks(wrenches), lattice: None, first, count }
     }
 
     /// A true cone under the map `A G_i`, with normal forces up to `limit`.
@@ -68,28 +68,17 @@ impl<const R: usize> ContactSupport<R> {
     #[inline]
     pub(crate) fn furthest(&self, z: &SVector<f64, R>) -> (f64, usize) {
         match self {
-            Self::Finite { blocks, lattice: None, .. } => furthest_edge(blocks, z),
-            Self::Finite { blocks, lattice: Some(lattice), .. } => {
-                lattice.furthest(blocks, z).unwrap_or_else(|| furthest_edge(blocks, z))
+            Self::Finite { blocks, lattice: None, first, .. } => {
+                let (value, own) = furthest_edge(blocks, z);
+                (value, first + own)
+            }
+            Self::Finite { blocks, lattice: Some(lattice), first, .. } => {
+                let (value, own) = lattice.furthest(blocks, z).unwrap_or_else(|| furthest_edge(blocks, z));
+                (value, first + own)
             }
             Self::Cone { map, mu, gamma, .. } => {
                 let h = map.tr_mul(z);
                 (h[0] + cone_slope(&h, *mu, *gamma), 0)
-            }
-        }
-    }
-
-    /// `h_i(z)`, and the wrench that attains it.
-    #[inline]
-    pub(crate) fn support(&self, z: &SVector<f64, R>) -> (f64, SVector<f64, R>) {
-        match self {
-            Self::Finite { blocks, .. } => {
-                let (value, number) = self.furthest(z);
-                (value, edge(blocks, number))
-            }
-            Self::Cone { map, mu, gamma, .. } => {
-                let h = map.tr_mul(z);
-                (h[0] + cone_slope(&h, *mu, *gamma), map * cone_support(&h, *mu, *gamma))
             }
         }
     }
@@ -101,21 +90,22 @@ impl<const R: usize> ContactSupport<R> {
 
     /// The wrenches of the extreme forces; none of a true cone.
     pub(crate) fn wrenches(&self) -> impl Iterator<Item = SVector<f64, R>> {
-        let (blocks, count) = self.listed();
-        (0..count).map(move |number| edge(blocks, number))
+        let (blocks, range) = self.listed();
+        (0..range.len()).map(move |own| edge(blocks, own))
     }
 
-    fn listed(&self) -> (&[EdgeBlock<R>], usize) {
+    /// The wrenches in blocks, and the numbers of their extreme forces.
+    fn listed(&self) -> (&[EdgeBlock<R>], Range<usize>) {
         match self {
-            Self::Finite { blocks, count, .. } => (blocks, *count),
-            Self::Cone { .. } => (&[], 0),
+            Self::Finite { blocks, first, count, .. } => (blocks, *first..first + count),
+            Self::Cone { .. } => (&[], 0..0),
         }
     }
 
     /// The numbers of the extreme forces that reach at least `least` along `z`; none of a true cone.
     pub(crate) fn edges_reaching(&self, z: &SVector<f64, R>, least: f64) -> impl Iterator<Item = usize> {
-        let (blocks, count) = self.listed();
-        edges_reaching(blocks, count, z, least)
+        let (blocks, range) = self.listed();
+        edges_reaching(blocks, range.len(), z, least).map(move |own| range.start + own)
     }
 
     /// `h_i(z)`.
@@ -131,23 +121,20 @@ impl<const R: usize> ContactSupport<R> {
     #[inline]
     pub(crate) fn wrench(&self, z: &SVector<f64, R>, at: usize) -> SVector<f64, R> {
         match self {
-            Self::Finite { blocks, .. } => edge(blocks, at),
+            Self::Finite { blocks, first, .. } => edge(blocks, at - first),
             Self::Cone { map, mu, gamma, .. } => map * cone_support(&map.tr_mul(z), *mu, *gamma),
         }
     }
 
     /// Which extreme forces of the grasp are the contact's; none of a true cone.
     pub(crate) fn range(&self) -> Range<usize> {
-        match self {
-            Self::Finite { first, count, .. } => *first..first + count,
-            Self::Cone { .. } => 0..0,
-        }
+        self.listed().1
     }
 
     /// The force, in the contact frame, that exerts [`Self::wrench`], where `all` are the extreme forces of the grasp.
     pub(crate) fn force(&self, z: &SVector<f64, R>, at: usize, all: &[ContactForce]) -> ContactForce {
         match self {
-            Self::Finite { first, .. } => all[first + at],
+            Self::Finite { .. } => all[at],
             Self::Cone { map, limit, mu, gamma } => cone_support(&map.tr_mul(z), *mu, *gamma) * *limit,
         }
     }

@@ -33,15 +33,6 @@ impl<const R: usize> Deref for EdgeBlocks<R> {
 
 /// The wrenches of one contact in blocks. The last repeats its first wrench, which never beats its own lower index.
 pub(crate) fn edge_blocks<const R: usize>(
-    wrenches: &[SVector<f64, R>],
-) -> impl Iterator<Item = EdgeBlock<R>> {
-    wrenches.chunks(LANES).map(|chunk| {
-        std::array::from_fn(|row| std::array::from_fn(|lane| chunk.get(lane).unwrap_or(&chunk[0])[row]))
-    })
-}
-
-/// [`edge_blocks`] of wrenches that come one by one.
-pub(crate) fn collect_edge_blocks<const R: usize>(
     mut wrenches: impl ExactSizeIterator<Item = SVector<f64, R>>,
 ) -> EdgeBlocks<R> {
     let count = wrenches.len().div_ceil(LANES);

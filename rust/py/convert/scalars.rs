@@ -33,7 +33,7 @@ impl<'py> FromPyObject<'_, 'py> for Given<'py> {
 }
 
 /// Characters of a value that a message shows.
-const SHOWN: usize = 60;
+const MAX_SHOWN: usize = 60;
 
 /// A value as Python prints it, cut where that is long.
 pub fn shown(value: &Bound<'_, PyAny>) -> String {
@@ -45,7 +45,7 @@ pub fn shown(value: &Bound<'_, PyAny>) -> String {
             return kind(value);
         }
     };
-    match text.char_indices().nth(SHOWN) {
+    match text.char_indices().nth(MAX_SHOWN) {
         None => text,
         Some((end, _)) => format!("{}...", &text[..end]),
     }

@@ -1,13 +1,14 @@
 //! Numbers for people: as many digits as are proven, at most nine.
 
 /// Digits at most.
-const MOST: usize = 9;
+const MAX_DIGITS: usize = 9;
 
 /// A number whose error is at most `width`: its last digit is of that order.
 pub fn proven(value: f64, width: f64) -> String {
     let size = value.abs();
-    let known = if width > 0.0 { size.log10().floor() - width.log10().floor() + 1.0 } else { MOST as f64 };
-    let digits = if known.is_finite() { known.clamp(1.0, MOST as f64) as usize } else { MOST };
+    let known =
+        if width > 0.0 { size.log10().floor() - width.log10().floor() + 1.0 } else { MAX_DIGITS as f64 };
+    let digits = if known.is_finite() { known.clamp(1.0, MAX_DIGITS as f64) as usize } else { MAX_DIGITS };
     significant(value, digits)
 }
 
@@ -19,7 +20,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     let scientific = format!("{value:.*e}", digits.max(1) - 1);
     let Some((mantissa, exponent)) = scientific.split_once('e') else { return scientific };
     let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-5..digits.max(MOST) as i32).contains(&exponent) {
+    if (-5..digits.max(MAX_DIGITS) as i32).contains(&exponent) {
         let places = (digits as i32 - 1 - exponent).max(0) as usize;
         // Rounded once, at the last digit that is kept.
         let rounded = scientific.parse().unwrap_or(value);

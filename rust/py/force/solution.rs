@@ -4,7 +4,7 @@ use graspforce::{ContactForce, Distribution};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arrays::{as_array, matrix, read_only, vector};
 use crate::convert::dimension::{Dimensional, by_dimension};
@@ -173,7 +173,9 @@ impl PyForceSolution {
 
     /// (m,) unused share of each contact's friction, before ``friction_margin`` divides it.
     ///
-    /// It is 1 for a purely normal force, 0 on the edge of slip, and NaN for general extreme forces.
+    /// It is 1 for a purely normal force and 0 on the edge of slip: ``1 - 1 / s``, where friction force and torsion may
+    /// grow by the factor ``s`` beside the same normal force. With ``extreme_forces`` the contact slips where its force
+    /// leaves the cone that these span, whatever their limits.
     #[getter]
     fn slip_margin<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.check_arrays(py)?;
@@ -253,6 +255,25 @@ impl PyForceSolution {
         slf.py().import("graspforce._internal.html")?.call_method1("solution_html", (slf,))
     }
 
+    /// Draw the grasp with these forces: a figure that notebooks show and ``savefig`` writes. Needs the ``plot``
+    /// extra.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options
+    ///     As for `graspforce.plotting.grasp_figure`: ``title``, ``outline`` and ``mesh``.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (**options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.plotting")?.getattr("solution_figure")?.call((slf,), options)
+    }
+
     #[pyo3(signature = (dtype=None, copy=None))]
     fn __array__<'py>(
         &self,
@@ -316,10 +337,10 @@ impl PyForceSolution {
             if self.query.objective == "squares" { shown("value", self.value()) } else { String::new() };
         let distance = if self.balanced(py)? { String::new() } else { shown("distance", self.distance()) };
         Ok(format!(
-            "ForceSolution({value}{}{}{distance}gap={:.1e})",
+            "ForceSolution({value}{}{}{distance}gap={})",
             shown("sigma_max", self.sigma_max()),
             shown("sigma_sum", self.sigma_sum()),
-            self.gap()
+            significant(self.gap(), 2)
         ))
     }
 }

@@ -339,6 +339,29 @@ impl PyGrasp {
         slf.py().import("graspforce._internal.html")?.call_method1("grasp_html", (slf,))
     }
 
+    /// Draw the grasp: a figure that notebooks show and ``savefig`` writes. Needs the ``plot`` extra.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options
+    ///     As for `graspforce.plotting.grasp_figure`: ``forces``, ``title``, ``outline`` and ``mesh``.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    ///
+    /// Examples
+    /// --------
+    /// >>> import graspforce as gf
+    /// >>> figure = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]).plot(title="pinch")
+    #[pyo3(signature = (**options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.plotting")?.getattr("grasp_figure")?.call((slf,), options)
+    }
+
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let restore = py.import("graspforce._core")?.getattr("unwarned_grasp_of")?;
         Ok((restore, (self.arguments.to_python(py, false)?,).into_pyobject(py)?))

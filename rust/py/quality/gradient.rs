@@ -112,6 +112,10 @@ impl PyGradient {
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce._internal.html")?.call_method1("gradient_html", (slf,))
+    }
+
     fn __repr__(&self) -> String {
         format!("Gradient({} contacts, unique={})", self.gradient.positions.len(), self.gradient.unique)
     }

@@ -1,4 +1,5 @@
-//! `graspforce.Quality`.
+//! `graspforce.Quality`. [`gradient`]: its `Gradient`; [`batch`]: `quality_many`, with [`gradient_batch`] and
+//! [`bundle_batch`]; [`least_friction`]: brackets of the least friction.
 
 pub(crate) mod batch;
 pub(crate) mod bundle_batch;
@@ -10,7 +11,7 @@ use graspforce::Closure;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::convert::arrays::read_only;
 use crate::convert::dimension::{by_dimension, map_dimension};
@@ -18,7 +19,7 @@ use crate::convert::errors::invalid_input;
 use crate::convert::quality_options::{AnyQuery, Query, RawOptions, criterion_name};
 use crate::convert::restored;
 use crate::convert::scalars::Given;
-use crate::convert::significant::proven;
+use crate::convert::significant::{proven, significant};
 use crate::grasp::PyGrasp;
 use crate::quality::gradient::PyGradient;
 use crate::runtime::workspace::quality_of;
@@ -219,6 +220,25 @@ impl PyQuality {
         slf.py().import("graspforce._internal.html")?.call_method1("quality_html", (slf,))
     }
 
+    /// Draw the grasp with its quality and its weakest wrench: a figure that notebooks show and ``savefig``
+    /// writes. Needs the ``plot`` extra.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options
+    ///     As for `graspforce.plotting.quality_figure`: ``title``, ``outline`` and ``mesh``.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (**options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("graspforce.plotting")?.getattr("quality_figure")?.call((slf,), options)
+    }
+
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the state of a pickle, item by item")]
     fn _restore(
@@ -286,11 +306,11 @@ impl PyQuality {
         let open = if self.converged { "" } else { ", not converged" };
         let hint = self.hint().map_or_else(String::new, |hint| format!(", hint: {hint}"));
         format!(
-            "Quality({}, epsilon={}, closure='{}', width={:.1e}{open}{hint})",
+            "Quality({}, epsilon={}, closure='{}', width={}{open}{hint})",
             self.criterion,
             proven(self.epsilon(), self.upper - self.lower),
             self.closure,
-            self.upper - self.lower
+            significant(self.upper - self.lower, 2)
         )
     }
 }

@@ -16,7 +16,10 @@ thread_local! {
 }
 
 /// Takes the workspace for as long as it is used: a signal handler may compute qualities meanwhile.
-fn lent<W: Default, R>(kept: &'static LocalKey<Cell<Option<W>>>, body: impl FnOnce(&mut W) -> R) -> R {
+fn with_workspace<W: Default, R>(
+    kept: &'static LocalKey<Cell<Option<W>>>,
+    body: impl FnOnce(&mut W) -> R,
+) -> R {
     let mut workspace = kept.take().unwrap_or_default();
     let result = body(&mut workspace);
     kept.set(Some(workspace));
@@ -30,13 +33,13 @@ pub trait Workspace: Sized {
 
 impl Workspace for QualityWorkspace<3> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        lent(&PLANAR, body)
+        with_workspace(&PLANAR, body)
     }
 }
 
 impl Workspace for QualityWorkspace<6> {
     fn with<R>(body: impl FnOnce(&mut Self) -> R) -> R {
-        lent(&SPATIAL, body)
+        with_workspace(&SPATIAL, body)
     }
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import graspforce as gf
-from graspforce.cli.exit_codes import BAD_FILE, DONE, FAILED, INFEASIBLE, MISUSED
+from graspforce.cli.exit_codes import BAD_FILE, DONE, FAILED, INFEASIBLE, MISUSED, PAST_LIMITS
 from graspforce.cli.main import _bare, main
 from graspforce.cli.trajectory import solve_trajectory
 from graspforce.files import WrenchFile
@@ -200,6 +200,48 @@ def test_a_wrench_that_cannot_be_balanced_has_its_exit_code(call, tmp_path):
     wrenches.write_text("-1,0,0\n1,0,0\n")
     printed = call("forces", str(pinch), "--wrenches", str(wrenches), "--json", code=INFEASIBLE).out
     assert json.loads(printed)["sigma_max"] == [1.0, None]
+
+
+def test_forces_past_the_limits_have_their_exit_code(call, tmp_path):
+    heavy = ("--wrench", "0,0,-90,0,0,0")
+    printed = call("forces", CUP, *heavy, code=PAST_LIMITS).out
+    assert "ABOVE THE LIMITS" in printed
+    assert "slip margin 0" in printed
+    call("forces", CUP, *heavy, "--nearest")
+    rows = tmp_path / "w.csv"
+    rows.write_text("0,0,-5,0,0,0\n0,0,-90,0,0,0\n")
+    call("forces", CUP, "--wrenches", str(rows), code=PAST_LIMITS)
+
+
+def test_a_slip_margin_that_is_not_zero_is_not_explained(call, tmp_path):
+    margin = tmp_path / "cup.yaml"
+    margin.write_text(Path(CUP).read_text() + "friction_margin: 1.5\n")
+    assert "slip margin 0" not in call("forces", str(margin), *WEIGHT).out
+
+
+@pytest.mark.parametrize("command", ["quality", "forces", "plan", "view"])
+@pytest.mark.parametrize("at", [(), ("--at", "0,0,0")])
+def test_a_mesh_that_is_missing_or_cannot_be_read_is_named(call, tmp_path, command, at):
+    (tmp_path / "part.step").write_text("ISO-10303-21;")
+    at = at if command != "plan" else ()
+    wrench = WEIGHT if command == "forces" else ()
+    for name, message in (("missing.stl", "missing.stl: "), ("part.step", "'step' cannot be read")):
+        assert message in call(command, str(tmp_path / name), *at, *wrench, code=BAD_FILE).err
+
+
+def test_commands_take_the_same_options_of_a_mesh_and_the_same_defaults(call, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.icosphere(subdivisions=2, radius=0.05).export(tmp_path / "ball.glb")
+    ball, found = str(tmp_path / "ball.glb"), {}
+    shared = ("--friction", "0.7", "--max-normal-force", "4", "--edges", "6", "--torsion", "0.01")
+    for extra in ((), ("--length-scale", "0.02")):
+        search = ("--contacts", "2", "--starts", "2", "--best", "1", "--no-refine")
+        plan = json.loads(call("plan", ball, *search, *shared, *extra, "--json").out)["plans"][0]["grasp"]
+        at = [word for point in plan["positions"] for word in ("--at", ",".join(map(str, point)))]
+        found = json.loads(call("quality", ball, *at, *shared, *extra, "--json").out)["grasp"]
+        for name in ("friction", "max_normal_force", "num_edges", "torsion", "length_scale", "origin"):
+            assert found[name] == plan[name], name
+        assert found["length_scale"] == pytest.approx(0.02 if extra else 0.05)
 
 
 @pytest.mark.parametrize("arguments", [(), (*WEIGHT, "--wrenches", LIFT)])

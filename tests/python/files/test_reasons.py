@@ -1,14 +1,17 @@
 """What is wrong with a field is said in plain words, whatever the field and whatever stands there."""
 
+import itertools
 import json
 import re
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError
 
 import graspforce as gf
-from graspforce.files import load_grasp, load_problem
+from graspforce.files import load_grasp, load_problem, schema
+from graspforce.files.reasons import reasons
 
 VALIDATORS = re.compile(r"Input should|Field required|validation|valid |Value error|constrained|Extra inputs")
 
@@ -92,3 +95,17 @@ def test_words_of_common_mistakes(tmp_path, where, wrong, message):
     with pytest.raises(gf.InvalidFileError, match=f"grasp.json:1: {message}$") as raised:
         load_grasp(path)
     assert raised.value.field == where
+
+
+def test_no_word_of_the_validator_reaches_a_message():
+    wrong = [*WRONG, float("nan"), 2**70, [None, 1], "\ud800", {"file": ""}, [[["a"]]], [1, 2], [{}], "1"]
+    models = {
+        kind for kind in vars(schema).values() if isinstance(kind, type) and issubclass(kind, BaseModel)
+    }
+    for model in models:
+        for field, value in itertools.product(model.model_fields, wrong):
+            try:
+                model.model_validate({field: value})
+            except ValidationError as error:
+                for _, reason in reasons({field: value}, error.errors(include_url=False)):
+                    assert not VALIDATORS.search(reason)

@@ -1,8 +1,10 @@
 """`graspforce.jax`: derivatives, transformations, types and shapes, with and without x64."""
 
+import itertools
+
 import numpy as np
 import pytest
-from support.moved_contacts import ellipsoid_grasps
+from support.moved_contacts import ellipsoid_grasps, ragged_grasps
 
 import graspforce as gf
 
@@ -12,13 +14,13 @@ jnp = jax.numpy
 check_grads = pytest.importorskip("jax.test_util").check_grads
 
 FUNCTIONS = {
-    "sum": lambda p, n, _w: gj.quality(p, n, criterion="sum", friction=0.8),
-    "max": lambda p, n, _w: gj.quality(p, n, friction=0.8, rtol=1e-12),
-    "least force": lambda p, n, w: gj.least_force(p, n, w, unsolved=0.0, friction=0.8),
-    "least squares": lambda p, n, w: gj.least_force(
-        p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None
+    "sum": lambda p, n, _w, **o: gj.quality(p, n, criterion="sum", friction=0.8, **o),
+    "max": lambda p, n, _w, **o: gj.quality(p, n, friction=0.8, rtol=1e-12, **o),
+    "least force": lambda p, n, w, **o: gj.least_force(p, n, w, unsolved=0.0, friction=0.8, **o),
+    "least squares": lambda p, n, w, **o: gj.least_force(
+        p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None, **o
     ),
-    "residual": lambda p, n, w: gj.residual(p, n, 3 * w, friction=0.8),
+    "residual": lambda p, n, w, **o: gj.residual(p, n, 3 * w, friction=0.8, **o),
 }
 each_function = pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
 FINITE = {"order": 1, "modes": ("fwd", "rev"), "atol": 1e-3, "rtol": 1e-3, "eps": 1e-6}
@@ -202,3 +204,45 @@ def test_large_batches_under_jit_do_not_wait_for_themselves():
     positions, normals, _ = case(rows=20_000)
     loss = jax.jit(jax.grad(lambda p: gj.quality(jnp.sin(p), normals, criterion="sum").mean()))
     assert np.isfinite(loss(positions)).all()
+
+
+@pytest.mark.usefixtures("double")
+@each_function
+def test_a_ragged_batch_is_its_grasps(function):
+    rng = np.random.default_rng(3)
+    positions, normals, offsets = ragged_grasps(rng)
+    positions, normals, wrenches = (jnp.asarray(x) for x in (positions, normals, rng.normal(size=(2, 6))))
+
+    def total(p, n, w, of=slice(None), **options):
+        values = function(p, n, w, **options)
+        return jnp.nansum(values * weights[of]), values
+
+    weights = jnp.asarray(rng.normal(size=function(positions, normals, wrenches, offsets=offsets).shape))
+    by = jax.jit(jax.grad(lambda p, n, w: total(p, n, w, offsets=offsets)[0], argnums=(0, 1, 2)))
+    found = by(positions, normals, wrenches)
+    sum_by_wrench = jnp.zeros_like(wrenches)
+    for row, (start, end) in enumerate(itertools.pairwise(offsets)):
+        if start == end:
+            continue
+        one = positions[start:end], normals[start:end], wrenches
+        alone = jax.grad(lambda p, n, w, row=row: total(p, n, w, row)[0], argnums=(0, 1, 2))(*one)
+        np.testing.assert_allclose(found[0][start:end], alone[0], atol=1e-9)
+        np.testing.assert_allclose(found[1][start:end], alone[1], atol=1e-9)
+        sum_by_wrench = sum_by_wrench + alone[2]
+    np.testing.assert_allclose(found[2], sum_by_wrench, atol=1e-9)
+    twice = jax.vmap(lambda p: function(p, normals, wrenches, offsets=offsets))(jnp.stack([positions] * 2))
+    np.testing.assert_allclose(twice[1], total(positions, normals, wrenches, offsets=offsets)[1])
+
+
+@pytest.mark.usefixtures("double")
+def test_smoothing_is_that_of_torch_and_has_its_derivative():
+    positions, normals, _ = case(rows=6)
+
+    def smoothed(p, n):
+        return gj.quality(p, n, smoothing=0.02, friction=0.8)
+
+    exact = gj.quality(positions, normals, friction=0.8)
+    found = smoothed(positions, normals)
+    assert (found <= exact).all()
+    assert (found >= exact - 0.02 * np.log(16)).all()
+    check_grads(smoothed, (positions, normals), **FINITE)

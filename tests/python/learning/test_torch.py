@@ -1,8 +1,10 @@
 """`graspforce.torch`: derivatives, transformations, types and shapes on the real package."""
 
+import itertools
+
 import numpy as np
 import pytest
-from support.moved_contacts import ellipsoid_grasps
+from support.moved_contacts import ellipsoid_grasps, ragged_grasps
 
 import graspforce as gf
 
@@ -13,13 +15,13 @@ gt = pytest.importorskip("graspforce.torch")
 pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit:FutureWarning")
 
 FUNCTIONS = {
-    "sum": lambda p, n, _w: gt.quality(p, n, criterion="sum", friction=0.8),
-    "max": lambda p, n, _w: gt.quality(p, n, friction=0.8, rtol=1e-12),
-    "least force": lambda p, n, w: gt.least_force(p, n, w, unsolved=0.0, friction=0.8),
-    "least squares": lambda p, n, w: gt.least_force(
-        p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None
+    "sum": lambda p, n, _w, **o: gt.quality(p, n, criterion="sum", friction=0.8, **o),
+    "max": lambda p, n, _w, **o: gt.quality(p, n, friction=0.8, rtol=1e-12, **o),
+    "least force": lambda p, n, w, **o: gt.least_force(p, n, w, unsolved=0.0, friction=0.8, **o),
+    "least squares": lambda p, n, w, **o: gt.least_force(
+        p, n, w, objective="squares", slack=10.0, friction=0.8, edges=None, **o
     ),
-    "residual": lambda p, n, w: gt.residual(p, n, 3 * w, friction=0.8),
+    "residual": lambda p, n, w, **o: gt.residual(p, n, 3 * w, friction=0.8, **o),
 }
 each_function = pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
 
@@ -108,7 +110,7 @@ def test_operators_keep_the_rules_of_torch():
     rows = (torch.tensor(0.5), torch.tensor(1.0), *[None] * 7)
     torch.library.opcheck(
         torch.ops.graspforce.quality.default,
-        (positions, normals, *rows, [], [8], 1.0, 0.0, "max", None, None),
+        (positions, normals, *rows, [], [8], None, 1.0, 0.0, "max", None, None, 0.0),
         test_utils=("test_schema", "test_autograd_registration", "test_faketensor"),
     )
 
@@ -217,3 +219,106 @@ def test_wrong_contacts_are_refused(positions, message):
         gt.quality(positions, torch.zeros(4, 3))
     with pytest.raises(TypeError, match="frictoin"):
         gt.quality(torch.zeros(4, 3), torch.zeros(4, 3), frictoin=1)
+
+
+@each_function
+def test_a_ragged_batch_is_its_grasps(function):
+    rng = np.random.default_rng(3)
+    positions, normals, offsets = ragged_grasps(rng)
+    wrenches = torch.tensor(rng.normal(size=(2, 6)))
+    p, n = (torch.tensor(array, requires_grad=True) for array in (positions, normals))
+
+    def ragged(p, n):
+        return function(p, n, wrenches, offsets=offsets)
+
+    values = ragged(p, n)
+    weights = torch.tensor(rng.normal(size=values.shape))
+    (weights * values).nansum().backward()
+    for row, (start, end) in enumerate(itertools.pairwise(offsets)):
+        if start == end:
+            assert not values[row].nan_to_num(0.0).any()
+            continue
+        one = [array[start:end].detach().clone().requires_grad_() for array in (p, n)]
+        alone = function(*one, wrenches)
+        torch.testing.assert_close(values[row], alone, equal_nan=True)
+        (weights[row] * alone).nansum().backward()
+        torch.testing.assert_close(p.grad[start:end], one[0].grad)
+        torch.testing.assert_close(n.grad[start:end], one[1].grad)
+    twice = ragged(p.expand(2, *p.shape), n)
+    torch.testing.assert_close(twice[1], values, equal_nan=True)
+    mapped = torch.vmap(ragged, in_dims=(0, None))(p.detach().expand(2, *p.shape), n.detach())
+    torch.testing.assert_close(mapped[1], values.detach(), equal_nan=True)
+    compiled = torch.compile(lambda p: ragged(p, n).nansum(), fullgraph=True, backend="aot_eager")
+    torch.testing.assert_close(compiled(p), values.nansum())
+
+
+@pytest.mark.parametrize("edges", [8, None])
+@pytest.mark.parametrize("criterion", ["max", "sum"])
+def test_a_smooth_minimum_has_its_bound_its_limit_and_its_derivative(criterion, edges):
+    positions, normals, _ = case(rows=10, gradient=True)
+    options = {"criterion": criterion, "friction": 0.8, "edges": edges}
+    exact = gt.quality(positions, normals, **options).detach()
+    before = exact
+    for smoothing in (1e-12, 1e-3, 1e-2, 0.1):
+        smooth = gt.quality(positions, normals, smoothing=smoothing, **options).detach()
+        assert (smooth <= before).all()
+        assert (smooth >= exact - smoothing * np.log(16)).all()
+        before = smooth
+    torch.testing.assert_close(gt.quality(positions, normals, smoothing=1e-12, **options), exact)
+    # Smooth sets have few local minima.
+    assert edges is None or (before < exact).any()
+
+    # The bracket of true cones is the noise of differences.
+    options["rtol"], step = (1e-12, 1e-6) if edges else (1e-9, 1e-4)
+
+    def smoothed(p, n):
+        return gt.quality(p, n, smoothing=0.02, **options)
+
+    smoothed(positions, normals).sum().backward()
+    rng = np.random.default_rng(1)
+    errors = []
+    with torch.no_grad():
+        for _ in range(3):
+            move, turn = (torch.tensor(rng.normal(size=positions.shape)) for _ in range(2))
+            sides = [smoothed(positions + h * move, normals + h * turn) for h in (step, -step)]
+            slope = (positions.grad * move + normals.grad * turn).sum((-2, -1))
+            errors.append((sides[0] - sides[1]) / (2 * step) - slope)
+    errors = torch.stack(errors).abs()
+    # A direction that joins or leaves within the step makes the value jump; that is rare.
+    assert edges is None or (errors < 1e-3).double().mean() > 0.9
+    assert errors.median() < 1e-5
+
+
+def test_a_smooth_minimum_mixes_the_gradients_of_equally_bad_directions():
+    positions = torch.tensor([(1.0, 0.0), (-1.0, 0.0)], dtype=torch.float64, requires_grad=True)
+    normals = -positions.detach()
+    gt.quality(positions, normals).backward()
+    one = positions.grad.clone()
+    positions.grad = None
+    gt.quality(positions, normals, smoothing=0.01).backward()
+    # The mirror images of the grasp cancel what one direction alone says.
+    assert one[:, 1].abs().max() > 0.1
+    assert positions.grad[:, 1].abs().max() < 1e-12
+
+
+@pytest.mark.parametrize("smoothing", [-1.0, float("nan"), float("inf"), "0.1"])
+def test_what_is_no_scale_of_smoothing_is_refused(smoothing):
+    positions, normals, _ = case()
+    with pytest.raises(gf.InvalidInputError, match="smoothing"):
+        gt.quality(positions, normals, smoothing=smoothing)
+
+
+@pytest.mark.parametrize(
+    ("offsets", "message"),
+    [
+        ([0, 3], "entry 1: 3, expected 12"),
+        ([1, 12], "entry 0: 1, expected 0"),
+        ([0, 7, 4, 12], "entry 2: 4, expected at least 7"),
+        ([], "whole numbers"),
+        ([0.0, 12.0], "whole numbers"),
+    ],
+)
+def test_offsets_that_cut_no_batch_are_refused(offsets, message):
+    positions, normals, _ = case()
+    with pytest.raises(gf.InvalidInputError, match=message):
+        gt.quality(positions.reshape(12, 3), normals.reshape(12, 3), offsets=offsets)

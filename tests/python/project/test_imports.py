@@ -76,7 +76,8 @@ def test_the_core_of_the_package_imports_no_room_above_it():
     imports = grimp.build_graph("graspforce")
     floors = [
         {"graspforce.cli"},
-        {"graspforce.viewer", "graspforce.paper", "graspforce.hands"},
+        {"graspforce.viewer", "graspforce.paper"},
+        {"graspforce.hands"},
         {"graspforce.plotting", "graspforce.files", "graspforce.datasets", "graspforce.adapters"},
         {"graspforce.planning"},
         {"graspforce.surfaces"},

@@ -28,6 +28,14 @@ def ellipsoid_grasps(
     return outward * axes, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
 
 
+def ragged_grasps(rng: np.random.Generator) -> tuple[Array, Array, list[int]]:
+    """Contacts of grasps with 4, 5, 0, 3 and 4 contacts, and where each grasp begins."""
+    counts = [4, 5, 0, 3, 4]
+    grasps = [ellipsoid_grasps(rng, 1, 3, count) for count in counts if count]
+    positions, normals = (np.concatenate([grasp[part][0] for grasp in grasps]) for part in (0, 1))
+    return positions, normals, np.cumsum([0, *counts]).tolist()
+
+
 def tangents_of(normals: Array) -> Array:
     """Return the first tangents that contacts have by default."""
     axis = np.where(np.abs(normals[..., :1]) > 0.7, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))

@@ -13,7 +13,7 @@ from websockets.sync.client import connect as websocket
 
 import graspforce as gf
 from graspforce.viewer import view
-from graspforce.viewer.scene import identifier
+from graspforce.viewer.controls import identifier
 
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA = {
@@ -102,26 +102,27 @@ def wait_for(condition, timeout=10.0):
 
 def state_of(viewer):
     """Everything that clients might have changed."""
-    controls = (viewer._friction, viewer._limits, viewer._row, viewer._criterion, viewer._playing)
+    shown = viewer._controls
+    controls = (shown.friction, shown.limits, shown.row, shown.criterion, shown.playing, shown.dark)
     return (
         [(control.value, control.label, control.disabled) for control in controls],
         [(*handle.position, *handle.wxyz, handle.visible) for handle in viewer._handles],
         viewer.state.grasp.positions.tolist(),
-        viewer._message.content,
+        viewer._controls.message.content,
     )
 
 
 def nothing_happens(viewer, *forged):
     """Send messages, then a genuine one on the same connection: it is obeyed, the others were not."""
     before = state_of(viewer)
-    factor = 1.5 if viewer._friction.value != 1.5 else 1.0
+    factor = 1.5 if viewer._controls.friction.value != 1.5 else 1.0
     with client(viewer) as opened:
         for message in forged:
             opened.send(message) if isinstance(message, bytes | str) else say(opened, message)
-        say(opened, slide(viewer._friction, factor))
-        wait_for(lambda: viewer._friction.value == factor)
-        say(opened, slide(viewer._friction, before[0][0][0]))
-        wait_for(lambda: viewer._friction.value == before[0][0][0])
+        say(opened, slide(viewer._controls.friction, factor))
+        wait_for(lambda: viewer._controls.friction.value == factor)
+        say(opened, slide(viewer._controls.friction, before[0][0][0]))
+        wait_for(lambda: viewer._controls.friction.value == before[0][0][0])
     assert state_of(viewer) == before
 
 

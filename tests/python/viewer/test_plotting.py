@@ -1,15 +1,24 @@
 """Figures hold what they were asked to draw, need no display, and refuse what they cannot draw."""
 
+import io
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 import graspforce as gf
 from graspforce import plotting
 from graspforce._internal.normal_limits import normal_limits
+from graspforce.paper.shown_iterates import shown_iterates
+from graspforce.plotting import views
+
+try:
+    import trimesh
+except ModuleNotFoundError:
+    trimesh = None
 
 ANGLES = np.deg2rad([90, 210, 330])
 RIM = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1)
@@ -146,3 +155,122 @@ def test_planar_fans_of_unsorted_forces_do_not_cross():
         slopes = [t / n for n, t in fan @ frame.T]
         assert slopes == sorted(slopes)
     assert normal_limits(grasp).tolist() == [2, 2, 2]
+
+
+BALL = [trimesh.creation.icosphere(subdivisions=3, radius=0.05)] if trimesh else []
+
+
+def fibonacci(count, radius=0.05):
+    k = np.arange(count) + 0.5
+    polar, azimuth = np.arccos(1 - 2 * k / count), np.pi * (1 + 5**0.5) * k
+    outward = np.stack(
+        [np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)], axis=1
+    )
+    return radius * outward, -outward
+
+
+def legend_of(figure):
+    (legend,) = figure.legends
+    return " | ".join(text.get_text() for text in legend.get_texts())
+
+
+@pytest.mark.parametrize("view", [(25.0, -60.0), (80.0, 10.0), (-40.0, 170.0)])
+def test_a_ball_hides_exactly_the_contacts_on_its_far_side(view):
+    pytest.importorskip("trimesh")
+    positions, normals = fibonacci(60)
+    toward = views.axes_of(*view)[2] @ -normals.T
+    sure = np.abs(toward) > 0.2
+    seen = views.hidden(positions, normals, BALL[0].vertices[BALL[0].faces], view)
+    assert (seen == (toward < 0))[sure].all()
+
+
+def test_the_view_shows_all_contacts_where_some_view_does():
+    pytest.importorskip("trimesh")
+    box = trimesh.creation.box((0.06, 0.04, 0.12))
+    corners = box.vertices[box.faces]
+    for points, normals in (
+        ([(-0.03, 0, 0.02), (0.03, 0, 0.02)], [(1, 0, 0), (-1, 0, 0)]),
+        ([(0, 0.02, 0), (0.03, 0, 0), (0, 0, 0.06)], [(0, -1, 0), (-1, 0, 0), (0, 0, -1)]),
+    ):
+        places, inward = np.array(points), np.array(normals, dtype=float)
+        view = views.best_view(places, inward, corners)
+        assert not views.hidden(places, inward, corners, view).any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 12])
+@pytest.mark.parametrize("on_mesh", [False, True])
+def test_a_spatial_grasp_fills_the_canvas_and_names_what_is_behind(count, on_mesh):
+    pytest.importorskip("trimesh")
+    positions, normals = fibonacci(count)
+    grasp = gf.Grasp(positions, normals, friction=0.3, length_scale=0.05)
+    mesh = (BALL[0].vertices, BALL[0].faces) if on_mesh else None
+    qualities = [grasp.quality(name, rtol=0.1) for name in ("max", "sum")]
+    figure = plotting.quality_figure(grasp, qualities, title="ball", mesh=mesh)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=40)
+    image = imread(io.BytesIO(picture.getvalue()))[:, :, :3].min(axis=2)
+    rows, columns = (np.flatnonzero((image < 0.98).any(axis=axis)) for axis in (1, 0))
+    assert np.ptp(rows) > 0.9 * image.shape[0]
+    assert np.ptp(columns) > 0.8 * image.shape[1]
+    assert "max" in figure.get_suptitle()
+    assert "sum" in figure.get_suptitle()
+    assert {t.get_text() for t in figure.axes[0].texts} == {str(i) for i in range(count)}
+    view = views.best_view(positions, normals, None if mesh is None else mesh[0][mesh[1]])
+    behind = np.flatnonzero(views.hidden(positions, normals, mesh and mesh[0][mesh[1]], view))
+    assert ("behind the object" in legend_of(figure)) == (len(behind) > 0)
+
+
+@pytest.mark.parametrize("factor", [0.05, 1.0, 400.0])
+def test_the_largest_force_is_a_fixed_share_of_the_object_and_red_past_its_limit(factor):
+    grasp = planar(max_normal_force=1.0, friction=0.5)
+    solution = gf.ForceDistributor(grasp).solve([0, -factor, 0])
+    figure = plotting.solution_figure(solution)
+    arrows = [t for t in figure.axes[0].texts if t.get_text() == ""]
+    lengths = [np.linalg.norm(np.subtract(t.xyann, t.xy)) for t in arrows]
+    assert max(lengths) == pytest.approx(0.36 * np.ptp(RIM, axis=0).max())
+    assert ("past its limit" in legend_of(figure)) == (not solution.within_limits)
+    largest = np.linalg.norm(solution.forces, axis=1).max()
+    assert f"{largest:.4g} N" in legend_of(figure)
+
+
+def test_a_wrench_far_from_its_origin_is_drawn_as_the_same_wrench():
+    near = plotting.panels.DrawnWrench(np.array([1.0, 2.0, 3.0]), "k", "")
+    grasp = planar(length_scale=1.0)
+    moved = gf.Grasp(np.add(RIM, [50, 0]), -RIM, origin=[0, 0], length_scale=1.0)
+    about = np.array([1.0, 2.0, 3.0 + 50 * 2.0])  # the same force, with its torque about the far origin
+    far = plotting.panels.DrawnWrench(about, "k", "")
+    middle = (RIM.min(axis=0) + RIM.max(axis=0)) / 2
+    at_middle = planar(length_scale=1.0, origin=middle)
+    shifted = near.wrench - [0, 0, middle[0] * 2.0 - middle[1] * 1.0]
+    expected = plotting.panels._lines(at_middle, plotting.panels.DrawnWrench(shifted, "k", ""), RIM)
+    for one, other in zip(plotting.panels._lines(moved, far, np.add(RIM, [50, 0])), expected, strict=True):
+        np.testing.assert_allclose(one - [50, 0], other, atol=1e-9)
+    assert len(plotting.panels._lines(grasp, near, RIM)) == 2
+
+
+def test_equal_forces_over_time_share_a_line_of_dashes():
+    turn = np.linspace(0, 6, 50)
+    columns = np.stack([np.sin(turn), np.sin(turn), np.cos(turn), np.sin(turn)], axis=1) + 1
+    axes = flat_axes()
+    lines = plotting.draw_forces(axes, columns, 3.0)[:4]
+    assert [line.get_linestyle() for line in lines] == ["-", "--", "-", "--"]
+    assert all(line.get_linestyle() == "-" for line in axes.get_legend().get_lines()[:4])
+
+
+def test_notebooks_show_figures_of_grasps_qualities_forces_and_plans():
+    grasp = planar(friction=0.5)
+    rim = gf.surfaces.ellipse(1, 1)
+    plan = gf.plan(
+        gf.surfaces.contacts_on(rim, rim), [0, 2], step=0.5, tolerance=0.2, bounds=[(0, 1), (1, 4)]
+    )
+    for shown in (grasp, grasp.quality("max"), gf.ForceDistributor(grasp).solve([0, -1, 0]), plan):
+        assert shown.plot(title="here")._repr_png_().startswith(b"\x89PNG")
+
+
+def test_iterates_that_hardly_change_have_no_panel():
+    step = np.ones(1)
+    rows = [(0.0, 1), (1.0, -1), (2.0, -1.99), (3.0, -2.0), (3.0, -2.0)]
+    history = tuple(gf.Iterate(np.array([x]), rho, step) for x, rho in rows)
+    assert [k for k, _ in shown_iterates(history, 8)] == [0, 1, 3]
+    assert [k for k, _ in shown_iterates(history, 2)] == [0, 3]
+    assert [k for k, _ in shown_iterates(history[:1], 8)] == [0]

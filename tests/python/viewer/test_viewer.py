@@ -18,17 +18,9 @@ import graspforce as gf
 viser = pytest.importorskip("viser", reason="viser is not installed: pip install 'graspforce[viewer]'")
 trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[viewer]'")
 
+from support.viewed_grasps import BEYOND, OUTWARD, WRENCHES, cup, feet, showing
+
 from graspforce.viewer import ViewState, view
-
-ANGLES = np.deg2rad([0, 120, 240])
-OUTWARD = np.stack([np.cos(ANGLES), np.sin(ANGLES), 0 * ANGLES], axis=1)
-WRENCHES = [[0, 0, -5 - k, 0, 0, 0] for k in range(8)]
-
-
-def cup(**options):
-    return gf.Grasp(
-        0.04 * OUTWARD, -OUTWARD, friction=0.6, max_normal_force=20.0, length_scale=0.04, **options
-    )
 
 
 def cylinder():
@@ -58,20 +50,9 @@ def test_a_moved_contact_stays_on_the_mesh_and_keeps_the_sliders():
 def test_forces_are_those_of_the_chosen_row():
     state = ViewState(cup(), wrenches=WRENCHES)
     np.testing.assert_allclose(state.forces(3).world_forces.sum(axis=0), [0, 0, 8], atol=1e-9)
-    expected = max(np.linalg.norm(state.forces(row).forces, axis=1).max() for row in range(len(WRENCHES)))
-    assert state.largest_force() == pytest.approx(expected)
     assert ViewState(cup()).forces(0) is None
     state.scale(friction=1e-6, limits=1.0)
     assert np.isfinite(state.forces(3).forces).all()
-
-
-def feet():
-    corners = [(0.2, 0.1, 0), (0.2, -0.1, 0), (-0.2, 0.1, 0), (-0.2, -0.1, 0)]
-    return gf.Grasp(corners, [(0, 0, 1)] * 4, friction=0.5, max_normal_force=20.0)
-
-
-BEYOND = [[0, 0, -40, 0, 0, 0], [0, 0, 6, 0, 0, 2], [30, 0, -40, 0, 0, 0]]
-"""A load that feet balance, one that lifts them off, and one that pushes them beyond their friction."""
 
 
 def test_wrenches_that_nothing_balances_have_the_nearest_forces():
@@ -83,33 +64,6 @@ def test_wrenches_that_nothing_balances_have_the_nearest_forces():
         expected = gf.ForceDistributor(feet()).nearest(BEYOND[row])
         np.testing.assert_allclose(state.forces(row).residual, expected.residual, atol=1e-9)
         np.testing.assert_allclose(state.forces(row).forces, expected.forces, atol=1e-9)
-    drawn = [np.linalg.norm(state.forces(row).forces, axis=1).max() for row in range(3)]
-    drawn += [np.linalg.norm(state.forces(row).residual[:3]) for row in (1, 2)]
-    assert state.largest_force() == pytest.approx(max(drawn))
-
-
-def test_the_page_says_and_draws_what_stays_unbalanced(monkeypatch):
-    arrows = {}
-    draw = viser.SceneApi.add_arrows
-
-    def record(scene, name, points, *arguments, **options):
-        arrows[name] = np.array(points)
-        return draw(scene, name, points, *arguments, **options)
-
-    monkeypatch.setattr(viser.SceneApi, "add_arrows", record)
-    viewer = view(feet(), wrenches=BEYOND, port=18083)
-    try:
-        assert "unbalanced" not in viewer._numbers.content
-        np.testing.assert_array_equal(arrows["/unbalanced"], np.zeros((1, 2, 3)))
-        for row, shown in ((1, "**unbalanced** 6 N, 2 N m"), (2, "**unbalanced** ")):
-            viewer._row.value = row
-            viewer.update()
-            assert shown in viewer._numbers.content
-            (tail, head), rest = arrows["/unbalanced"][0], viewer.state.forces(row).residual[:3]
-            np.testing.assert_allclose(head - tail, viewer._metres_per_newton * rest, atol=1e-9)
-        assert np.ptp(arrows["/forces"], axis=1).max() > 0
-    finally:
-        viewer.stop()
 
 
 def test_given_forces_are_not_scaled():
@@ -121,33 +75,43 @@ def test_given_forces_are_not_scaled():
     assert state.quality("max").epsilon == before
 
 
-@pytest.mark.parametrize("size", [None, 0.01, 1.0, 500.0])
-def test_cones_are_as_long_as_the_object_allows_whatever_the_forces_given(size, monkeypatch):
-    rims = {}
-    draw = viser.SceneApi.add_mesh_simple
-
-    def record(scene, name, vertices, *arguments, **options):
-        rims[name] = vertices
-        return draw(scene, name, vertices, *arguments, **options)
-
-    monkeypatch.setattr(viser.SceneApi, "add_mesh_simple", record)
-    forces = [[(1, 0.3, 0), (1, -0.3, 0.3), (1, 0, -0.3)], [(0.5, 0, 0)], [(0.25, 0.1, 0), (-1, 0, 0)]]
-    given = {} if size is None else {"extreme_forces": [size * np.array(rows) for rows in forces]}
-    grasp = cup(**given)
-    viewer = view(grasp, port=18082)
-    viewer.stop()
-    longest = 0.3 * np.ptp(grasp.positions, axis=0).max()
-    shares = [1, 1, 1] if size is None else [1, 0.5, 0.25]
-    for i, share in enumerate(shares):
-        tip, *rim = rims[f"/cones/{i}"]
-        assert (tip - rim) @ grasp.normals[i] == pytest.approx(np.full(len(rim), share * longest))
-
-
 def test_what_cannot_be_shown_is_refused():
     with pytest.raises(gf.InvalidInputError, match="planar"):
         ViewState(gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)]))
     with pytest.raises(gf.InvalidInputError, match="wrenches"):
         ViewState(cup(), wrenches=[1, 2, 3])
+    with pytest.raises(gf.InvalidInputError, match=r"times: 1 s in row 2"):
+        ViewState(cup(), wrenches=WRENCHES[:3], times=[0, 1, 1])
+
+
+def test_a_port_that_is_taken_is_named():
+    with showing(cup(), port=0) as viewer:
+        taken = pytest.raises(gf.InvalidInputError, match=f"port: {viewer.port} is taken")
+        with taken:
+            view(cup(), port=viewer.port)
+    refused = pytest.raises(gf.InvalidInputError, match=r"host: cannot listen at '192\.0\.2\.1'")
+    with refused, pytest.warns(UserWarning, match="anyone on the network"):
+        view(cup(), host="192.0.2.1", port=0)
+
+
+def test_the_slider_of_a_trajectory_is_its_time():
+    times = [0.0, 0.1, 0.2, 0.5, 0.6, 0.7, 0.8, 1.2]
+    with showing(cup(), wrenches=WRENCHES, times=times) as viewer:
+        row = viewer._controls.row
+        assert (row.label, row.min, row.max) == ("time (s)", 0.0, 1.2)
+        for value, number in ((0.0, 0), (0.44, 3), (1.2, 7)):
+            row.value = value
+            assert viewer._solution().external_wrench.tolist() == WRENCHES[number]
+        row.value = 1.19
+        viewer._controls.advance(viewer.state, 0.05)
+        assert row.value == 0.0
+
+
+def test_what_files_are_called_is_text_on_the_page_and_no_markup():
+    with showing(cup(), title="<script>cup</script>.yaml") as viewer:
+        page = viewer.html()
+        assert "<script>cup" not in page
+        assert "<title>&lt;script&gt;cup&lt;/script&gt;.yaml</title>" in page
 
 
 @pytest.fixture(scope="module")
@@ -157,16 +121,20 @@ def opened():
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("no Chromium is installed")
-    viewer = view(cup(), cylinder(), WRENCHES, port=18080)
+    viewer = view(cup(), cylinder(), WRENCHES, title="cup.yaml", port=18080)
     flags = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=flags)
         page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="light")
         page.goto(viewer.address)
-        page.get_by_text("epsilon max").wait_for(timeout=60_000)
+        page.get_by_text("epsilon max").first.wait_for(timeout=60_000)
         yield viewer, page
         browser.close()
     viewer.stop()
+
+
+ROW, LIMITS = 0, 2
+"""Places of sliders on the page."""
 
 
 @pytest.fixture
@@ -194,7 +162,7 @@ def test_the_page_shows_the_quality_and_a_scene(page, tmp_path):
 
 def test_a_slider_changes_the_shown_epsilon(page):
     before = shown_epsilon(page)
-    slider = page.get_by_role("slider").nth(1)
+    slider = page.get_by_role("slider").nth(LIMITS)
     slider.focus()
     for _ in range(4):
         page.keyboard.press("ArrowRight")
@@ -204,7 +172,7 @@ def test_a_slider_changes_the_shown_epsilon(page):
 
 
 def test_playing_moves_through_the_wrenches(page):
-    slider = page.get_by_role("slider").nth(2)
+    slider = page.get_by_role("slider").nth(ROW)
     before = slider.get_attribute("aria-valuenow")
     page.get_by_role("checkbox").first.click()
     wait_for(lambda: slider.get_attribute("aria-valuenow") != before)
@@ -266,12 +234,12 @@ def test_a_contact_dragged_off_the_surface_goes_back_to_it(opened):
 def test_forces_move_with_the_wrench_that_is_scrubbed_to(opened):
     viewer, page = opened
     shown = []
-    slider = page.get_by_role("slider").nth(2)
+    slider = page.get_by_role("slider").nth(ROW)
     slider.focus()
     for key in ("Home", "End"):
         page.keyboard.press(key)
         row = 0 if key == "Home" else len(WRENCHES) - 1
-        wait_for(lambda row=row: viewer._row.value == row)
+        wait_for(lambda row=row: viewer._controls.row.value == row)
         share = viewer.state.forces(row).sigma_max
         wait_for(lambda share=share: f"up to {100 * share:.3g} %" in page.inner_text("body"))
         shown.append(share)
@@ -308,6 +276,26 @@ def test_another_page_in_the_same_browser_cannot_connect(opened):
                 assert visited.evaluate(script % viser.__version__, address) == tried
         other.close()
         server.shutdown()
+
+
+def test_the_shared_file_opens_without_a_server(opened, tmp_path):
+    viewer, page = opened
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save as HTML").click()
+    assert download.value.suggested_filename == "cup.html"
+    download.value.save_as(tmp_path / "cup.html")
+    context = page.context.browser.new_context(offline=True)
+    alone = context.new_page()
+    wrong = []
+    alone.on("pageerror", lambda error: wrong.append(error))  # noqa: PLW0108 - playwright marks functions
+    alone.goto((tmp_path / "cup.html").as_uri())
+    alone.locator("canvas").first.wait_for(timeout=60_000)
+    assert alone.title() == "cup.yaml"
+    assert shown_epsilon(alone) == pytest.approx(viewer.state.quality("max").epsilon, rel=1e-5)
+    assert "unbalanced force" in alone.inner_text("body")
+    context.close()
+    assert wrong == []
+    assert all(handle.visible for handle in viewer._handles)
 
 
 def test_the_command_serves_until_it_is_interrupted(tmp_path):

@@ -1,6 +1,7 @@
 """What an attacker tries against the viewer: another page, another name, a client that lies or floods."""
 
 import dataclasses
+import http.client
 import math
 import resource
 import time
@@ -31,7 +32,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as websocket
 
 from graspforce.viewer import guard, messages, view
-from graspforce.viewer.scene import identifier
+from graspforce.viewer.controls import identifier
 
 
 @pytest.mark.parametrize(
@@ -88,6 +89,19 @@ def test_the_page_carries_the_token_on_in_a_cookie_that_no_script_and_no_other_s
     assert status(viewer, cookie="", query=f"?token={token_of(viewer)}") == 101
 
 
+def test_the_page_is_titled_whatever_the_request_accepts(viewer):
+    for accepted in ([], ["gzip, br"], ["gzip", "gzip"]):
+        connection = http.client.HTTPConnection("127.0.0.1", viewer.port, timeout=10)
+        connection.putrequest("GET", f"/?token={token_of(viewer)}", skip_accept_encoding=True)
+        for value in accepted:
+            connection.putheader("Accept-Encoding", value)
+        connection.endheaders()
+        answer = connection.getresponse()
+        assert answer.status == 200
+        assert b"<title>graspforce</title>" in answer.read()
+        connection.close()
+
+
 def test_tokens_are_random_and_compared_in_constant_time(viewer, monkeypatch):
     tokens = {guard.Guard("127.0.0.1", messages.Filter()).token for _ in range(100)}
     assert len(tokens) == 100
@@ -111,7 +125,7 @@ def test_nobody_can_ask_for_a_public_tunnel(viewer, monkeypatch):
 
 def test_uploads_are_dropped(viewer):
     start = {
-        "type": "FileTransferStartUpload", "source_component_uuid": identifier(viewer._friction),
+        "type": "FileTransferStartUpload", "source_component_uuid": identifier(viewer._controls.friction),
         "transfer_uuid": "u", "filename": "f", "mime_type": "", "part_count": 99, "size_bytes": 1 << 40,
     }  # fmt: skip
     part = {
@@ -139,7 +153,7 @@ def test_a_message_of_400_mib_ends_its_connection_and_takes_no_memory(viewer):
 
 
 def test_forged_updates_are_ignored(viewer):
-    slider, name = viewer._friction, "/contacts/0"
+    slider, name = viewer._controls.friction, "/contacts/0"
     nothing_happens(
         viewer,
         slide(slider, 1.2, label="pwned"),
@@ -148,11 +162,15 @@ def test_forged_updates_are_ignored(viewer):
         {"type": "GuiUpdateMessage", "uuid": identifier(slider), "updates": {}},
         {"type": "GuiUpdateMessage", "uuid": [1, 2], "updates": {"value": 1}},
         {"type": "GuiUpdateMessage", "uuid": "unknown", "updates": {"value": 1}},
-        {"type": "GuiUpdateMessage", "uuid": identifier(viewer._message), "updates": {"content": "<script>"}},
+        {
+            "type": "GuiUpdateMessage",
+            "uuid": identifier(viewer._controls.message),
+            "updates": {"content": "<script>"},
+        },
         *(slide(slider, value) for value in (0.0, -1, 2.1, 1e308, 1 << 60, "1", True, None, [1.0], {})),
-        *(slide(viewer._row, value) for value in (-1, 8, 1e9, "x", False)),
-        *(slide(viewer._criterion, value) for value in ("", "min", 1, True, ["max"])),
-        *(slide(viewer._playing, value) for value in ("yes", 2, 1.0)),
+        *(slide(viewer._controls.row, value) for value in (-1, 8, 1e9, "x", False)),
+        *(slide(viewer._controls.criterion, value) for value in ("", "min", 1, True, ["max"])),
+        *(slide(viewer._controls.playing, value) for value in ("yes", 2, 1.0)),
         drag("/object", [1, 1, 1]),
         drag("/contacts/3", [1, 1, 1]),
         drag("/contacts/0/../1", [1, 1, 1]),
@@ -184,9 +202,9 @@ def test_numbers_that_are_not_finite_reach_neither_contact_nor_slider(viewer, va
         viewer,
         drag("/contacts/0", [value, 0, 0]),
         drag("/contacts/1", [0, 0, 0], wxyz=[value, 0, 0, 0]),
-        slide(viewer._friction, value),
-        slide(viewer._limits, value),
-        slide(viewer._row, value),
+        slide(viewer._controls.friction, value),
+        slide(viewer._controls.limits, value),
+        slide(viewer._controls.row, value),
         {**CAMERA, "fov": value},
     )
     assert viewer.state.quality("max").epsilon > 0
@@ -225,16 +243,35 @@ def test_a_flood_of_messages_is_read_slowly_and_answered_as_few(viewer, monkeypa
     with client(viewer) as opened, client(viewer) as other:
         begin = time.monotonic()
         for factor in factors:
-            say(opened, slide(viewer._limits, factor))
+            say(opened, slide(viewer._controls.limits, factor))
         # Another client is served meanwhile.
-        say(other, slide(viewer._criterion, "sum"))
-        wait_for(lambda: viewer._criterion.value == "sum", timeout=1.0)
-        wait_for(lambda: viewer._limits.value == factors[-1] and not viewer._changed.is_set())
+        say(other, slide(viewer._controls.criterion, "sum"))
+        wait_for(lambda: viewer._controls.criterion.value == "sum", timeout=1.0)
+        wait_for(lambda: viewer._controls.limits.value == factors[-1] and not viewer._changed.is_set())
         time.sleep(1.0)
         assert len(answered) < 10 * (time.monotonic() - begin) + 2
-        say(other, slide(viewer._criterion, "max"))
-        wait_for(lambda: viewer._criterion.value == "max")
+        say(other, slide(viewer._controls.criterion, "max"))
+        wait_for(lambda: viewer._controls.criterion.value == "max")
     wait_for(lambda: not viewer._changed.is_set())
+
+
+def test_a_flood_of_asking_for_the_file_makes_it_at_most_once_a_second(viewer, monkeypatch):
+    made, sent = [], []
+    html = viewer.html
+    monkeypatch.setattr(viewer, "html", lambda: made.append(1) or html())
+    monkeypatch.setattr(
+        viser.ClientHandle, "send_file_download", lambda *arguments, **_: sent.append(arguments)
+    )
+    begin = time.monotonic()
+    with client(viewer) as opened:
+        for _ in range(200):
+            say(opened, slide(viewer._controls.share, True))
+        say(opened, slide(viewer._controls.limits, 1.5))
+        wait_for(lambda: viewer._controls.limits.value == 1.5)
+        say(opened, slide(viewer._controls.limits, 1.0))
+        wait_for(lambda: viewer._controls.limits.value == 1.0 and sent)
+    assert len(made) <= time.monotonic() - begin + 1
+    nothing_happens(viewer)
 
 
 def test_the_messages_are_those_of_the_installed_viser():

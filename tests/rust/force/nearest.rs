@@ -206,10 +206,9 @@ fn spread_grasp(random: &mut Random, count: usize, kind: usize) -> Grasp<6> {
 }
 
 #[test]
-fn the_gap_is_never_loose_and_rarely_unproven_and_wrenches_on_the_boundary_are_their_own_nearest() {
+fn beyond_the_limits_the_gap_is_proven_and_wrenches_on_the_boundary_are_their_own_nearest() {
     let mut random = Random::new(57);
     let options = NearestOptions::default();
-    let (mut asked, mut unproven) = (0, 0);
     for turn in 0..150 {
         let grasp = spread_grasp(&mut random, 2 + turn % 5, turn % 4);
         let squares = SquaresOptions { limits: true, ..SquaresOptions::default() };
@@ -223,19 +222,14 @@ fn the_gap_is_never_loose_and_rarely_unproven_and_wrenches_on_the_boundary_are_t
             let size = 10.0_f64.powf(random.within(-2.0, 2.0));
             let external = Wrench::<6>::from_fn(|_, _| random.within(-size, size));
             let far = distributor.nearest(&mut workspace, &external, &options).unwrap();
-            assert!(far.gap <= 1e-7 || far.gap == f64::INFINITY, "{turn}: gap {:e}", far.gap);
-            unproven += usize::from(far.gap == f64::INFINITY);
+            assert!(far.gap <= 1e-9, "{turn}: gap {:e}", far.gap);
             // Asked without a past, and with one.
             let touching = external - far.residual;
             for known in [&mut distributor.workspace(), &mut workspace] {
                 let found = distributor.nearest(known, &touching, &options).unwrap();
-                let told = found.gap <= 2e-7;
-                assert!(told || found.gap == f64::INFINITY, "{turn}: gap {:e} on the boundary", found.gap);
-                (asked, unproven) = (asked + 1, unproven + usize::from(!told));
+                assert!(found.gap <= 1e-9, "{turn}: gap {:e} on the boundary", found.gap);
                 assert!(found.distance <= 2e-7 * touching.norm(), "{turn}: {:e}", found.distance);
             }
         }
     }
-    println!("{unproven} objectives unproven, {asked} wrenches on the boundary");
-    assert!(unproven * 20 < asked, "{unproven} of {asked}");
 }

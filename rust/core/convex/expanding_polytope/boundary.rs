@@ -26,7 +26,7 @@ use crate::tolerances::{
 };
 
 /// Rays that are tried in turn where one passes too close to the rim of a facet.
-const RAYS: usize = 8;
+const MAX_RAYS: usize = 8;
 
 /// Vertex indices are packed into 16 bits each.
 const MAX_POINTS: usize = 65_000;
@@ -135,8 +135,8 @@ impl<const D: usize> Boundary<D> {
         along(z, &self.uncertain)
     }
 
-    /// Accounts for the rounding of a point of this length.
-    pub(crate) fn admit_noise_of(&mut self, length: f64) {
+    /// Raises the noise to what rounding makes of a point of this length.
+    pub(crate) fn raise_noise(&mut self, length: f64) {
         self.noise = self.noise.max(ROUNDED_DISTANCE * length);
     }
 
@@ -333,11 +333,11 @@ impl<const D: usize> Boundary<D> {
     /// where points differ by many orders.
     pub(crate) fn surrounds_origin(&self) -> bool {
         let ray = |k: usize| Wrench::from_fn(|row, _| (1.7 * row as f64 + 0.9 + 2.3 * k as f64).sin());
-        self.proven || (0..RAYS).find_map(|k| self.is_met_oddly(&ray(k))) == Some(true)
+        self.proven || (0..MAX_RAYS).find_map(|k| self.crossings_are_odd(&ray(k))) == Some(true)
     }
 
-    /// Whether a ray meets an odd number of facets; if one does, all do. `None` where it passes too close to a rim.
-    fn is_met_oddly(&self, ray: &Wrench<D>) -> Option<bool> {
+    /// Whether a ray crosses an odd number of facets; if one does, all do. `None` where it passes too close to a rim.
+    fn crossings_are_odd(&self, ray: &Wrench<D>) -> Option<bool> {
         let mut live = self.facets.iter().filter(|facet| facet.round != 0);
         live.try_fold(false, |odd, facet| {
             Some(odd ^ pierces(ray, &facet.vertices.map(|v| self.points[v as usize]))?)

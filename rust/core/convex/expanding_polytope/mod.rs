@@ -11,6 +11,9 @@
 //! new. Every `p(z)` met on the way bounds the radius from above, whatever led to `z`; every vertex is a support
 //! point, so the polytope stays inside the set and its facets bound the radius from below. Only progress is at stake:
 //! the new vertex must cut the nearest facet nearly as deep as the plain one, or that facet would keep coming back.
+//!
+//! [`boundary`]: the facets and their certificates; [`facet`]: one of them; [`ridge_table`]: its neighbours;
+//! [`plane_norm`]: the norm of planes; [`nearest_facets`]: the facets nearest to the origin.
 
 pub(crate) mod boundary;
 pub(crate) mod facet;
@@ -27,13 +30,13 @@ use crate::wrench_set::Support;
 
 /// Facets at most, unless the caller allows more: `python benches/facets.py` prints time and memory. Only sets whose
 /// nearest boundary points are a continuum, or nearly so, come near it.
-pub const DEFAULT_MAX_FACETS: usize = 200_000;
+pub const DEFAULT_MAX_FACETS: usize = 300_000;
 
 /// Steps of polishing at most; the first that does not lead downhill ends it.
 pub(crate) const POLISH: usize = 8;
 
 /// What part of the plain cut a polished vertex must cut.
-const DEEP: f64 = 0.3;
+const LEAST_CUT: f64 = 0.3;
 
 /// When to stop, and how to get there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -264,7 +267,7 @@ impl<const D: usize> Polytope<D> {
         if support.value < self.thinnest.upper {
             (self.thinnest.upper, self.thinnest.direction) = (support.value, *z);
         }
-        self.boundary.admit_noise_of(support.wrench.norm());
+        self.boundary.raise_noise(support.wrench.norm());
         support
     }
 
@@ -279,7 +282,7 @@ impl<const D: usize> Polytope<D> {
         oracle: &mut impl FnMut(&Wrench<D>) -> Support<D>,
     ) -> Wrench<D> {
         let mut vertex = support.wrench;
-        let deep = 1.0 + DEEP * (plane.dot(&vertex) - 1.0);
+        let deep = 1.0 + LEAST_CUT * (plane.dot(&vertex) - 1.0);
         for _ in 0..steps {
             let Some(next) = self.boundary.norm().downhill(&support, &z, lower) else { break };
             let there = self.ask(&next, oracle);
@@ -303,6 +306,11 @@ impl<const D: usize> Polytope<D> {
     fn closed(&self, lower: f64, rtol: f64) -> bool {
         let Thinnest { upper, direction, .. } = &self.thinnest;
         self.boundary.is_within_noise(*upper, lower * (1.0 + rtol), direction)
+    }
+
+    /// The normals of facets that are no further away than this.
+    pub(crate) fn normals_within(&self, distance: f64) -> impl Iterator<Item = Wrench<D>> {
+        self.boundary.normals_within(distance)
     }
 
     /// After an expansion to `radius`: whether the set is as thin along some direction other than `z`.

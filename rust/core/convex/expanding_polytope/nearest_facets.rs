@@ -43,7 +43,7 @@ impl<const D: usize> Polytope<D> {
                 found.push((value, z));
                 continue;
             }
-            self.boundary.admit_noise_of(wrench.norm());
+            self.boundary.raise_noise(wrench.norm());
             let full = self.boundary.facets_made() >= most || self.boundary.is_full();
             if full || !self.boundary.add(nearest.facet, wrench, f64::INFINITY) {
                 break;

@@ -30,8 +30,8 @@ use crate::tolerances::{
 
 const SOLVER: &str = "simplex in 32 digits";
 
-/// Shares of the feasibility tolerance that mixtures may use up: what rounding of the forces adds has to fit in.
-const USED_UP: [f64; 5] = [0.5, 0.9, 0.99, 0.9999, 0.999_999];
+/// Shares of the feasibility tolerance that mixtures may take: what rounding of the forces adds has to fit in.
+const SHARES_OF_TOLERANCE: [f64; 5] = [0.5, 0.9, 0.99, 0.9999, 0.999_999];
 
 /// A wrench `b`, and the same in units over its size.
 struct Scaled<'a, const D: usize> {
@@ -105,8 +105,9 @@ impl<const D: usize> DoubleDoubleProgram<D> {
         // Forces so large that rounding of their products exceeds the tolerance balance nothing, and multipliers may be
         // as large. Smaller ones may come within the tolerance.
         let Some(tolerated) = simplex.tolerated() else { return Err(error) };
-        let mixtures =
-            USED_UP.into_iter().filter_map(|share| tolerated.mixture(share * FEASIBILITY_TOLERANCE));
+        let mixtures = SHARES_OF_TOLERANCE
+            .into_iter()
+            .filter_map(|share| tolerated.mixture(share * FEASIBILITY_TOLERANCE));
         for solution in mixtures.chain([tolerated.within.clone()]) {
             let answer = self.finish(&solution, &wrench, false, simplex.pivots, forces);
             if answer.is_ok() {

@@ -12,7 +12,7 @@ use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{CONE_SEPARATED, FEASIBILITY_TOLERANCE, ROUNDED_WRENCH, SMALLEST_PIVOTS_32_DIGITS};
 
-/// Pivots after which a solve gives up.
+/// Pivots after which a solve ends without an answer.
 const MAX_PIVOTS: usize = 3000;
 
 /// Pivots of one price after which ties in the ratio test are decided so that no cycle is possible.
@@ -105,18 +105,28 @@ impl<'a> DoubleDoubleSimplex<'a> {
     fn solve_from_nothing(&mut self) -> Outcome {
         let unit = self.columns.unit();
         let mut price = FIRST_PRICE * unit;
+        let mut within = None;
         loop {
-            if !self.minimise(Some(price)) {
-                return Outcome::Stalled;
-            }
+            let solved = self.minimise(Some(price));
             let left = self.solution.left_over();
             let highest = LAST_PRICE * self.solution.objective().value().max(unit);
             let last = price >= highest;
-            if left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH } {
-                return Outcome::Balanced;
+            let balanced = solved && left <= if last { FEASIBILITY_TOLERANCE } else { ROUNDED_WRENCH };
+            if !solved || balanced {
+                if let Some(known) = within
+                    && !(balanced && self.solution.is_accurate(&self.target))
+                {
+                    // The forces of a lower price are optimal for a wrench within the tolerance.
+                    (self.solution, self.inverse) = known;
+                    return Outcome::Balanced;
+                }
+                return if balanced { Outcome::Balanced } else { Outcome::Stalled };
             }
             if last {
                 break;
+            }
+            if left <= FEASIBILITY_TOLERANCE && self.solution.is_accurate(&self.target) {
+                within = Some((self.solution.clone(), self.inverse));
             }
             price = (price * 1e3).min(highest);
         }

@@ -7,10 +7,10 @@ use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
 
 /// A force whose friction comes this near to its cone, relative to the normal force, lies on it.
-const ON_CONE: f64 = 1e-9;
+const ACTIVE: f64 = 1e-9;
 
 /// Most extreme forces of a basic combination.
-const MOST: usize = 4;
+const MAX_EDGES: usize = 4;
 
 /// A force with its share of the limit.
 pub(crate) type Generator = (ContactForce, f64);
@@ -35,7 +35,7 @@ pub(crate) fn active_face<const D: usize>(
     let rows: Vec<usize> = components.copied().collect();
     let slope = rows.iter().map(|&row| (force[row] / scales[row]).powi(2)).sum::<f64>().sqrt();
     let mut face = vec![(*force, force[0] / limit)];
-    if slope < force[0] * (1.0 - ON_CONE) {
+    if slope < force[0] * (1.0 - ACTIVE) {
         face.extend(rows.iter().map(|&row| unit(row)));
         return face;
     }
@@ -59,21 +59,22 @@ pub(crate) fn active_face<const D: usize>(
 fn combination(edges: &[ContactForce], force: &ContactForce) -> Vec<Generator> {
     let size = force.norm();
     let unit = |h: usize| edges[h] / edges[h].norm();
-    let mut used: Vec<(usize, f64)> = Vec::with_capacity(MOST);
-    for _ in 0..8 * MOST {
+    let mut used: Vec<(usize, f64)> = Vec::with_capacity(MAX_EDGES);
+    for _ in 0..8 * MAX_EDGES {
         let rest = used.iter().fold(force / size, |rest, (h, x)| rest - unit(*h) * *x);
         let best = (0..edges.len()).filter(|h| used.iter().all(|(other, _)| other != h));
         let best = best.map(|h| (unit(h).dot(&rest), h)).max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, entering)) = best.filter(|(gain, _)| *gain > ON_CONE) else { break };
-        if used.len() == MOST {
+        let Some((_, entering)) = best.filter(|(gain, _)| *gain > ACTIVE) else { break };
+        if used.len() == MAX_EDGES {
             break;
         }
         used.push((entering, 0.0));
         loop {
-            let gram = SMatrix::<f64, MOST, MOST>::from_fn(|r, c| match (used.get(r), used.get(c)) {
-                (Some((r, _)), Some((c, _))) => unit(*r).dot(&unit(*c)),
-                _ => f64::from(u8::from(r == c)),
-            });
+            let gram =
+                SMatrix::<f64, MAX_EDGES, MAX_EDGES>::from_fn(|r, c| match (used.get(r), used.get(c)) {
+                    (Some((r, _)), Some((c, _))) => unit(*r).dot(&unit(*c)),
+                    _ => f64::from(u8::from(r == c)),
+                });
             let target =
                 ContactForce::from_fn(|r, _| used.get(r).map_or(0.0, |(h, _)| unit(*h).dot(force) / size));
             let Some(found) = gram.lu().solve(&target) else { return generators(edges, &used) };
@@ -90,5 +91,5 @@ fn combination(edges: &[ContactForce], force: &ContactForce) -> Vec<Generator> {
 }
 
 fn generators(edges: &[ContactForce], used: &[(usize, f64)]) -> Vec<Generator> {
-    used.iter().filter(|(_, x)| *x > ON_CONE).map(|(h, _)| (edges[*h], 1.0)).collect()
+    used.iter().filter(|(_, x)| *x > ACTIVE).map(|(h, _)| (edges[*h], 1.0)).collect()
 }

@@ -11,7 +11,7 @@ use crate::linalg::least_distance::{Constraints, least_distance};
 use crate::tolerances::{DEPENDENT, UNSATISFIED};
 
 /// Solutions steeper than this in their parameters, relative to the steepest that the equations need, are rounding.
-const STEEPEST: f64 = 1e6;
+const MAX_SENSITIVITY: f64 = 1e6;
 
 /// Unknowns that solve `E x = D p`.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ impl Solutions {
         let (solution, multipliers) = on_active(constraints, &active, &unconstrained, &directions)?;
         let accepted = satisfied(constraints, &solution, &multipliers, at)
             && (&equations * (&solution - &particular)).amax() <= UNSATISFIED
-            && solution.amax() <= STEEPEST * particular.amax();
+            && solution.amax() <= MAX_SENSITIVITY * particular.amax();
         accepted.then_some(LeastNormSolution { solution, multipliers, null })
     }
 }

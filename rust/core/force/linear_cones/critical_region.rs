@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::REPRESENTABLE;
 use crate::tolerances::{
-    DELICATE, DEPENDENT, LARGE_FORCES, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, UNBALANCED_WRENCH,
+    DEPENDENT, ILL_CONDITIONED, LARGE_FORCES, LOOSEST_GAP, RAY_GAP, RAY_WIDTH, ROUNDED_GAP, UNBALANCED_WRENCH,
 };
 
 /// How much larger than their sum terms may be for rounding to leave the loosest gap.
@@ -208,15 +208,15 @@ impl<const R: usize> CriticalRegion<R> {
         self.ray = Some(Box::new(Ray { b: *b, forces, dual, gap, large }));
     }
 
-    /// Whether some wrench of unit size takes forces or an objective of [`DELICATE`] size: rounding of positions then
+    /// Whether some wrench of unit size takes forces or an objective of [`ILL_CONDITIONED`] size: rounding of positions then
     /// decides between optimal forces, and so would the wrenches that were solved before.
-    pub(crate) fn is_delicate(&self) -> bool {
+    pub(crate) fn is_ill_conditioned(&self) -> bool {
         let most =
             |row: &[f64; LANES], unit: f64| row.iter().fold(0.0_f64, |most, x| most.max((x / unit).abs()));
         let force = self.units[0];
         let steepest = self.forces.blocks.iter().flat_map(|block| block.0.iter().zip(self.units.iter()));
         let steepest = steepest.fold(0.0_f64, |steepest, (row, unit)| steepest.max(most(row, *unit)));
-        steepest * force > DELICATE || self.dual.component_div(&self.units).amax() > DELICATE
+        steepest * force > ILL_CONDITIONED || self.dual.component_div(&self.units).amax() > ILL_CONDITIONED
     }
 
     /// Whether the region is one ray, whose multipliers prove nothing of other wrenches.

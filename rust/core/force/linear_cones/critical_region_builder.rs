@@ -14,7 +14,8 @@ use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::force_law::{self, Extremes};
 use crate::force::linear_cones::optimal_face::OptimalFace;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective};
+use crate::force::simplex::columns::ImplicitColumns;
+use crate::force::simplex::pricing::Objective;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::{ContactForce, contact_force};
 use crate::grasp::{ContactMap, Grasp, Wrench};
@@ -98,7 +99,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
     ) -> Result<()> {
         let mut mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);
         if mismatch.is_nan() || mismatch > self.trusted(simplex) {
-            // Updates pivot by pivot have worn the inverse out; a fresh one may do better.
+            // Updates pivot by pivot have cost the inverse its digits; a fresh one may do better.
             simplex.refactorise();
             simplex.refresh_multipliers();
             mismatch = self.write_forces(region, simplex, columns, equilibration, buffers, b);

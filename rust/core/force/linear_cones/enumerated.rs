@@ -5,11 +5,12 @@
 //! enough to tell which points lie on the supporting hyperplane. The simplex restricted to these finishes with a basic
 //! solution. Every other point is then checked against the multipliers, so the answer is exact over the whole set.
 
+use clarabel::solver::SupportedConeT;
 use nalgebra::SVector;
 
 use crate::error::Result;
 use crate::force::equilibration::Equilibration;
-use crate::force::linear_cones::interior_point_lp::{self, HalfSpaces};
+use crate::force::interior_point::ConicProgram;
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED, tied_cost, tied_gain};
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::grasp::Grasp;
@@ -20,6 +21,9 @@ use crate::wrench_set::minkowski_sum::MinkowskiSum;
 /// Points that the interior-point solver is given: beyond, one of its iterations takes longer than the simplex method
 /// does altogether, and cannot be interrupted.
 const MAX_INTERIOR: usize = 20_000;
+
+/// Accuracy of the interior-point solver, which only tells the points near the hyperplane from the others.
+const INTERIOR_RTOL: f64 = 1e-8;
 
 /// Points priced before asking whether to stop: some ten microseconds.
 const POINTS_BETWEEN_CHECKS: usize = 1 << 12;
@@ -165,11 +169,16 @@ impl<const D: usize> Enumeration<D> {
             let outcome = simplex.cold(&Restricted { all: self, active: all }, target);
             return (outcome == Outcome::Optimal).then_some(simplex.multipliers[0]);
         }
-        let half_spaces = HalfSpaces {
-            normals: self.points.iter().map(|p| (p.wrench.as_slice(), p.costs[0])),
-            rank: target.rank,
-        };
-        let z = interior_point_lp::furthest_dual(target.wrench.as_slice(), half_spaces)?;
+        let mut program = ConicProgram::default();
+        for k in 0..target.rank {
+            program.cost.push(-target.wrench[k]);
+            for (j, point) in self.points.iter().enumerate() {
+                program.constraints.push(j, k, point.wrench[k]);
+            }
+        }
+        program.bounds = self.points.iter().map(|point| point.costs[0]).collect();
+        program.cones = vec![SupportedConeT::NonnegativeConeT(self.points.len())];
+        let z = program.solve(INTERIOR_RTOL, 100).filter(|solution| solution.solved)?.x;
         Some(SVector::from_fn(|row, _| z.get(row).copied().unwrap_or(0.0)))
     }
 

@@ -11,7 +11,7 @@ use crate::force::least_norm::face_program::{Balance, Chosen, FaceProgram};
 use crate::force::linear_cones::cone_interior::Interior;
 use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::optimal_face::{ContactStatus, OptimalFace};
-use crate::force::simplex::pricing::ImplicitColumns;
+use crate::force::simplex::columns::ImplicitColumns;
 use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
 use crate::linalg::dense::invert;
@@ -103,20 +103,19 @@ pub(crate) fn least_norm_forces<const R: usize>(
     let Extremes { forces, components, interiors, .. } = extremes;
     let program = FaceProgram { face, components, interiors, limits, least: &[], level: None };
     let at = DVector::from_column_slice(simplex.target.as_slice());
-    let wrench = |edge: u32| columns.wrenches[edge as usize];
     let balance = Balance { right: DMatrix::identity(R, R), at };
-    let chosen = program.solve(&balance, |_, edge| (wrench(edge), forces[edge as usize]))?;
+    let chosen = program.solve(&balance, |i, edge| (columns.wrench(i, edge), forces[edge as usize]))?;
     let Chosen::LeastNorm(least) = chosen else { return None };
     let row = |matrix: &DMatrix<f64>, k: usize| SVector::<f64, R>::from_fn(|j, _| matrix[(k, j)]);
-    let edges: Vec<u32> = (0..face.statuses.len()).flat_map(|i| face.edges(i)).copied().collect();
-    let coefficients: Vec<_> = (0..edges.len()).map(|k| row(&least.solution, k)).collect();
+    let count = face.all_edges().count();
+    let coefficients: Vec<_> = (0..count).map(|k| row(&least.solution, k)).collect();
     let mut unspanned = SMatrix::<f64, R, R>::identity();
-    for (&edge, coefficient) in edges.iter().zip(&coefficients) {
-        unspanned -= wrench(edge) * coefficient.transpose();
+    for ((i, edge), coefficient) in face.all_edges().zip(&coefficients) {
+        unspanned -= columns.wrench(i, edge) * coefficient.transpose();
     }
     let rows = unspanned.row_iter().map(|row| row.transpose());
     Some(LeastSquaresLaw {
-        level: if face.limited { row(&least.solution, edges.len()) } else { SVector::zeros() },
+        level: if face.limited { row(&least.solution, count) } else { SVector::zeros() },
         multipliers: (0..least.multipliers.nrows()).map(|k| row(&least.multipliers, k)).collect(),
         equations: rows.filter(|rest| rest.amax() > UNMOVED).collect(),
         coefficients,
@@ -148,8 +147,8 @@ pub(crate) fn unbalanced<const R: usize>(
     coefficients: &[SVector<f64, R>],
     target: &SVector<f64, R>,
 ) -> f64 {
-    let edges = (0..face.statuses.len()).flat_map(|contact| face.edges(contact));
-    let forces = edges.zip(coefficients).map(|(&edge, c)| columns.wrenches[edge as usize] * c.dot(target));
+    let forces = face.all_edges().zip(coefficients);
+    let forces = forces.map(|((i, edge), c)| columns.wrench(i, edge) * c.dot(target));
     (forces.sum::<SVector<f64, R>>() - target).amax()
 }
 
@@ -183,7 +182,7 @@ fn unknowns<const R: usize>(
     let mut count = usize::from(face.limited);
     for (contact, status) in face.statuses.iter().enumerate() {
         let edges = face.edges(contact);
-        let wrench = |edge: u32| columns.wrenches[edge as usize];
+        let wrench = |edge: u32| columns.wrench(contact, edge);
         let (reference, rest) = match (status, edges) {
             (ContactStatus::Idle, _) | (_, []) => continue,
             (ContactStatus::Saturated, [first, rest @ ..]) => (Some(wrench(*first)), rest),

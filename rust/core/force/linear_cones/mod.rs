@@ -7,15 +7,13 @@
 //! - [`optimal_face`]: which contacts and edges are active in all optimal forces; [`force_law`]: the linear map from a
 //!   wrench to these forces.
 //! - [`cone_interior`]: contacts whose force lies inside its cone.
-//! - [`enumerated`]: all points of the set (Eqs. 26 and 31) and the reduction of section 4.2; [`interior_point_lp`] is
-//!   its start by Clarabel.
+//! - [`enumerated`]: all points of the set (Eqs. 26 and 31) and the reduction of section 4.2.
 
 pub(crate) mod cone_interior;
 pub(crate) mod critical_region;
 pub(crate) mod critical_region_builder;
 pub(crate) mod enumerated;
 pub(crate) mod force_law;
-pub(crate) mod interior_point_lp;
 pub(crate) mod optimal_face;
 pub(crate) mod program;
 pub(crate) mod workspace;

@@ -8,7 +8,8 @@
 use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, UNUSED, tied_cost};
+use crate::force::simplex::columns::ImplicitColumns;
+use crate::force::simplex::pricing::{Objective, UNUSED, tied_cost};
 use crate::force::simplex::primal::Simplex;
 use crate::tolerances::{NEARLY_TIED, NEARLY_TIED_GAIN, ROUNDED_GAIN, ROUNDED_TIE, UNUSED_LEVEL};
 
@@ -52,6 +53,11 @@ impl OptimalFace {
     /// The extreme forces that contact `i` may use.
     pub(crate) fn edges(&self, contact: usize) -> &[u32] {
         &self.edges[self.starts[contact]..self.starts[contact + 1]]
+    }
+
+    /// All of these, contact by contact.
+    pub(crate) fn all_edges(&self) -> impl Iterator<Item = (usize, u32)> {
+        (0..self.statuses.len()).flat_map(|i| self.edges(i).iter().map(move |&edge| (i, edge)))
     }
 
     pub(crate) fn clear(&mut self, objective: Objective) {
@@ -163,7 +169,8 @@ impl OptimalFace {
         contact: usize,
     ) -> ContactStatus {
         let tolerance = 2.0 * tied_cost(&z[0]);
-        let (best, edge) = columns.best(contact, &z[0]);
+        let support = &columns.contacts[contact];
+        let (best, edge) = support.furthest(&z[0]);
         let threshold = if columns.objective == Objective::Sum { 1.0 } else { columns.objective.weight() };
         let near = ROUNDED_TIE * z[0].lp_norm(1)..NEARLY_TIED * columns.objective.unit();
         self.nearly_tied |= near.contains(&(best - threshold).abs());
@@ -171,8 +178,8 @@ impl OptimalFace {
             return ContactStatus::Idle;
         }
         let start = self.edges.len();
-        for edge in columns.contacts[contact].clone() {
-            let cost = best - columns.wrenches[edge].dot(&z[0]);
+        for edge in support.range() {
+            let cost = best - support.wrench(&z[0], edge).dot(&z[0]);
             self.nearly_tied |= near.contains(&cost);
             if cost <= tolerance {
                 self.edges.push(edge as u32);
@@ -187,7 +194,7 @@ impl OptimalFace {
             return status;
         }
         let tolerance = 10.0 * tied_cost(&z[1]);
-        let gain = |edge: u32| columns.wrenches[edge as usize].dot(&z[1]) - 1.0;
+        let gain = |edge: u32| columns.wrench(contact, edge).dot(&z[1]) - 1.0;
         let best = self.edges[start..].iter().map(|&edge| gain(edge)).fold(f64::NEG_INFINITY, f64::max);
         let near = ROUNDED_GAIN * z[1].lp_norm(1)..NEARLY_TIED_GAIN;
         self.nearly_tied |= near.contains(&best.abs())

@@ -15,7 +15,8 @@ use crate::force::linear_cones::critical_region::CriticalRegion;
 use crate::force::linear_cones::critical_region_builder::CriticalRegionBuilder;
 use crate::force::linear_cones::enumerated::Enumeration;
 use crate::force::linear_cones::workspace::{LinearWorkspace, Remembered};
-use crate::force::simplex::pricing::{ImplicitColumns, Objective, Pricing, UNUSED, tied_cost, tied_gain};
+use crate::force::simplex::columns::{ImplicitColumns, equilibrated_contacts};
+use crate::force::simplex::pricing::{Objective, Pricing, UNUSED, tied_cost, tied_gain};
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::contact::contact_force;
@@ -42,7 +43,6 @@ impl<const D: usize> LinearProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, options: &DistributionOptions) -> Result<Self> {
         let wrenches = grasp.primitive_wrenches()?;
         let equilibration = Equilibration::new(grasp, wrenches);
-        let mapped = wrenches.iter().map(|w| equilibration.wrench(w)).collect();
         let enumeration = match options.method {
             Method::Implicit => None,
             Method::Enumerated | Method::Reduced => {
@@ -59,7 +59,7 @@ impl<const D: usize> LinearProgram<D> {
             _ => None,
         };
         Ok(Self {
-            columns: ImplicitColumns::new(objective, ImplicitColumns::<D>::ranges(grasp), mapped),
+            columns: ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration)),
             equilibration,
             enumeration,
             reduced,
@@ -75,7 +75,7 @@ impl<const D: usize> LinearProgram<D> {
     /// A workspace that allocates while it solves by implicit columns only where the third level has to choose forces, and
     /// for regions beyond the first few.
     pub(crate) fn workspace(&self) -> LinearWorkspace<D> {
-        let (contacts, edges) = (self.columns.contacts.len(), self.columns.wrenches.len());
+        let (contacts, edges) = (self.columns.contacts.len(), self.columns.num_edges());
         LinearWorkspace::new(self.builder.blank(self.objective()), contacts, edges)
     }
 
@@ -85,8 +85,8 @@ impl<const D: usize> LinearProgram<D> {
         let known = &mut workspace.remembered[0];
         known.basis.copy_from(&other.remembered[other.latest].basis);
         for row in (0..D).filter(|&row| !known.basis.artificial[row]) {
-            let used = known.basis.edges(row).iter().filter(|edge| **edge != UNUSED);
-            let wrench: SVector<f64, D> = used.map(|edge| self.columns.wrenches[*edge as usize]).sum();
+            let used = known.basis.edges(row).iter().enumerate().filter(|(_, edge)| **edge != UNUSED);
+            let wrench: SVector<f64, D> = used.map(|(i, edge)| self.columns.wrench(i, *edge)).sum();
             known.basis.columns.set_column(row, &wrench);
         }
         if !known.basis.refactorise() {
@@ -96,7 +96,8 @@ impl<const D: usize> LinearProgram<D> {
 
     /// Whether two programs number the same edges in the same way.
     pub(crate) fn matches(&self, other: &Self) -> bool {
-        self.columns.contacts == other.columns.contacts && self.equilibration.rank == other.equilibration.rank
+        self.columns.ranges().eq(other.columns.ranges())
+            && self.equilibration.rank == other.equilibration.rank
     }
 
     /// Writes the forces for `b = -w_ext`, which is not zero. `components` are those that exist.
@@ -153,7 +154,7 @@ impl<const D: usize> LinearProgram<D> {
             let slot = match self.solve_in_doubles(workspace, b) {
                 unclear if self.precise.must_decide(&unclear, b) => self.decide(workspace, b, forces)?,
                 // What the third level could not tell, it tells from the objective alone.
-                Ok(slot) if self.is_doubtful(&workspace.remembered[slot].region, b) => {
+                Ok(slot) if self.needs_32_digits(&workspace.remembered[slot].region, b) => {
                     workspace.remembered[slot].used = clock;
                     let decided = self.decide(workspace, b, forces);
                     // Whether other wrenches are looked up in it must not depend on the order of wrenches.
@@ -190,12 +191,12 @@ impl<const D: usize> LinearProgram<D> {
     }
 
     fn has_third_level_in_32_digits(&self) -> bool {
-        self.columns.wrenches.len() <= MOST_EDGES
+        self.columns.num_edges() <= MOST_EDGES
     }
 
     /// Whether the forces of a region follow rounding, so that 32 digits and the third level choose better ones.
-    fn is_doubtful(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
-        region.is_delicate()
+    fn needs_32_digits(&self, region: &CriticalRegion<D>, b: &Wrench<D>) -> bool {
+        region.is_ill_conditioned()
             || self.has_third_level_in_32_digits() && (region.basic || region.gap(b) > region.rounded_gap)
     }
 

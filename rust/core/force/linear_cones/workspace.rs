@@ -11,7 +11,7 @@ use crate::tolerances::NEGATIVE_IN_KNOWN_REGION;
 
 /// Regions remembered for wrenches that jump, and those whose memory is taken at once.
 const REMEMBERED: usize = 128;
-const AT_ONCE: usize = 16;
+const PREALLOCATED: usize = 16;
 
 /// Its buffers, and what it remembers of earlier wrenches.
 #[derive(Debug, Clone)]
@@ -49,9 +49,9 @@ impl<const D: usize> LinearWorkspace<D> {
     pub(crate) fn new(blank: CriticalRegion<D>, contacts: usize, edges: usize) -> Self {
         let unknown = Remembered { region: blank, basis: Basis::new(contacts), used: 0 };
         let mut remembered = Vec::with_capacity(REMEMBERED);
-        remembered.resize(AT_ONCE, unknown);
+        remembered.resize(PREALLOCATED, unknown);
         let mut proofs = Vec::with_capacity(REMEMBERED);
-        proofs.resize(AT_ONCE, (SVector::zeros(), false));
+        proofs.resize(PREALLOCATED, (SVector::zeros(), false));
         Self {
             simplex: Simplex::new(contacts),
             buffers: BuilderWorkspace::with_capacity(contacts, edges + D * contacts),

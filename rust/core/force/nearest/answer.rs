@@ -2,14 +2,16 @@
 
 use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces};
-use crate::force::nearest::limited_sum::lower_sum;
+use crate::force::nearest::limited_sum::{is_linear_in_forces, lower_sum, weights_of_shares};
 use crate::force::nearest::options::NearestOptions;
+use crate::force::nearest::sum_by_weights::least_sum_by_weights;
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::nearest::wrench_projection::Nearest;
 use crate::force::problem::{Problem, ProblemWorkspace};
 use crate::force::program::Program;
 use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{Distribution, DistributionOptions, check_wrench};
+use crate::force::squares::dual::Dual;
 use crate::grasp::contact::write_components;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
@@ -20,9 +22,9 @@ use crate::wrench_set::Criterion;
 const TIGHT_GAP: f64 = 0.1 * AT_LIMIT;
 
 /// The certificate of forces that come nearest, with the distance and the gap of both.
-struct Found<const D: usize> {
-    answer: Certificate<D>,
-    distance: f64,
+pub(crate) struct Found<const D: usize> {
+    pub(crate) answer: Certificate<D>,
+    pub(crate) distance: f64,
 }
 
 impl<const D: usize> Problem<D> {
@@ -51,6 +53,31 @@ impl<const D: usize> Problem<D> {
         Ok(distance)
     }
 
+    /// Takes the memory of these options before the first wrench comes.
+    pub(crate) fn prepare_nearest(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<()> {
+        workspace.nearest = Some(self.nearest_memory(workspace, options)?);
+        Ok(())
+    }
+
+    fn nearest_memory(
+        &self,
+        workspace: &mut ProblemWorkspace<D>,
+        options: &NearestOptions<D>,
+    ) -> Result<Box<NearestWorkspace<D>>> {
+        self.claim(workspace);
+        match workspace.nearest.take() {
+            Some(memory) if memory.serves(&self.grasp, options) => Ok(memory),
+            _ => {
+                let memory = NearestWorkspace::new(&self.grasp, &self.program, &self.bounds(), options)?;
+                Ok(Box::new(memory))
+            }
+        }
+    }
+
     fn find(
         &self,
         workspace: &mut ProblemWorkspace<D>,
@@ -64,11 +91,7 @@ impl<const D: usize> Problem<D> {
                 format!("its largest component, {size:e}, lies outside 1e-140 to 1e140; check the units");
             return Err(Error::input("external_wrench", reason));
         }
-        self.claim(workspace);
-        let mut memory = match workspace.nearest.take() {
-            Some(memory) if memory.serves(&self.grasp, options) => memory,
-            _ => Box::new(NearestWorkspace::new(&self.grasp, &self.program, &self.bounds(), options)?),
-        };
+        let mut memory = self.nearest_memory(workspace, options)?;
         let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
         workspace.nearest = Some(memory);
         interrupt::check()?;
@@ -94,7 +117,8 @@ impl<const D: usize> Problem<D> {
                 return Ok(found);
             }
             // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
-            loose_answer = Some((found, workspace.forces.clone()));
+            memory.kept.clone_from(&workspace.forces);
+            loose_answer = Some(found);
         }
         let nearest = match memory.apart {
             Some(nearest) => nearest,
@@ -103,23 +127,29 @@ impl<const D: usize> Problem<D> {
         let size = memory.projection.metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
         if nearest.unique {
-            return proven(self.as_projected(workspace, memory, b, &nearest, loose));
+            return proven(self.as_projected(workspace, memory, b, &nearest, loose), tight);
         }
-        let as_projected = |workspace: &ProblemWorkspace<D>, memory: &NearestWorkspace<D>| {
-            let found = self.as_projected(workspace, memory, b, &nearest, loose);
+        let unproven = |found: Found<D>| {
             // These forces come nearest, but nothing proves them the least of those.
-            let gap = if loose > LOOSEST_GAP { loose } else { f64::INFINITY };
+            let gap = if loose > tight { loose } else { f64::INFINITY };
             Found { answer: Certificate { gap, fell_back: true, ..found.answer }, ..found }
         };
-        if let Some((found, forces)) = loose_answer {
-            if found.answer.gap > LOOSEST_GAP && loose <= LOOSEST_GAP {
-                return Ok(as_projected(workspace, memory));
+        let normal = memory.projection.normal_of(&nearest, size);
+        if let Some(found) = loose_answer {
+            if let Some(normal) = normal
+                && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
+            {
+                return Ok(found);
             }
-            workspace.forces = forces;
-            return proven(found);
+            if found.answer.gap <= LOOSEST_GAP || loose > tight {
+                workspace.forces.clone_from(&memory.kept);
+                let answer = Certificate { gap: f64::INFINITY, fell_back: true, ..found.answer };
+                return Ok(Found { answer, ..found });
+            }
+            return proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight);
         }
         let exerted = b + nearest.residual;
-        let projected = workspace.forces.clone();
+        memory.kept.clone_from(&workspace.forces);
         let mut least = self.least(workspace, memory, &exerted, limits);
         if let Err(Error::NotConverged { .. }) = least {
             least = self.least_at_last(workspace, memory, &exerted);
@@ -127,25 +157,21 @@ impl<const D: usize> Problem<D> {
         let rest = self.residual(b, &workspace.forces.forces);
         let metric = memory.projection.metric;
         let distance = metric.norm(&rest);
-        let found = match least {
+        if let Ok(answer) = least
             // Its own tolerance of the balance must not move it away.
-            Ok(answer)
-                if metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
-                    && (answer.gap <= LOOSEST_GAP || loose > LOOSEST_GAP) =>
-            {
-                let answer = Certificate {
-                    gap: answer.gap.max(loose),
-                    pivots: answer.pivots + nearest.steps,
-                    ..answer
-                };
-                Found { answer, distance }
-            }
-            _ => {
-                workspace.forces = projected;
-                as_projected(workspace, memory)
-            }
-        };
-        proven(found)
+            && metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
+            && answer.gap.max(loose) <= tight
+        {
+            let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
+            return Ok(Found { answer: Certificate { gap, pivots, ..answer }, distance });
+        }
+        workspace.forces.clone_from(&memory.kept);
+        if let Some(normal) = normal
+            && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
+        {
+            return Ok(found);
+        }
+        proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight)
     }
 
     /// The forces of the projection itself.
@@ -245,23 +271,38 @@ impl<const D: usize> Problem<D> {
             memory.apart = Some(nearest);
             return Err(beyond());
         }
-        let bounds = self.bounds();
         let exerted = b + nearest.residual;
-        let lowered = lower_sum(&self.grasp, &bounds, &exerted, &mut workspace.forces);
+        let mut lowered = None;
+        if is_linear_in_forces(&self.grasp) {
+            let weights = weights_of_shares(&self.grasp);
+            let mut dual = Dual::new(&self.grasp, &weights, &workspace.forces.forces, None);
+            for (i, (low, high)) in self.bounds().into_iter().enumerate() {
+                dual.bound(i, low, high);
+            }
+            lowered = lower_sum(&self.grasp, &mut dual, &exerted, &mut workspace.forces);
+        }
+        let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
+        if known > self.options.rtol.max(AT_LIMIT) {
+            let mut forces = workspace.forces.clone();
+            let found = least_sum_by_weights(&self.grasp, &self.options, &exerted, &mut forces);
+            if found.is_some_and(|(_, gap, _)| gap < known) {
+                (lowered, workspace.forces) = (found, forces);
+            }
+        }
         let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
         let sigma = self.value(&workspace.forces);
         Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
     }
 
     /// The objective of these forces.
-    fn value(&self, forces: &ContactForces) -> f64 {
+    pub(crate) fn value(&self, forces: &ContactForces) -> f64 {
         self.program.value(&forces.forces, forces.totals(), self.options.weight)
     }
 }
 
 /// Refuses forces of which nothing proves that they come nearest. Where only their objective is unproven the gap is infinite.
-fn proven<const D: usize>(found: Found<D>) -> Result<Found<D>> {
-    let (gap, allowed) = (found.answer.gap, LOOSEST_GAP);
+fn proven<const D: usize>(found: Found<D>, allowed: f64) -> Result<Found<D>> {
+    let gap = found.answer.gap;
     if gap <= allowed || gap == f64::INFINITY {
         return Ok(found);
     }

@@ -86,6 +86,67 @@ fn unit(component: usize) -> ContactForce {
     axis
 }
 
+/// All forces of a contact that reach furthest along the normal, within a tolerance.
+#[derive(Debug, Clone)]
+pub(crate) struct ExposedSet {
+    pub(crate) set: ForceSet,
+    pub(crate) face: ExposedFace,
+    /// Orthonormal directions in which these forces differ.
+    pub(crate) free: Vec<ContactForce>,
+}
+
+impl ExposedSet {
+    /// `h` is the normal as the contact sees it. `None` where forces without an upper bound reach beyond the tolerance.
+    pub(crate) fn along<const D: usize>(
+        contact: &DualContact<D>,
+        h: &ContactForce,
+        touching: f64,
+    ) -> Option<Self> {
+        let (low, high) = contact.bounds();
+        let most = contact.furthest(h);
+        let movable = most.abs() <= touching && low < high;
+        let level = if most > 0.0 { high } else { low };
+        let (low, high) = if movable { (low, high) } else { (level, level) };
+        if high == 0.0 {
+            return Some(Self { set: ForceSet::Zero, face: ExposedFace::FIXED, free: Vec::new() });
+        }
+        if low == f64::INFINITY {
+            return None;
+        }
+        let mut directions = Vec::new();
+        exposed_directions(&contact.set, h, touching, |direction| directions.push(direction));
+        let free = Polytope::span(&directions);
+        let mut face = ExposedFace::flat(&free);
+        let set = match &contact.set {
+            ForceSet::Cone(cone) if cone_slope(h, cone.mu, cone.gamma) <= touching => {
+                ForceSet::Cone(CutCone { low, high, ..*cone })
+            }
+            ForceSet::Cone(cone) => {
+                face = ExposedFace {
+                    freedom: if movable { Freedom::Ray } else { Freedom::Rim },
+                    ..ExposedFace::FIXED
+                };
+                let force = cone_support(h, cone.mu, cone.gamma) * contact.unit;
+                finite(vec![force], false, (low / contact.unit, high / contact.unit))
+            }
+            ForceSet::Finite(polytope) => {
+                let reaches = |force: &&ContactForce| force.dot(h) >= most - touching;
+                let forces = polytope.forces.iter().filter(reaches).copied().collect();
+                finite(forces, polytope.general && movable, (low, high))
+            }
+            ForceSet::Zero => ForceSet::Zero,
+        };
+        Some(Self { set, face, free })
+    }
+}
+
+fn finite(forces: Vec<ContactForce>, general: bool, (low, high): (f64, f64)) -> ForceSet {
+    let mut polytope = Polytope::new(forces, general);
+    polytope.search_only();
+    (polytope.low, polytope.high) = (low, high);
+    ForceSet::Finite(polytope)
+}
+
 /// Calls `visit` with directions that span all forces which reach along `h` as far as the furthest, within `touching`:
 /// those of contacts that are about to press, to slip or to reach a bound, too.
 pub(crate) fn exposed_directions(

@@ -41,7 +41,7 @@ const DEPENDENT: f64 = 1e-9;
 const CHOICE: f64 = 1e-7;
 
 /// A contact is about to change its face where its furthest forces differ by this, relative to the pull on it.
-const TOUCHING: f64 = 1e-9;
+pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// Columns outside the span of those before: `Q` orthonormal, `R` triangular.
 struct Columns<const D: usize> {
@@ -181,10 +181,7 @@ fn newton_step<const D: usize>(
     columns.push(&column, DEPENDENT);
     for (i, (map, face)) in maps.iter().zip(faces).enumerate() {
         let h = map.tr_mul(n);
-        let ray = match face.freedom {
-            Freedom::Ray => forces[i] / forces[i][0],
-            _ => ContactForce::zeros(),
-        };
+        let ray = follow(&dual.contacts[i], face, &h, &mut forces[i]);
         for (k, axis) in face.directions(&ray).iter().enumerate() {
             let mut column = map * axis;
             factor.solve_lower_triangular_unchecked_mut(&mut column);
@@ -215,7 +212,7 @@ fn newton_step<const D: usize>(
             break;
         }
         let (i, axis) = places[k];
-        let ray = forces[i] / forces[i][0];
+        let ray = follow(&dual.contacts[i], &faces[i], &maps[i].tr_mul(n), &mut forces[i]);
         let direction = faces[i].directions(&ray)[axis];
         forces[i] += direction * c[k];
     }
@@ -249,8 +246,23 @@ pub(crate) fn are_the_only_ones<const D: usize>(
     let mut only = true;
     for (contact, map) in dual.contacts.iter().zip(maps) {
         let touching = TOUCHING * map.norm();
+        // Extreme forces of one contact depend on each other, but their sums of coefficients count only where they differ.
+        let counts = matches!(&contact.set, ForceSet::Finite(polytope) if polytope.general);
+        let (mut axes, mut count) = ([ContactForce::zeros(); 4], 0);
         exposed_directions(&contact.set, &map.tr_mul(n), touching, |direction| {
-            only = only && columns.push(&(map * direction), CHOICE);
+            let mut axis = direction;
+            if !counts {
+                for known in axes[..count].iter().chain(&axes[..count]) {
+                    axis -= known * known.dot(&axis);
+                }
+                if count == axes.len() || axis.norm() <= CHOICE * direction.norm() {
+                    return;
+                }
+                axis.normalize_mut();
+                axes[count] = axis;
+                count += 1;
+            }
+            only = only && columns.push(&(map * axis), CHOICE);
         });
     }
     only

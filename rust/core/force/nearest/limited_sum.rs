@@ -7,10 +7,10 @@
 //! least `b . z - sum_i max over bounded shares of share (max_h w_ih . z - 1)`.
 
 use crate::force::certificate::ContactForces;
-use crate::force::squares::dual::Dual;
+use crate::force::squares::dual::{Dual, DualContact};
 use crate::force::squares::newton::minimise;
 use crate::grasp::contact::ForceModel;
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
 use crate::tolerances::LOOSEST_GAP;
 
@@ -28,25 +28,27 @@ const CLOSE: f64 = 1e-10;
 /// What the forces of a step may leave unbalanced, relative to the wrench.
 const BALANCED: f64 = 1e-11;
 
-/// Lowers the sum of the shares of forces that balance `b` within the bounds; returns the multiplier, the relative gap and
-/// Newton's steps. `None` where no step balances `b` with a proven sum, and where a contact has general extreme forces,
-/// whose share is no linear function of the force.
+/// Whether the share of every contact is its normal force over its limit; not so of general extreme forces.
+pub(crate) fn is_linear_in_forces<const D: usize>(grasp: &Grasp<D>) -> bool {
+    !grasp.contacts().iter().any(|contact| matches!(contact.forces, ForceModel::Extreme(_)))
+}
+
+/// Weights in which forces are shares.
+pub(crate) fn weights_of_shares<const D: usize>(grasp: &Grasp<D>) -> Vec<f64> {
+    grasp.contacts().iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect()
+}
+
+/// Lowers the sum of the shares of forces that balance `b` and belong to the sets of `dual`, whose weights and references
+/// are overwritten. Returns the multiplier, the relative gap and Newton's steps; `None` where no step balances `b` with a
+/// proven sum. Shares have to be linear in the forces.
 pub(crate) fn lower_sum<const D: usize>(
     grasp: &Grasp<D>,
-    bounds: &[(f64, f64)],
+    dual: &mut Dual<D>,
     b: &Wrench<D>,
     forces: &mut ContactForces,
 ) -> Option<(Wrench<D>, f64, usize)> {
     let contacts = grasp.contacts();
-    if contacts.iter().any(|contact| matches!(contact.forces, ForceModel::Extreme(_))) {
-        return None;
-    }
     let mut length = STEP;
-    let weights: Vec<f64> = contacts.iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect();
-    let mut dual = Dual::new(grasp, &weights, &forces.forces, None);
-    for (i, &(low, high)) in bounds.iter().enumerate() {
-        dual.bound(i, low, high);
-    }
     let target = dual.whitening.wrench(b);
     let mut kept = forces.clone();
     let mut y = Wrench::zeros();
@@ -62,15 +64,15 @@ pub(crate) fn lower_sum<const D: usize>(
         }
         let ContactForces { forces: f, shares, .. } = &mut *forces;
         let start = dual.at(&y, &target, f, shares);
-        let (point, more) = minimise(&dual, &target, start, f, shares);
+        let (point, more) = minimise(dual, &target, start, f, shares);
         (y, steps) = (point.y, steps + more);
         let z = dual.physical(&y);
-        let lost = |(i, map): (usize, &crate::ContactMap<D>)| {
-            let above = dual.contacts[i].furthest(&map.tr_mul(&z)) * dual.contacts[i].unit - 1.0;
-            let (low, high) = bounds[i];
-            above * if above > 0.0 { high } else { low }
+        let lost = |(contact, map): (&DualContact<D>, &ContactMap<D>)| {
+            let above = contact.furthest(&map.tr_mul(&z)) * contact.unit - 1.0;
+            let (low, high) = contact.bounds();
+            above * if above > 0.0 { high } else { low } / contact.unit
         };
-        let lower = b.dot(&z) - grasp.maps().iter().enumerate().map(lost).sum::<f64>();
+        let lower = b.dot(&z) - dual.contacts.iter().zip(grasp.maps()).map(lost).sum::<f64>();
         let (_, sum) = forces.totals();
         let gap = if sum > 0.0 { (sum - lower) / sum } else { 0.0 };
         // What is left unbalanced belongs to another wrench, and so does a bound above the sum.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::Result;
+use crate::force::certificate::ContactForces;
 use crate::force::nearest::options::NearestOptions;
 use crate::force::nearest::wrench_projection::{Nearest, WrenchProjection};
 use crate::force::program::{Program, Solver};
@@ -16,6 +17,8 @@ pub(crate) struct NearestWorkspace<const D: usize> {
     pub(crate) projection: WrenchProjection<D>,
     /// What was found of the last wrench, if it is apart from what forces balance.
     pub(crate) apart: Option<Nearest<D>>,
+    /// The first forces found, while others are looked for.
+    pub(crate) kept: ContactForces,
     /// Least squares with limits that the objective does not have, or without its price of the residual.
     pub(crate) bounded: Option<Solver<D>>,
 }
@@ -37,7 +40,22 @@ impl<const D: usize> NearestWorkspace<D> {
             }
             _ => None,
         };
-        Ok(Self { projection, apart: None, bounded })
+        let kept = ContactForces::new(grasp.num_contacts());
+        Ok(Self { projection, apart: None, kept, bounded })
+    }
+
+    /// Forgets earlier wrenches.
+    pub(crate) fn forget(&mut self) {
+        self.projection.forget();
+        self.apart = None;
+        if let Some(solver) = &mut self.bounded {
+            solver.forget();
+        }
+    }
+
+    /// The options that it serves.
+    pub(crate) fn options(&self) -> NearestOptions<D> {
+        NearestOptions { metric: Some(self.projection.metric), limits: self.projection.limits }
     }
 
     pub(crate) fn serves(&self, grasp: &Grasp<D>, options: &NearestOptions<D>) -> bool {

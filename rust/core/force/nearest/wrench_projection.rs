@@ -16,6 +16,7 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, unit};
 use crate::interrupt;
+use crate::tolerances::AT_LIMIT;
 
 /// Weights of the proximal steps, relative to the strongest contact; the last is that of all others. A step shrinks the
 /// error by about this, and loses as many digits of the forces.
@@ -49,14 +50,17 @@ pub(crate) struct WrenchProjection<const D: usize> {
     grasp: Arc<Grasp<D>>,
     pub(crate) metric: Metric<D>,
     pub(crate) limits: bool,
-    dual: Dual<D>,
+    pub(crate) dual: Dual<D>,
     /// The square of the longest wrench of a unit force.
     strength: f64,
     /// The contact maps where the metric is Euclidean.
-    maps: Vec<ContactMap<D>>,
+    pub(crate) maps: Vec<ContactMap<D>>,
     last: Last<D>,
-    /// Forces before Newton's method on the faces.
+    /// Whether any wrench was asked for.
+    asked: bool,
+    /// Forces before Newton's method on the faces, and before wrenches further out were asked.
     before: Vec<ContactForce>,
+    kept: ContactForces,
 }
 
 /// The last wrench on the boundary or beyond: its faces, its forces and the unit normal.
@@ -111,7 +115,23 @@ impl<const D: usize> WrenchProjection<D> {
             normal: Wrench::zeros(),
             strongest: 0.0,
         };
-        Self { grasp: Arc::clone(grasp), metric, limits, dual, strength, maps, last, before: zero }
+        Self {
+            grasp: Arc::clone(grasp),
+            metric,
+            limits,
+            dual,
+            strength,
+            maps,
+            last,
+            asked: false,
+            before: zero,
+            kept: ContactForces::new(contacts),
+        }
+    }
+
+    /// Forgets the last wrench.
+    pub(crate) fn forget(&mut self) {
+        (self.last.known, self.asked) = (false, false);
     }
 
     /// Whether `b` lies beyond what forces reach along the last normal.
@@ -133,7 +153,8 @@ impl<const D: usize> WrenchProjection<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Option<Nearest<D>> {
-        if !self.last.known {
+        // The first wrench of all may lie beyond, too.
+        if !self.last.known && std::mem::replace(&mut self.asked, true) {
             return None;
         }
         let found = if self.is_beyond(b) { self.continue_from_last(b, forces) } else { None };
@@ -165,7 +186,8 @@ impl<const D: usize> WrenchProjection<D> {
         found: Nearest<D>,
         forces: &mut ContactForces,
     ) -> Nearest<D> {
-        let (kept, size) = (forces.clone(), self.metric.norm(b));
+        let size = self.metric.norm(b);
+        self.kept.clone_from(forces);
         let mut n = self.normal(b, forces);
         for further in OUTSIDE {
             let moved = self.metric.to_physical(&(n * (further * size)));
@@ -176,7 +198,7 @@ impl<const D: usize> WrenchProjection<D> {
                 }
             }
         }
-        *forces = kept;
+        forces.clone_from(&self.kept);
         self.last.known = false;
         found
     }
@@ -287,6 +309,21 @@ impl<const D: usize> WrenchProjection<D> {
         self.last.forces.copy_from_slice(&forces.forces);
         self.last.strongest = forces.totals().0;
         Some(found)
+    }
+
+    /// The unit normal of the nearest wrench where the metric is Euclidean: the direction of the residual, unless that is
+    /// rounding.
+    pub(crate) fn normal_of(&self, nearest: &Nearest<D>, size: f64) -> Option<Wrench<D>> {
+        if nearest.distance > AT_LIMIT * size {
+            return Some(unit(&self.metric.to_euclidean(&-nearest.residual)));
+        }
+        self.last.known.then_some(self.last.normal)
+    }
+
+    /// The distance of the forces, and what is proven of the least one by their residual or by `n`.
+    pub(crate) fn distances(&self, b: &Wrench<D>, forces: &ContactForces, n: &Wrench<D>) -> (f64, f64) {
+        let brackets = [*n, self.normal(b, forces)].map(|n| self.bracket(b, forces, &n, 0));
+        (brackets[0].distance, brackets[0].lower.max(brackets[1].lower))
     }
 
     /// The unit direction of what the forces leave of `b`, where the metric is Euclidean.

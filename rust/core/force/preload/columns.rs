@@ -12,6 +12,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::force::linear_cones::cone_interior::Interior;
+use crate::force::simplex::columns::best_tied;
 use crate::force::simplex::pricing::{Column, Objective, Pricing, UNUSED};
 use crate::grasp::contact::ContactForce;
 use crate::wrench_set::contact_support::ContactSupport;
@@ -34,8 +35,6 @@ pub(crate) struct PreloadColumns<const D: usize> {
     pub(crate) extreme_forces: Arc<Vec<ContactForce>>,
     /// `c_i / c_max`.
     pub(crate) least: Vec<f64>,
-    /// The number of each contact's first extreme force, counted over all contacts.
-    pub(crate) starts: Vec<usize>,
     /// The cones whose interior is described by facets.
     pub(crate) interiors: Vec<Option<Interior>>,
     /// `f_i^U`.
@@ -218,10 +217,7 @@ impl<const D: usize> PreloadColumns<D> {
             return (f64::NEG_INFINITY, 0, 0.0);
         }
         let (value, edge) = support.furthest(&z[0]);
-        let (edge, gain) = support
-            .edges_reaching(&z[0], value - tolerance)
-            .map(|edge| (edge, support.wrench(&z[0], edge).dot(&z[1]) - 1.0))
-            .fold((edge, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+        let (edge, gain) = best_tied(support, z, value - tolerance, edge);
         (value, edge, gain)
     }
 }

@@ -11,7 +11,7 @@ use crate::force::simplex::primal::Simplex;
 use crate::grasp::contact::ContactForce;
 use crate::tolerances::{SAME_SHARE, UNMOVED};
 
-/// An extreme force that a solution uses, counted at its contact, and its coefficient.
+/// An extreme force that a solution uses, counted over all contacts, and its coefficient.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct UsedEdge {
     pub(crate) contact: usize,
@@ -63,7 +63,7 @@ impl<const D: usize> PreloadColumns<D> {
         for contact in 0..self.contacts.len() {
             for (&edge, &level) in face.edges(contact).iter().zip(&mut levels) {
                 let level = if face.inside[contact] { level } else { level.max(0.0) };
-                used.push(UsedEdge { contact, edge: edge as usize - self.starts[contact], level });
+                used.push(UsedEdge { contact, edge: edge as usize, level });
             }
         }
         Some(unique)
@@ -71,9 +71,9 @@ impl<const D: usize> PreloadColumns<D> {
 
     /// An extreme force, counted over all contacts, and its wrench.
     fn column(&self, contact: usize, edge: u32) -> (SVector<f64, D>, ContactForce) {
-        let (support, own) = (&self.contacts[contact], edge as usize - self.starts[contact]);
+        let (support, edge) = (&self.contacts[contact], edge as usize);
         let z = SVector::zeros();
-        (support.wrench(&z, own), support.force(&z, own, &self.extreme_forces))
+        (support.wrench(&z, edge), support.force(&z, edge, &self.extreme_forces))
     }
 
     /// How hard the contacts press, and the edges they may use. `basic` is the basic solution.
@@ -115,9 +115,9 @@ impl<const D: usize> PreloadColumns<D> {
                 let second_best =
                     |edge: &usize| !ties || support.wrench(&z[0], *edge).dot(&z[1]) - 1.0 >= gain - second;
                 let optimal = support.edges_reaching(&z[0], value - first).filter(second_best);
-                active = face.extend_edges(optimal.map(|edge| (self.starts[contact] + edge) as u32));
+                active = face.extend_edges(optimal.map(|edge| edge as u32));
                 for used in own().filter(|used| used.level > 0.0) {
-                    face.push_edge((self.starts[contact] + used.edge) as u32);
+                    face.push_edge(used.edge as u32);
                 }
             }
             face.end_contact(status, active, self.interiors[contact].as_ref());

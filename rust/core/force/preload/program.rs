@@ -17,10 +17,10 @@ use crate::force::linear_cones::optimal_face::OptimalFace;
 use crate::force::preload::columns::{PreloadColumns, ROWS, Share};
 use crate::force::preload::optimal_face::{Bounds, UsedEdge};
 use crate::force::simplex::basis::Basis;
+use crate::force::simplex::columns::equilibrated_contacts;
 use crate::force::simplex::pricing::Objective;
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::solution::{DistributionOptions, Method, check_wrench};
-use crate::force::true_cones::columns::equilibrated_contacts;
 use crate::force::true_cones::program::spanning_wrenches;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, Grasp, Wrench};
@@ -43,7 +43,7 @@ pub(crate) struct PreloadProgram<const D: usize> {
     maps: Vec<ContactMap<D>>,
     tolerance: f64,
     precise: DoubleDoubleProgram<D>,
-    /// The program without lower bounds, which tells whether they are to blame.
+    /// The program without lower bounds, which tells whether they make a wrench infeasible.
     unbounded: DoubleDoubleProgram<D>,
 }
 
@@ -119,7 +119,6 @@ impl<const D: usize> PreloadProgram<D> {
             contacts: equilibrated_contacts(grasp, &equilibration),
             extreme_forces: Arc::clone(grasp.shared_forces()),
             least: bounds.iter().map(|bound| bound / largest).collect(),
-            starts: (0..grasp.num_contacts()).map(|i| grasp.edges(i).unwrap_or_default().start).collect(),
             interiors: Interior::of_contacts(grasp),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             rank: equilibration.rank,

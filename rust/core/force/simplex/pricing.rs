@@ -1,18 +1,14 @@
-//! Columns of the force distribution program, priced without listing them.
+//! What the columns of the force distribution program cost, and how the best of them is asked for.
 //!
 //! Both objectives are one linear program, `min sum_j c_j alpha_j` subject to `sum_j p_j alpha_j = -w_ext`,
 //! `alpha >= 0` (Eqs. 24 and 26), whose columns `p_j` are the points of a wrench set. For the maximum there
 //! are `prod(l_i + 1) - 1` of them, but the column with the best reduced cost is one support query: contact
 //! by contact the best extreme force, left out where it would not help.
 
-use std::ops::Range;
-
 use nalgebra::SVector;
 
-use crate::grasp::Grasp;
-use crate::tolerances::{OPTIMAL_COST, ROUNDED_COST, ROUNDED_GAIN, TIED_COST, TIED_GAIN};
+use crate::tolerances::{ROUNDED_COST, ROUNDED_GAIN, TIED_COST, TIED_GAIN};
 use crate::wrench_set::Criterion;
-use crate::wrench_set::edge_blocks::{EdgeBlock, edge_blocks, furthest_edge};
 
 /// Marks a contact that a column does not use.
 pub(crate) const UNUSED: u32 = u32::MAX;
@@ -127,132 +123,5 @@ impl Objective {
             Self::MaxThenSum => [1.0, contacts as f64],
             Self::Weighted(weight) => [1.0 + weight * contacts as f64, 0.0],
         }
-    }
-}
-
-/// The wrench set of a grasp in equilibrated coordinates, in blocks that fill vector registers.
-#[derive(Debug, Clone)]
-pub(crate) struct ImplicitColumns<const R: usize> {
-    pub(crate) objective: Objective,
-    pub(crate) contacts: Vec<Range<usize>>,
-    pub(crate) wrenches: Vec<SVector<f64, R>>,
-    blocks: Vec<EdgeBlock<R>>,
-    spans: Vec<Range<usize>>,
-}
-
-impl<const R: usize> ImplicitColumns<R> {
-    /// The columns over `wrenches`, of which each contact owns a range.
-    pub(crate) fn new(
-        objective: Objective,
-        contacts: Vec<Range<usize>>,
-        wrenches: Vec<SVector<f64, R>>,
-    ) -> Self {
-        let mut blocks = Vec::new();
-        let mut spans = Vec::with_capacity(contacts.len());
-        for range in &contacts {
-            let start = blocks.len();
-            blocks.extend(edge_blocks(&wrenches[range.clone()]));
-            spans.push(start..blocks.len());
-        }
-        Self { objective, contacts, wrenches, blocks, spans }
-    }
-
-    /// The ranges of a finite grasp's contacts.
-    pub(crate) fn ranges<const D: usize>(grasp: &Grasp<D>) -> Vec<Range<usize>> {
-        (0..grasp.num_contacts()).filter_map(|i| grasp.edges(i)).collect()
-    }
-
-    /// `h_i(z)` and the edge, counted over all contacts, that attains it.
-    #[inline]
-    pub(crate) fn best(&self, contact: usize, z: &SVector<f64, R>) -> (f64, usize) {
-        let (value, edge) = furthest_edge(&self.blocks[self.spans[contact].clone()], z);
-        (value, self.contacts[contact].start + edge)
-    }
-
-    /// How much too far a multiplier reaches.
-    pub(crate) fn reach(&self, z: &SVector<f64, R>) -> f64 {
-        self.objective.reach((0..self.contacts.len()).map(|i| self.best(i, z).0))
-    }
-
-    fn combine(&self, z: &SVector<f64, R>, weight: f64, edges: &mut [u32]) -> Column<R> {
-        edges.fill(UNUSED);
-        let mut column = Column { wrench: SVector::zeros(), costs: [0.0; 2], direction: SVector::zeros() };
-        let (mut count, mut fallback) = (0, (f64::NEG_INFINITY, 0, 0));
-        for (contact, slot) in edges.iter_mut().enumerate() {
-            let (value, edge) = self.best(contact, z);
-            if value > weight {
-                column.wrench += self.wrenches[edge];
-                *slot = edge as u32;
-                count += 1;
-            } else if value > fallback.0 {
-                fallback = (value, contact, edge);
-            }
-        }
-        if count == 0 {
-            return self.single(fallback.1, fallback.2, edges);
-        }
-        column.costs = self.objective.costs(count);
-        column
-    }
-
-    fn single(&self, contact: usize, edge: usize, edges: &mut [u32]) -> Column<R> {
-        edges.fill(UNUSED);
-        edges[contact] = edge as u32;
-        Column { wrench: self.wrenches[edge], costs: self.objective.costs(1), direction: SVector::zeros() }
-    }
-}
-
-impl<const R: usize> Pricing<R> for ImplicitColumns<R> {
-    fn optimality(&self) -> f64 {
-        OPTIMAL_COST * self.objective.unit()
-    }
-
-    fn furthest(&self, z: &SVector<f64, R>, discount: f64, edges: &mut [u32]) -> Column<R> {
-        if self.objective != Objective::Sum {
-            return self.combine(z, discount * self.objective.weight(), edges);
-        }
-        let mut winner = (f64::NEG_INFINITY, 0, 0);
-        for contact in 0..self.contacts.len() {
-            let (value, edge) = self.best(contact, z);
-            if value > winner.0 {
-                winner = (value, contact, edge);
-            }
-        }
-        self.single(winner.1, winner.2, edges)
-    }
-
-    fn tie_break(&self, z: &[SVector<f64, R>; 2], tolerance: f64, edges: &mut [u32]) -> Option<Column<R>> {
-        if self.objective != Objective::MaxThenSum {
-            return None;
-        }
-        edges.fill(UNUSED);
-        let mut wrench = SVector::zeros();
-        let mut count = 0;
-        for (contact, slot) in edges.iter_mut().enumerate() {
-            let (value, _) = self.best(contact, &z[0]);
-            if value < -tolerance {
-                continue;
-            }
-            let mut winner = (f64::NEG_INFINITY, 0);
-            for edge in self.contacts[contact].clone() {
-                let w = &self.wrenches[edge];
-                if w.dot(&z[0]) >= value - tolerance {
-                    let gain = w.dot(&z[1]) - 1.0;
-                    if gain > winner.0 {
-                        winner = (gain, edge);
-                    }
-                }
-            }
-            if value > tolerance || winner.0 > 0.0 {
-                wrench += self.wrenches[winner.1];
-                *slot = winner.1 as u32;
-                count += 1;
-            }
-        }
-        (count > 0).then(|| Column {
-            wrench,
-            costs: self.objective.costs(count),
-            direction: SVector::zeros(),
-        })
     }
 }

@@ -13,11 +13,11 @@ use crate::force::simplex::basis::Basis;
 use crate::force::simplex::pricing::{Column, Pricing, tied_cost};
 use crate::interrupt;
 use crate::tolerances::{
-    FEIGNED_GAIN, ROUNDED_LEVEL, SEPARATED, SMALLEST_GAIN, SMALLEST_PIVOT, TIED_COST, TIED_LEVELS, UNREACHED,
-    WORN_OUT,
+    LARGE_REFINEMENT, ROUNDED_LEVEL, SEPARATED, SMALLEST_GAIN, SMALLEST_PIVOT, TIED_COST, TIED_LEVELS,
+    UNCERTAIN_GAIN, UNREACHED,
 };
 
-/// Pivots after which a solve gives up: far more than any solve needs, so that no loop is unbounded.
+/// Pivots after which a solve ends without an answer: far more than any solve needs, so that no loop is unbounded.
 pub(crate) const MAX_PIVOTS: usize = 1000;
 
 /// Pivots after which rounding in the updated inverse is cleared.
@@ -26,7 +26,7 @@ const REFACTORISE_EVERY: usize = 50;
 /// Pivots after which ties in the ratio test are decided so that no cycle is possible.
 const LEXICOGRAPHIC_AFTER: usize = 100;
 
-/// How often the objective may undo what the tie-break did, before it has the last word.
+/// How often the objective may undo what the tie-break did, before ties are left as they are.
 const MAX_REVERSALS: usize = 20;
 
 /// How a solve ended.
@@ -196,7 +196,7 @@ impl<const R: usize> Simplex<R> {
         // Once ties are being broken, the objective's own threshold must not undo what its tolerance allowed.
         let mut threshold = pricing.optimality();
         let mut polished = true;
-        let (mut doubtful, mut tied, mut reversals) = (0, false, 0);
+        let (mut followed, mut tied, mut reversals) = (0, false, 0);
         let first = self.pivots;
         while self.pivots < MAX_PIVOTS && !interrupt::stopped() {
             if self.pivots > first && (self.pivots - first).is_multiple_of(REFACTORISE_EVERY) {
@@ -207,16 +207,16 @@ impl<const R: usize> Simplex<R> {
             let mut column = pricing.furthest(&self.multipliers[0], 1.0, &mut self.entering);
             let gain = column.wrench.dot(&self.multipliers[0]) - column.costs[0];
             let improves = gain > threshold.max(SMALLEST_GAIN * noise);
-            // Gains that rounding in the multipliers can feign are followed, but not for ever.
-            let feigned = gain <= FEIGNED_GAIN * noise;
-            doubtful += usize::from(improves && feigned);
-            if !improves || (feigned && doubtful > 2 * R) {
+            // Gains that may be rounding in the multipliers are followed, but not for ever.
+            let uncertain = gain <= UNCERTAIN_GAIN * noise;
+            followed += usize::from(improves && uncertain);
+            if !improves || (uncertain && followed > 2 * R) {
                 if !polished {
                     polished = true;
                     self.polish();
                     continue;
                 }
-                // Where rounding lets the two costs undo each other, the objective has the last word.
+                // Where rounding lets the two costs undo each other, ties are left as they are.
                 if reversals > MAX_REVERSALS {
                     return Outcome::Optimal;
                 }
@@ -319,7 +319,7 @@ impl<const R: usize> Simplex<R> {
     fn polish(&mut self) {
         let before = self.multipliers[0];
         let refined = self.basis.refine(&before, &self.basis.costs[0]);
-        if (refined - before).lp_norm(1) > WORN_OUT * refined.lp_norm(1) {
+        if (refined - before).lp_norm(1) > LARGE_REFINEMENT * refined.lp_norm(1) {
             self.refactorise();
             self.refresh_multipliers();
             return;

@@ -71,10 +71,24 @@ impl<const D: usize> Dual<D> {
         reference: &[ContactForce],
         slack: Option<&Metric<D>>,
     ) -> Self {
-        let spans: Vec<Vec<ContactForce>> = (0..grasp.num_contacts()).map(|i| span(grasp, i)).collect();
+        let sets: Vec<_> = (0..grasp.num_contacts()).map(|i| force_set(grasp, i)).collect();
+        let free: Vec<_> = sets.iter().enumerate().map(|(i, set)| span(grasp, i, set)).collect();
+        Self::over(grasp, sets, &free, weights, reference, slack)
+    }
+
+    /// The same over other sets of forces, with their bounds. The balance counts along `free`, orthonormal directions in
+    /// which the forces of each contact can differ.
+    pub(crate) fn over(
+        grasp: &Grasp<D>,
+        sets: Vec<ForceSet>,
+        free: &[Vec<ContactForce>],
+        weights: &[f64],
+        reference: &[ContactForce],
+        slack: Option<&Metric<D>>,
+    ) -> Self {
         let mut wrenches = Vec::new();
-        for (map, (span, weight)) in grasp.maps().iter().zip(spans.iter().zip(weights)) {
-            wrenches.extend(span.iter().map(|axis| map * axis / weight.sqrt()));
+        for (map, (free, weight)) in grasp.maps().iter().zip(free.iter().zip(weights)) {
+            wrenches.extend(free.iter().map(|axis| map * axis / weight.sqrt()));
         }
         if let Some(price) = slack {
             wrenches.extend(price.inverse_columns());
@@ -82,25 +96,25 @@ impl<const D: usize> Dual<D> {
         let split = if D == 3 { 2 } else { 3 };
         let arms = grasp.maps().iter().map(|map| map.fixed_columns::<3>(0).rows_range(split..).amax());
         let whitening = Whitening::new(&wrenches, arms.fold(0.0, f64::max));
-        let contact = |i: usize| {
+        let contact = |(i, set): (usize, ForceSet)| {
             let (map, weight) = (&grasp.maps()[i], weights[i]);
             let mut mapped = SMatrix::<f64, D, 4>::zeros();
             let mut gram = SMatrix::zeros();
-            for axis in &spans[i] {
+            let span = span(grasp, i, &set);
+            for axis in &span {
                 let wrench = whitening.wrench(&(map * axis));
                 mapped += wrench * axis.transpose();
                 gram += wrench * wrench.transpose();
             }
-            let set = force_set(grasp, i);
             let unit = match set {
                 ForceSet::Cone(_) => grasp.contacts()[i].max_normal_force,
                 _ => 1.0,
             };
-            let components = if spans[i].iter().any(|axis| axis[3] != 0.0) { 4 } else { 3 };
+            let components = if span.iter().any(|axis| axis[3] != 0.0) { 4 } else { 3 };
             let columns = std::array::from_fn(|k| mapped.column(k).into_owned());
             DualContact { set, columns, gram, components, weight, reference: reference[i], unit }
         };
-        let contacts = (0..grasp.num_contacts()).map(contact).collect();
+        let contacts = sets.into_iter().enumerate().map(contact).collect();
         let slack = slack.map(|price| {
             price.inverse_columns().fold(SMatrix::zeros(), |sum, column| {
                 let mapped = whitening.map * column;
@@ -262,13 +276,23 @@ impl<const D: usize> DualContact<D> {
         }
     }
 
-    /// How far forces reach along `h`; those without an upper bound up to the share `strongest`.
-    pub(crate) fn reach(&self, h: &ContactForce, strongest: f64) -> f64 {
-        let (low, high) = match &self.set {
+    /// The same contact with other forces.
+    pub(crate) fn with(&self, set: &ForceSet) -> Self {
+        Self { set: set.clone(), ..self.clone() }
+    }
+
+    /// The bounds of the share, times `unit`.
+    pub(crate) fn bounds(&self) -> (f64, f64) {
+        match &self.set {
             ForceSet::Cone(cone) => (cone.low, cone.high),
             ForceSet::Finite(polytope) => (polytope.low, polytope.high),
-            ForceSet::Zero => return 0.0,
-        };
+            ForceSet::Zero => (0.0, 0.0),
+        }
+    }
+
+    /// How far forces reach along `h`; those without an upper bound up to the share `strongest`.
+    pub(crate) fn reach(&self, h: &ContactForce, strongest: f64) -> f64 {
+        let (low, high) = self.bounds();
         let furthest = self.furthest(h);
         let most = if high.is_finite() { high } else { strongest * self.unit };
         furthest * if furthest > 0.0 { most } else { low }
@@ -311,10 +335,10 @@ fn force_set<const D: usize>(grasp: &Grasp<D>, i: usize) -> ForceSet {
     ForceSet::Cone(CutCone { mu: contact.friction, gamma: contact.torsion, low: 0.0, high: f64::INFINITY })
 }
 
-/// Orthonormal forces that span those of contact `i`.
-fn span<const D: usize>(grasp: &Grasp<D>, i: usize) -> Vec<ContactForce> {
-    if let Some(range) = grasp.edges(i) {
-        return Polytope::span(&grasp.finite_forces()[range]);
+/// Orthonormal forces that span the set, which is one of contact `i`.
+fn span<const D: usize>(grasp: &Grasp<D>, i: usize, set: &ForceSet) -> Vec<ContactForce> {
+    if let ForceSet::Finite(polytope) = set {
+        return Polytope::span(&polytope.forces);
     }
     let components = if grasp.contacts()[i].torsion > 0.0 { 4 } else { 3 };
     let axis = |component| {

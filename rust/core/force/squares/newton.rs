@@ -20,10 +20,10 @@ const MAX_TRIALS: usize = 60;
 const MAX_TRIALS_32_DIGITS: usize = 200;
 
 /// The gradient that counts as zero, relative to its terms: some hundred roundings.
-const CONVERGED: f64 = 3e-14;
+const CONVERGED_GRADIENT: f64 = 3e-14;
 
 /// A step that no longer halves the gradient ends the iteration once it is this small.
-const STALLED: f64 = 1e-11;
+const STALLED_GRADIENT: f64 = 1e-11;
 
 /// What regularises Newton's matrix, relative to the gradient; and its bounds beside the identity.
 const REGULARISED: f64 = 1e-3;
@@ -31,7 +31,7 @@ const LEAST_REGULARISED: f64 = 1e-17;
 const MOST_REGULARISED: f64 = 1e-3;
 
 /// A line search beyond so many Newton steps may have no end.
-const LEAP: f64 = 15.0;
+const LONG_STEP: f64 = 15.0;
 
 /// Multipliers beyond this, relative to what forces of that size need, belong to no answer.
 const DIVERGED: f64 = 1e12;
@@ -47,24 +47,25 @@ pub(crate) fn minimise<const D: usize, R: Real>(
 ) -> (DualPoint<D, R>, usize) {
     let mut point = start;
     let mut stalled = 0;
-    let mut leapt = false;
+    let mut was_long = false;
     // Beside a high price the forces are a small part of the terms.
-    let finer = R::FINENESS.sqrt();
-    let max_steps = if R::FINENESS == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
+    let finer = R::ROUNDING.sqrt();
+    let max_steps = if R::ROUNDING == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
     for step in 0..max_steps {
         let left = norm(&point.gradient).value();
         let relative = left / point.size;
-        let converged = relative <= CONVERGED * finer || relative.is_nan();
-        if converged || (stalled >= 3 && relative <= STALLED * finer) {
+        let converged = relative <= CONVERGED_GRADIENT * finer || relative.is_nan();
+        if converged || (stalled >= 3 && relative <= STALLED_GRADIENT * finer) {
             return (point, step);
         }
         // Multipliers of wrenches that nothing balances grow without end.
-        if (leapt || step % 4 == 3) && relative > STALLED && dual.separates(&values(&point.y), b) {
+        if (was_long || step % 4 == 3) && relative > STALLED_GRADIENT && dual.separates(&values(&point.y), b)
+        {
             return (point, step);
         }
         if stalled >= 10
             || (step % 8 == 7 && interrupt::stopped())
-            || norm(&point.y).value() > DIVERGED / R::FINENESS * point.size
+            || norm(&point.y).value() > DIVERGED / R::ROUNDING * point.size
         {
             return (point, step);
         }
@@ -76,9 +77,9 @@ pub(crate) fn minimise<const D: usize, R: Real>(
             point = dual.at(&point.y, b, forces, shares);
             return (point, step);
         };
-        leapt = norm(&(next.y - point.y)).value() > LEAP * norm(&direction).value();
+        was_long = norm(&(next.y - point.y)).value() > LONG_STEP * norm(&direction).value();
         let halved = norm(&next.gradient).value() <= 0.5 * left;
-        stalled = if halved { 0 } else { stalled + usize::from(relative <= STALLED * finer) };
+        stalled = if halved { 0 } else { stalled + usize::from(relative <= STALLED_GRADIENT * finer) };
         point = next;
     }
     (point, max_steps)
@@ -86,7 +87,7 @@ pub(crate) fn minimise<const D: usize, R: Real>(
 
 fn newton_direction<const D: usize, R: Real>(point: &DualPoint<D, R>, regularised: f64) -> SVector<R, D> {
     let mut matrix = point.hessian;
-    let least = LEAST_REGULARISED * R::FINENESS;
+    let least = LEAST_REGULARISED * R::ROUNDING;
     let regularised = R::from(regularised.clamp(least, MOST_REGULARISED));
     for k in 0..D {
         matrix[(k, k)] += regularised;
@@ -112,7 +113,7 @@ fn line_search<const D: usize, R: Real>(
     let (mut low, mut low_slope, mut high, mut high_slope) = (R::zero(), slope, None::<R>, 0.0);
     let mut lower: Option<DualPoint<D, R>> = None;
     let mut step = R::from(1.0);
-    let max_trials = if R::FINENESS == 1.0 { MAX_TRIALS } else { MAX_TRIALS_32_DIGITS };
+    let max_trials = if R::ROUNDING == 1.0 { MAX_TRIALS } else { MAX_TRIALS_32_DIGITS };
     for trial in 1..=max_trials {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
         let now = dot(&found.gradient, direction).value();
@@ -121,7 +122,7 @@ fn line_search<const D: usize, R: Real>(
             step = step.times(0.1);
             continue;
         }
-        let rounding = 8.0 * f64::EPSILON * R::FINENESS * found.terms.max(from.terms);
+        let rounding = 8.0 * f64::EPSILON * R::ROUNDING * found.terms.max(from.terms);
         let lowered = || (found.value - from.value).value() <= rounding;
         if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || lowered()) {
             return Some(found);
@@ -129,7 +130,7 @@ fn line_search<const D: usize, R: Real>(
         if now <= 0.0 {
             (low, low_slope, lower) = (step, now, Some(found));
             // Along a direction without end.
-            if high.is_none() && step.value() > LEAP && dual.separates(&values(&found.y), b) {
+            if high.is_none() && step.value() > LONG_STEP && dual.separates(&values(&found.y), b) {
                 return Some(found);
             }
         } else {

@@ -68,7 +68,7 @@ impl Polytope {
     #[inline]
     pub(crate) fn project<R: Real>(&self, x: &Force<R>) -> Projection<R> {
         match &self.pyramid {
-            Some(pyramid) if R::FINENESS == 1.0 => {
+            Some(pyramid) if R::ROUNDING == 1.0 => {
                 pyramid.project(&values(x), self.low, self.high).converted()
             }
             _ => self.search(x),
@@ -113,7 +113,7 @@ impl Polytope {
             // Torsions may be many orders smaller than forces: what is left counts, not the whole.
             let noise = norm(&rest) * (norm(&point) + norm(&face.point));
             if face.rank == self.rank
-                || gain <= noise.times(ROUNDED_REACH_OF_FACE * R::FINENESS)
+                || gain <= noise.times(ROUNDED_REACH_OF_FACE * R::ROUNDING)
                 || face.at[..face.len].contains(&next)
                 || face.len == FACE
             {

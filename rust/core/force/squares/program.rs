@@ -332,7 +332,7 @@ impl<const D: usize> SquaresProgram<D> {
             gap = 0.5 * slack.price.norm(&left).powi(2);
             allowed = self.rtol;
             missing =
-                self.unpriced(b, &rest, &left, forces).max(R::FINENESS * self.dual.rounding(&y, forces));
+                self.unpriced(b, &rest, &left, forces).max(R::ROUNDING * self.dual.rounding(&y, forces));
         } else {
             // Beside large multipliers, on the edge of what can be balanced, rounding of the balance is a gap.
             let rounding = ROUNDED_BALANCE * y.norm() * point.size / size;

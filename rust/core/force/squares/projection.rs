@@ -196,7 +196,7 @@ impl CutCone {
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
         let (mut low, mut high) = (R::zero(), one);
         let mut u = R::zero();
-        let rounded = 2.0 * f64::EPSILON * R::FINENESS;
+        let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 * (one - u) + u, gamma2 * (one - u) + u);
             let (p, q) = (a * mu / wide, b * gamma / twist);
@@ -230,7 +230,7 @@ impl CutCone {
     fn multiplier<R: Real>(&self, a: R, b: R, level: R) -> R {
         let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
-        let rounded = 2.0 * f64::EPSILON * R::FINENESS;
+        let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
         let mut lambda = R::zero();
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 + lambda, gamma2 + lambda);

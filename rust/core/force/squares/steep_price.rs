@@ -15,12 +15,12 @@ use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 
 /// Newton's method goes on from a point whose gradient is below this, relative to its terms.
-const NEAR: f64 = 1e-3;
+const NEAR_SOLUTION: f64 = 1e-3;
 
 /// Prices of the residual up to the reciprocal of this, beside the forces, are easy for Newton's method; and the factor by
 /// which contacts become lighter from there.
-const EASY_PRICE: f64 = 1e-3;
-const LIGHTER: f64 = 30.0;
+const WELL_CONDITIONED_PRICE: f64 = 1e-3;
+const WEIGHT_FACTOR: f64 = 30.0;
 
 impl<const D: usize> SquaresProgram<D> {
     /// Goes on from a point in numbers of 32 digits: beside a high price of the residual doubles lose the forces.
@@ -33,7 +33,7 @@ impl<const D: usize> SquaresProgram<D> {
         steps: usize,
         forces: &mut ContactForces,
     ) -> Result<(Certificate<D>, Wrench<D>)> {
-        if from.gradient.norm() <= NEAR * from.size {
+        if from.gradient.norm() <= NEAR_SOLUTION * from.size {
             let ContactForces { forces: f, shares, .. } = &mut *forces;
             let start = self.dual.at(&from.y.map(DoubleDouble::from), target, f, shares);
             let (point, more) = minimise(&self.dual, target, start, f, shares);
@@ -56,7 +56,7 @@ impl<const D: usize> SquaresProgram<D> {
     ) -> Result<(Certificate<D>, Wrench<D>)> {
         let mut dual = self.dual.clone();
         let least = self.dual.slack.map_or(1.0, |slack| slack.diagonal().min());
-        let mut heavier = (EASY_PRICE / least.max(f64::MIN_POSITIVE)).max(1.0);
+        let mut heavier = (WELL_CONDITIONED_PRICE / least.max(f64::MIN_POSITIVE)).max(1.0);
         let mut y = SVector::repeat(DoubleDouble::ZERO);
         let mut further = None;
         loop {
@@ -74,9 +74,9 @@ impl<const D: usize> SquaresProgram<D> {
             if heavier == 1.0 || interrupt::stopped() {
                 return self.certify(b, &point, steps, forces);
             }
-            // The weights fell by `LIGHTER - 1` times these, and fall by `heavier - lighter`.
-            let lighter = (heavier / LIGHTER).max(1.0);
-            let by = (heavier - lighter) / (heavier * (LIGHTER - 1.0));
+            // The weights fell by `WEIGHT_FACTOR - 1` times these, and fall by `heavier - lighter`.
+            let lighter = (heavier / WEIGHT_FACTOR).max(1.0);
+            let by = (heavier - lighter) / (heavier * (WEIGHT_FACTOR - 1.0));
             further =
                 further.is_some().then(|| point.y + (point.y - y).map(|x| x.times(by))).or(Some(point.y));
             (y, heavier) = (point.y, lighter);

@@ -12,9 +12,8 @@
 
 use nalgebra::{SVector, Vector4};
 
-use crate::force::equilibration::Equilibration;
-use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
+use crate::grasp::{Grasp, Wrench};
 
 /// What a contact does at the optimum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +29,7 @@ pub(crate) enum ContactStatus {
     FullSticking,
 }
 
-/// A friction cone as a standard second-order cone in equilibrated coordinates.
+/// A friction cone as a standard second-order cone.
 #[derive(Debug, Clone)]
 pub(crate) struct StandardCone<const D: usize> {
     /// Wrenches of the unit share and of each friction component at its coefficient; zero beyond `dim`.
@@ -47,8 +46,12 @@ pub(crate) struct StandardCone<const D: usize> {
 }
 
 impl<const D: usize> StandardCone<D> {
-    /// The cone of contact `i`; `None` for listed extreme forces.
-    pub(crate) fn new(grasp: &Grasp<D>, i: usize, equilibration: &Equilibration<D>) -> Option<Self> {
+    /// The cone of contact `i` in the coordinates of a linear map; `None` for listed extreme forces.
+    pub(crate) fn new(
+        grasp: &Grasp<D>,
+        i: usize,
+        coordinates: impl Fn(&Wrench<D>) -> SVector<f64, D>,
+    ) -> Option<Self> {
         if grasp.edges(i).is_some() {
             return None;
         }
@@ -66,7 +69,7 @@ impl<const D: usize> StandardCone<D> {
         let coefficients = [1.0, contact.friction, contact.friction, contact.torsion];
         for (component, coefficient) in coefficients.into_iter().enumerate().filter(|(_, c)| *c > 0.0) {
             let wrench = map.column(component) * (limit * coefficient);
-            cone.axes[cone.dim] = equilibration.wrench(&wrench);
+            cone.axes[cone.dim] = coordinates(&wrench);
             cone.weights[cone.dim] = coefficient * coefficient;
             cone.components[cone.dim] = (component, coefficient);
             cone.dim += 1;

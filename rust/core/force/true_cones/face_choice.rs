@@ -204,7 +204,7 @@ impl<const D: usize> FaceChoice<D> {
                 system.push(Unknown::Coordinate { contact, k }, cone.axes[k]);
             }
         }
-        system.factorise();
+        system.factorise(false);
         system.free_directions() == 0
     }
 }

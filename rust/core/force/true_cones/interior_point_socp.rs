@@ -1,13 +1,12 @@
 //! Force distribution over true cones by Clarabel's interior-point method: the answer where column generation
 //! stalls.
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
+use clarabel::solver::SupportedConeT;
 use nalgebra::SVector;
 
+use crate::force::interior_point::{ConicProgram, ConicSolution};
 use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
-use crate::interrupt;
 use crate::wrench_set::contact_support::ContactSupport;
 
 /// The interior-point solver's forces, moved into their cones.
@@ -38,56 +37,35 @@ pub(crate) fn least_forces<const D: usize>(
         blocks.iter().scan(0, |next, b| Some(std::mem::replace(next, *next + b.len()))).collect();
     let bounded = objective != Objective::Sum;
     let count = blocks.iter().map(Vec::len).sum::<usize>();
-    let mut rows = Triplets::default();
+    let mut program = ConicProgram { bounds: target.as_slice()[..rank].to_vec(), ..ConicProgram::default() };
     for (&start, block) in starts.iter().zip(&blocks) {
         for (j, column) in block.iter().enumerate() {
-            (0..rank).for_each(|k| rows.push(k, start + j, column[k]));
+            (0..rank).for_each(|k| program.constraints.push(k, start + j, column[k]));
         }
     }
-    rows.next = rank;
-    let mut cost = vec![0.0; count + 1];
-    cost[count] = 1.0;
+    program.cost = vec![0.0; count + 1];
+    program.cost[count] = 1.0;
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
         let finite = contact.is_finite();
         let normals = if finite { start..start + block.len() } else { start..start + 1 };
-        cost[normals.clone()].fill(if bounded { objective.weight() } else { 1.0 });
+        program.cost[normals.clone()].fill(if bounded { objective.weight() } else { 1.0 });
         if bounded {
-            normals.clone().for_each(|j| rows.push(rows.next, j, 1.0));
-            rows.push(rows.next, count, -1.0);
-            rows.next += 1;
+            program.add_row(normals.clone().map(|j| (j, 1.0)).chain([(count, -1.0)]), 0.0);
         }
         if finite {
-            normals.for_each(|j| rows.negate(j));
+            normals.for_each(|j| program.add_row([(j, -1.0)], 0.0));
         }
     }
-    rows.negate(count);
-    let mut cones = vec![SupportedConeT::ZeroConeT(rank), SupportedConeT::NonnegativeConeT(rows.next - rank)];
+    program.add_row([(count, -1.0)], 0.0);
+    let inequalities = program.bounds.len() - rank;
+    program.cones = vec![SupportedConeT::ZeroConeT(rank), SupportedConeT::NonnegativeConeT(inequalities)];
     for (contact, (&start, block)) in contacts.iter().zip(starts.iter().zip(&blocks)) {
         if !contact.is_finite() {
-            (start..start + block.len()).for_each(|j| rows.negate(j));
-            cones.push(SupportedConeT::SecondOrderConeT(block.len()));
+            (start..start + block.len()).for_each(|j| program.add_row([(j, -1.0)], 0.0));
+            program.cones.push(SupportedConeT::SecondOrderConeT(block.len()));
         }
     }
-    let mut bounds = vec![0.0; rows.next];
-    bounds[..rank].copy_from_slice(&target.as_slice()[..rank]);
-    let n = count + 1;
-    let matrix = CscMatrix::new_from_triplets(rows.next, n, rows.rows, rows.columns, rows.values);
-    let settings = DefaultSettings {
-        verbose: false,
-        max_iter: 100,
-        tol_gap_abs: 1e-12,
-        tol_gap_rel: 1e-12,
-        tol_feas: 1e-12,
-        ..DefaultSettings::default()
-    };
-    let quadratic = CscMatrix::zeros((n, n));
-    let mut solver = DefaultSolver::new(&quadratic, &cost, &matrix, &bounds, &cones, settings).ok()?;
-    solver.set_termination_callback(|_: &_| interrupt::stopped());
-    solver.solve();
-    let (x, z) = (&solver.solution.x, &solver.solution.z);
-    if !x.iter().chain(z).all(|value| value.is_finite()) {
-        return None;
-    }
+    let ConicSolution { x, z, .. } = program.solve(1e-12, 100)?;
     let mut least = LeastForces {
         forces: Vec::with_capacity(contacts.len()),
         shares: Vec::with_capacity(contacts.len()),
@@ -103,29 +81,6 @@ pub(crate) fn least_forces<const D: usize>(
         least.forces.push(force);
     }
     Some(least)
-}
-
-/// Nonzero entries of the constraints; `next` is the first row that is not in use.
-#[derive(Default)]
-struct Triplets {
-    rows: Vec<usize>,
-    columns: Vec<usize>,
-    values: Vec<f64>,
-    next: usize,
-}
-
-impl Triplets {
-    fn push(&mut self, row: usize, column: usize, value: f64) {
-        self.rows.push(row);
-        self.columns.push(column);
-        self.values.push(value);
-    }
-
-    /// A row whose slack is the variable itself.
-    fn negate(&mut self, column: usize) {
-        self.push(self.next, column, -1.0);
-        self.next += 1;
-    }
 }
 
 /// The wrench of each variable of a contact: coefficients of extreme forces, or `n` and `y` of a cone.

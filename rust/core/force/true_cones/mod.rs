@@ -1,7 +1,6 @@
 //! Force distribution over second-order friction cones.
 //!
-//! - [`program`]: which method answers.
-//! - [`columns`]: column generation, by the furthest force of a cone in closed form.
+//! - [`program`]: which method answers; column generation asks for the furthest force of a cone in closed form.
 //! - [`newton`]: Newton's method on the optimality conditions. [`contact_status`]: what a contact does at the optimum;
 //!   [`optimal_point`]: the conditions at a point; [`optimality_system`]: one step; [`start`]: the first point.
 //! - [`tie_break`]: the choice among forces that are equally good; [`segment`]: how far they can move along a line;
@@ -9,7 +8,6 @@
 //! - [`interior_point_socp`]: Clarabel's answer, where column generation stalls.
 
 pub(crate) mod choice;
-pub(crate) mod columns;
 pub(crate) mod contact_status;
 pub(crate) mod face_choice;
 pub(crate) mod interior_point_socp;

@@ -24,7 +24,7 @@ const CHORD: f64 = 0.02;
 const STALLED: f64 = 1e3;
 
 /// Violations of cones and prices below this, relative to the level or the multiplier, are rounding.
-const VIOLATED: f64 = 1e-11;
+const VIOLATED_CONDITION: f64 = 1e-11;
 
 /// Wrenches of size one that differ by more are a jump.
 const JUMP: f64 = 0.1;
@@ -93,9 +93,30 @@ impl<const D: usize> NewtonWorkspace<D> {
         target: &SVector<f64, D>,
         changes: usize,
     ) -> Option<Choice> {
+        self.last = *target;
+        self.reach(conditions, Some(target), changes)
+    }
+
+    /// From a multiplier of about unit size: one whose forces exert it. Its direction is a local minimum of the support
+    /// on the sphere. `None` where the search does not converge, or other multipliers beside it are as good.
+    pub(crate) fn local_minimum(
+        &mut self,
+        conditions: &ConeConditions<D>,
+        changes: usize,
+    ) -> Option<SVector<f64, D>> {
+        self.reach(conditions, None, changes)?;
+        self.system.is_determined().then_some(self.point.z)
+    }
+
+    /// Without a target, the forces must exert the multiplier itself.
+    fn reach(
+        &mut self,
+        conditions: &ConeConditions<D>,
+        target: Option<&SVector<f64, D>>,
+        changes: usize,
+    ) -> Option<Choice> {
         self.steps = 0;
         self.known = false;
-        self.last = *target;
         for _ in 0..changes {
             match self.converge(conditions, target) {
                 // Contacts that seem to slide at a multiplier of zero stick.
@@ -109,12 +130,13 @@ impl<const D: usize> NewtonWorkspace<D> {
                 Steps::Converged => {
                     if widen(conditions, &mut self.point) {
                         conditions.linearise(&self.point, &mut self.system);
-                        self.system.factorise();
+                        self.system.factorise(target.is_none());
                     }
-                    let choice = if self.system.free_directions() > 0 {
-                        self.tie_break.choose(conditions, &mut self.point, target, &self.system)
-                    } else {
-                        Choice::Unique
+                    let choice = match target {
+                        Some(target) if self.system.free_directions() > 0 => {
+                            self.tie_break.choose(conditions, &mut self.point, target, &self.system)
+                        }
+                        _ => Choice::Unique,
                     };
                     if !change_statuses(conditions, &mut self.point) {
                         self.known = choice != Choice::Open;
@@ -127,7 +149,7 @@ impl<const D: usize> NewtonWorkspace<D> {
         None
     }
 
-    fn converge(&mut self, conditions: &ConeConditions<D>, target: &SVector<f64, D>) -> Steps {
+    fn converge(&mut self, conditions: &ConeConditions<D>, target: Option<&SVector<f64, D>>) -> Steps {
         let steps = self.converge_from_here(conditions, target);
         if self.point.contacts.iter().all(|contact| contact.x.amax() <= FAR) {
             return steps;
@@ -137,15 +159,20 @@ impl<const D: usize> NewtonWorkspace<D> {
         self.converge_from_here(conditions, target)
     }
 
-    fn converge_from_here(&mut self, conditions: &ConeConditions<D>, target: &SVector<f64, D>) -> Steps {
+    fn converge_from_here(
+        &mut self,
+        conditions: &ConeConditions<D>,
+        target: Option<&SVector<f64, D>>,
+    ) -> Steps {
         let Self { point, system, factorised, .. } = self;
         let mut before = f64::INFINITY;
         for _ in 0..MAX_STEPS {
-            let Missing { balance, error } = conditions.evaluate(point, target, &mut system.missing);
+            let exerted = target.copied().unwrap_or(point.z);
+            let Missing { balance, error } = conditions.evaluate(point, &exerted, &mut system.missing);
             if error <= 1.0 {
                 if !*factorised {
                     conditions.linearise(point, system);
-                    system.factorise();
+                    system.factorise(target.is_none());
                     *factorised = true;
                 }
                 return Steps::Converged;
@@ -162,7 +189,7 @@ impl<const D: usize> NewtonWorkspace<D> {
                     return Steps::Improvable;
                 }
                 conditions.linearise(point, system);
-                system.factorise();
+                system.factorise(target.is_none());
                 *factorised = true;
             }
             let dz = system.solve(&balance);
@@ -227,7 +254,7 @@ fn change_statuses<const D: usize>(conditions: &ConeConditions<D>, point: &mut O
     let shares =
         |point: &OptimalPoint<D>| (0..point.contacts.len()).map(|i| point.force(i)[0]).fold(0.0, f64::max);
     let level = if bounded { point.level } else { shares(point) };
-    let (small, flat) = (VIOLATED * level, VIOLATED * (1.0 + point.z.lp_norm(1)));
+    let (small, flat) = (VIOLATED_CONDITION * level, VIOLATED_CONDITION * (1.0 + point.z.lp_norm(1)));
     let units = point.z.amax() / level.max(f64::MIN_POSITIVE);
     let mut changed = false;
     for (contact, cone) in conditions.cones.iter().enumerate() {

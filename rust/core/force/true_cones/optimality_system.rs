@@ -10,6 +10,8 @@
 //! is the curvature of the cones on which contacts slide, a sum of squares `t t^T`. A pivoted orthogonal factor of `N`
 //! splits off what the conditions determine of `z`; the curvature determines the rest. Columns that depend on others
 //! are forces that the conditions leave free: the step leaves them alone.
+//!
+//! Where the forces must exert `z` itself, the balance moves with it: the curvature is `H - 1`.
 
 use nalgebra::SVector;
 
@@ -45,6 +47,8 @@ pub(crate) struct OptimalitySystem<const D: usize> {
     factor: [[f64; 6]; 6],
     pivots: [usize; 6],
     determined: usize,
+    /// Whether the forces must exert the multiplier itself.
+    exert_multiplier: bool,
     lengths: Vec<f64>,
     step: Vec<f64>,
 }
@@ -63,6 +67,7 @@ impl<const D: usize> OptimalitySystem<D> {
             factor: [[0.0; 6]; 6],
             pivots: [0; 6],
             determined: 0,
+            exert_multiplier: false,
             lengths: Vec::with_capacity(most),
             step: Vec::with_capacity(most),
         }
@@ -90,8 +95,14 @@ impl<const D: usize> OptimalitySystem<D> {
         self.columns.len() - self.rank
     }
 
+    /// Whether the curvature determines what the conditions leave of the multiplier: it is positive definite there.
+    pub(crate) fn is_determined(&self) -> bool {
+        self.rank + self.determined == D
+    }
+
     /// Factorises the system that was pushed.
-    pub(crate) fn factorise(&mut self) {
+    pub(crate) fn factorise(&mut self, exert_multiplier: bool) {
+        self.exert_multiplier = exert_multiplier;
         let Self { columns, order, curvature, reflections, lengths, .. } = self;
         let count = columns.len();
         order.clear();
@@ -140,6 +151,9 @@ impl<const D: usize> OptimalitySystem<D> {
             }
         }
         let own: [f64; 6] = std::array::from_fn(|i| matrix[i][i]);
+        if self.exert_multiplier {
+            (0..size).for_each(|i| matrix[i][i] -= 1.0);
+        }
         for (i, pivot) in self.pivots.iter_mut().enumerate() {
             *pivot = i;
         }
@@ -195,7 +209,8 @@ impl<const D: usize> OptimalitySystem<D> {
             let known: f64 = (0..i).map(|k| column[k] * dz[k]).sum();
             dz[i] = (self.missing[self.order[i]] - known) / column[i];
         }
-        let mut bent = SVector::<f64, D>::zeros();
+        let moved = if self.exert_multiplier { 1.0 } else { 0.0 };
+        let mut bent = dz * -moved;
         for t in &self.curvature {
             bent += t * t.dot(&dz);
         }
@@ -210,6 +225,7 @@ impl<const D: usize> OptimalitySystem<D> {
             inner[k] = (inner[k] - known) / self.factor[k][k];
             dz[rank + self.pivots[k]] = inner[k];
         }
+        balance += dz * moved;
         for t in &self.curvature {
             balance -= t * t.dot(&dz);
         }
@@ -284,7 +300,7 @@ mod tests {
                 system.bend(t);
             }
             let balance = SVector::<f64, 6>::from_fn(|_, _| next());
-            system.factorise();
+            system.factorise(false);
             assert_eq!(system.free_directions(), dependent, "{case}");
             let dz = system.solve(&balance);
             let size = dz.amax().max(system.step().iter().fold(1.0, |most: f64, x| most.max(x.abs())));

@@ -6,16 +6,18 @@
 //! on to its tolerance; its forces are nonnegative combinations of forces in the cones, and so in the cones themselves.
 //! Nothing but Newton's method remembers earlier wrenches, and its answers do not depend on where it started.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces, Requirements, loosened};
 use crate::force::double_double::DoubleDoubleProgram;
 use crate::force::equilibration::{Equilibration, Reachable};
+use crate::force::simplex::columns::{ImplicitColumns, equilibrated_contacts};
 use crate::force::simplex::pricing::{Objective, UNUSED};
 use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::force::true_cones::choice::Choice;
-use crate::force::true_cones::columns::ConeColumns;
 use crate::force::true_cones::contact_status::StandardCone;
 use crate::force::true_cones::interior_point_socp::least_forces;
 use crate::force::true_cones::newton::{FEW_CHANGES, MANY_CHANGES, NewtonWorkspace};
@@ -29,16 +31,18 @@ use crate::tolerances::NEWTON_GAP;
 /// Relative gaps of column generation at which Newton's method tries to take over; the last try is at the tolerance.
 const START_GAPS: [f64; 3] = [1e-1, 1e-2, 1e-4];
 
-/// How much more multipliers are believed than forces where both nearly vanish: at the last try, one after another.
-const DOUBTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
+/// Weights of the multipliers beside the forces where both nearly vanish: at the last try, one after another.
+const MULTIPLIER_WEIGHTS: [f64; 6] = [1.0, 30.0, 1.0 / 30.0, 1e3, 1e-3, 1e-5];
 
 /// The program of a grasp with true friction cones; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct ConeProgram<const D: usize> {
     equilibration: Equilibration<D>,
-    columns: ConeColumns<D>,
+    columns: ImplicitColumns<D>,
     /// The same, for answers from which Newton's method starts.
-    coarse: [ConeColumns<D>; 3],
+    coarse: [ImplicitColumns<D>; 3],
+    /// The extreme forces of the grasp.
+    extreme_forces: Arc<Vec<ContactForce>>,
     /// The conditions of Newton's method; `None` where a contact has listed extreme forces.
     conditions: Option<ConeConditions<D>>,
     maps: Vec<ContactMap<D>>,
@@ -62,16 +66,20 @@ impl<const D: usize> ConeWorkspace<D> {
 impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
-        let columns = ConeColumns::new(grasp, objective, &equilibration, tolerance);
+        let columns = ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration));
         let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
         let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
-        let cones = (0..grasp.num_contacts()).map(|i| StandardCone::new(grasp, i, &equilibration)).collect();
+        let cones = (0..grasp.num_contacts())
+            .map(|i| StandardCone::new(grasp, i, |wrench| equilibration.wrench(wrench)))
+            .collect();
         let conditions = Option::map(cones, |cones| ConeConditions::new(cones, objective));
-        Self { equilibration, columns, coarse, conditions, maps: grasp.maps().to_vec(), tolerance, precise }
+        let (extreme_forces, maps) = (Arc::clone(grasp.shared_forces()), grasp.maps().to_vec());
+        let columns = columns.with_tolerance(tolerance);
+        Self { equilibration, columns, coarse, extreme_forces, conditions, maps, tolerance, precise }
     }
 
     pub(crate) fn workspace(&self) -> ConeWorkspace<D> {
-        let contacts = self.columns.num_contacts();
+        let contacts = self.maps.len();
         ConeWorkspace { simplex: Simplex::new(contacts), newton: NewtonWorkspace::new(contacts) }
     }
 
@@ -140,11 +148,12 @@ impl<const D: usize> ConeProgram<D> {
             let Some(conditions) = &self.conditions else { continue };
             let z = simplex.multipliers[0];
             let z = z / self.columns.reach(&z).max(f64::MIN_POSITIVE);
-            let doubts = if attempt == START_GAPS.len() { &DOUBTS[..] } else { &DOUBTS[..1] };
-            for (k, doubt) in doubts.iter().enumerate() {
+            let weights =
+                if attempt == START_GAPS.len() { &MULTIPLIER_WEIGHTS[..] } else { &MULTIPLIER_WEIGHTS[..1] };
+            for (k, weight) in weights.iter().enumerate() {
                 newton.restart();
-                classify(conditions, &mut newton.point, z, &forces.forces, *doubt);
-                let last = k + 1 == DOUBTS.len();
+                classify(conditions, &mut newton.point, z, &forces.forces, *weight);
+                let last = k + 1 == MULTIPLIER_WEIGHTS.len();
                 if let Some(choice) = newton.solve(conditions, &target.wrench, MANY_CHANGES)
                     && (last || choice != Choice::Open)
                     && let Some(answer) = self.accept(newton, choice, b, scale, forces, simplex.pivots)
@@ -233,8 +242,8 @@ impl<const D: usize> ConeProgram<D> {
         scale: f64,
         forces: &mut ContactForces,
     ) -> Option<SVector<f64, D>> {
-        let ConeColumns { objective, contacts, extreme_forces, .. } = &self.columns;
-        let least = least_forces(contacts, extreme_forces, *objective, target.rank, &target.wrench)?;
+        let ImplicitColumns { objective, contacts, .. } = &self.columns;
+        let least = least_forces(contacts, &self.extreme_forces, *objective, target.rank, &target.wrench)?;
         let spent = simplex.pivots;
         let rest = target.wrench - least.wrench;
         let size = rest.amax();
@@ -256,10 +265,11 @@ impl<const D: usize> ConeProgram<D> {
         for row in (0..D).filter(|&row| simplex.levels[row] > 0.0 && !simplex.basis.artificial[row]) {
             let z: SVector<f64, D> = simplex.basis.directions.column(row).into();
             let level = simplex.levels[row] * scale;
-            for (contact, edge) in simplex.basis.edges(row).iter().enumerate() {
+            for (i, (contact, edge)) in self.columns.contacts.iter().zip(simplex.basis.edges(row)).enumerate()
+            {
                 if *edge != UNUSED {
-                    forces.forces[contact] += self.columns.force(contact, &z) * level;
-                    forces.shares[contact] += level;
+                    forces.forces[i] += contact.force(&z, *edge as usize, &self.extreme_forces) * level;
+                    forces.shares[i] += level;
                 }
             }
         }

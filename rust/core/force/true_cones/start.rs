@@ -9,16 +9,16 @@ use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::grasp::contact::ContactForce;
 
 /// A contact whose multiplier turns by less than this may stick, wherever its force lies.
-const HARDLY_INSIDE: f64 = 1e-6;
+const STICKING_TURN: f64 = 1e-6;
 
-/// Makes a point of a multiplier and the contact forces for a wrench of unit size. A `doubt` above one believes the
-/// multipliers more than the forces, below one less.
+/// Makes a point of a multiplier and the contact forces for a wrench of unit size. With a
+/// `weight` above one the multipliers decide rather than the forces, below one the forces.
 pub(crate) fn classify<const D: usize>(
     conditions: &ConeConditions<D>,
     point: &mut OptimalPoint<D>,
     z: SVector<f64, D>,
     forces: &[ContactForce],
-    doubt: f64,
+    weight: f64,
 ) {
     point.z = z;
     let mut longest = 0.0_f64;
@@ -34,14 +34,14 @@ pub(crate) fn classify<const D: usize>(
     for (cone, at) in conditions.cones.iter().zip(&mut point.contacts) {
         let excess = at.v[0] + load(&at.v) - conditions.price;
         let share = at.x[0] / level;
-        if -excess * doubt >= share {
+        if -excess * weight >= share {
             at.status = ContactStatus::Idle;
             continue;
         }
-        let full = conditions.bounded && excess * doubt > 1.0 - share;
+        let full = conditions.bounded && excess * weight > 1.0 - share;
         // Column generation puts forces on their cones, also where none has to be there.
-        let inside = (1.0 - load(&at.x) / at.x[0]).max(HARDLY_INSIDE);
-        let sticks = cone.dim > 1 && inside * longest > load(&at.v) * doubt;
+        let inside = (1.0 - load(&at.x) / at.x[0]).max(STICKING_TURN);
+        let sticks = cone.dim > 1 && inside * longest > load(&at.v) * weight;
         at.status = match (full, sticks) {
             (false, false) => ContactStatus::Sliding,
             (false, true) => ContactStatus::Sticking,

@@ -10,7 +10,7 @@ use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
 use crate::force::true_cones::segment::Segment;
 
 /// Directions along which the sum changes by less, relative to their length, keep it.
-const LEVEL_SUM: f64 = 1e-9;
+const CONSTANT_SUM: f64 = 1e-9;
 
 /// Its buffers.
 #[derive(Debug, Clone)]
@@ -45,14 +45,15 @@ impl<const D: usize> TieBreak<D> {
         for which in 0..system.free_directions() {
             system.null_vector(which, &mut self.along);
             let length = length(&self.along);
-            if !conditions.least_sum && self.along.last().is_some_and(|rise| rise.abs() > LEVEL_SUM * length)
+            if !conditions.least_sum
+                && self.along.last().is_some_and(|rise| rise.abs() > CONSTANT_SUM * length)
             {
                 let raised = system.unknowns.last() == Some(&Unknown::Level);
                 if raised {
                     return Choice::Open;
                 }
             }
-            sum_changes |= sum_of(&system.unknowns, &self.along).abs() > LEVEL_SUM * length;
+            sum_changes |= sum_of(&system.unknowns, &self.along).abs() > CONSTANT_SUM * length;
         }
         self.face.choose(conditions, point, target, conditions.least_sum && sum_changes)
     }
@@ -69,7 +70,7 @@ impl<const D: usize> TieBreak<D> {
         let segment = Segment::of(point, conditions.bounded, unknowns, along);
         let (low, high) = (segment.low.at, segment.high.at);
         let sum = sum_of(unknowns, along);
-        if conditions.least_sum && sum.abs() > LEVEL_SUM * length(along) {
+        if conditions.least_sum && sum.abs() > CONSTANT_SUM * length(along) {
             let step = if sum > 0.0 { low } else { high };
             if !step.is_finite() {
                 return Choice::Open;

@@ -1,200 +1,4 @@
-//! The tolerances of the library, each with what it means and where it comes from.
-
-// Grasps
-
-/// How far outside a bound on torques a vertex may lie, relative to its size: three rounded bounds meet in it.
-pub(crate) const OUTSIDE_TORQUE_LIMITS: f64 = 1e-9;
-
-/// A pivot of a metric's factor below this part of its diagonal entry cannot be told from zero: 32 digits, less four.
-pub(crate) const INDEFINITE: f64 = 1e-28;
-
-/// Cosine to the centre below which a normal points away from it: heights that differ by rounding or by noise are
-/// no direction.
-pub(crate) const AWAY_FROM_CENTRE: f64 = -1e-3;
-
-// Convex sets
-
-/// Rounding of a component of a wrench, relative to the sizes of its terms: counted from positions and normals on, it is
-/// fewer units.
-pub(crate) const ROUNDED_POINT: f64 = 16.0 * f64::EPSILON;
-
-/// The least square of a tangent's part across the normal that counts: what is less, the frame does not use.
-pub(crate) const LEAST_TANGENT: f64 = 1e-18;
-
-/// A point is beyond a plane `y . x = 1` where it exceeds it by this much: some thousand roundings, so that coplanar points
-/// are not.
-pub(crate) const BEYOND_PLANE: f64 = 1e-12;
-
-/// What rounding leaves uncertain in a distance, relative to the longest vertex: six products and their sum.
-pub(crate) const ROUNDED_DISTANCE: f64 = 8.0 * f64::EPSILON;
-
-/// What norms and quotients lose, relative to themselves.
-pub(crate) const ROUNDED_QUOTIENT: f64 = 8.0 * f64::EPSILON;
-
-/// A plane whose vertices are off it by more is computed afresh before it is used: some hundred roundings.
-pub(crate) const DRIFTED_PLANE: f64 = 1e-13;
-
-/// A plane this much shorter than the two that it is combined from has lost three digits, and is computed afresh.
-pub(crate) const CANCELLED_PLANE: f64 = 1e-3;
-
-/// What a projection in 32 digits leaves of a column, relative to the column, is rounding: some thousand of them.
-pub(crate) const CANCELLED_COLUMN: f64 = 1e-28;
-
-/// What a product in 32 digits loses, in units of what one in 16 digits does: [`ROUNDED_POINT`] times this is some thousand
-/// roundings.
-pub(crate) const LOST_IN_32_DIGITS: f64 = 1e-14;
-
-/// A plane whose vertices are off it by less than this proves that the origin is on its inner side.
-pub(crate) const PROVEN_PLANE: f64 = 0.5;
-
-/// Wolfe's algorithm has stalled where its bounds move by less than this part of them: below any tolerance that can be asked
-/// for.
-pub(crate) const LEAST_PROGRESS: f64 = 1e-12;
-
-/// Weights below this, times how far they move the nearest point, are rounding: points without weight leave the hull.
-pub(crate) const UNUSED_WEIGHT: f64 = 1e-14;
-
-/// The same in 32 digits.
-pub(crate) const UNUSED_WEIGHT_32_DIGITS: f64 = 1e-20;
-
-/// An edge of which a smaller part lies outside the span of the others depends on them: some hundred roundings.
-pub(crate) const DEPENDENT_EDGE: f64 = 1e-13;
-
-/// The same in 32 digits.
-pub(crate) const DEPENDENT_EDGE_32_DIGITS: f64 = 1e-26;
-
-/// Where the square of the support function's slope is below this part of the point's, the slope is rounding.
-pub(crate) const FLAT_SUPPORT: f64 = 1e-20;
-
-/// A direction is as bad as the worst where its support is larger by at most this part: the default tolerance of quality.
-pub(crate) const RIVAL_RADIUS: f64 = 1e-9;
-
-/// Directions nearer than this to the worst one are not others: near a smooth minimum they are nearly as bad.
-pub(crate) const RIVAL_DIRECTION: f64 = 1e-3;
-
-// Quality
-
-/// A radius below this part of the longest wrench is not searched for: rounding of wrenches is larger.
-pub(crate) const SMALLEST_RADIUS: f64 = 1e-18;
-
-/// The bracket of partial closure counts as converged up to this part of the longest wrench: the default tolerance.
-pub(crate) const ON_BOUNDARY: f64 = 1e-9;
-
-/// Contacts nearer to each other than this part of their distance from the origin coincide: some fifty roundings.
-pub(crate) const COINCIDENT_CONTACTS: f64 = 1e-14;
-
-/// A map is orthogonal, or a generator skew, up to this: some thousand roundings.
-pub(crate) const ORTHOGONAL_MAP: f64 = 1e-12;
-
-/// Closure is beyond doubt with a ball of this radius inside the hull of unit wrenches, or a gap of this width between the
-/// hull and the origin, beyond what rounding takes of either: half a million roundings.
-///
-/// This is only the shortcut of clear cases, and where the search for the class begins. What rounding may have done
-/// decides closure: [`ROUNDED_POINT`] times the sizes of the terms of unit wrenches. It grows with the distance of the
-/// contacts from the coordinates' origin, in units of their extent.
-pub(crate) const CLEAR_CLOSURE: f64 = 1e-10;
-
-/// The uncertainty of a position in units of [`ROUNDED_POINT`]: two roundings of its coordinates.
-pub(crate) const ROUNDED_POSITION: f64 = 0.125;
-
-/// Deviations from symmetry of up to this part of the tolerance leave the bracket enough of it to close.
-pub(crate) const EXACT_SYMMETRY: f64 = 0.25;
-
-/// Relative width of the bracket of inscribed true cones that is narrow enough: what they are smaller than the
-/// linearised ones costs more.
-pub(crate) const INSCRIBED_RTOL: f64 = 1e-4;
-
-/// Larger deviations from symmetry may take up to this part of the radius from what is proven.
-pub(crate) const NEAR_SYMMETRY: f64 = 1e-3;
-
-/// A radius below this part of the longest wrench counts as zero about a center: the center itself is rounded.
-pub(crate) const NEGLIGIBLE_RADIUS: f64 = 1e-12;
-
-/// Features of contacts that differ by more than this part of the grasp's size belong to different contacts. Only how
-/// many maps are tried depends on it.
-pub(crate) const ALIKE_FEATURES: f64 = 1e-4;
-
-/// How far from the nearest boundary wrench its forces may end, relative to the longest one: the default tolerance.
-pub(crate) const EXERTED_WRENCH: f64 = 1e-9;
-
-/// The same where contacts have true cones: the minimiser of a smooth function is only as exact as the square root of
-/// its bracket.
-pub(crate) const EXERTED_WRENCH_BY_CONES: f64 = 1e-5;
-
-/// Gradients of dependent edges that differ by less, relative to what adds up to them, are the same.
-pub(crate) const SAME_GRADIENT: f64 = 1e-7;
-
-/// The same where contacts have true cones, whose worst direction is less exact.
-pub(crate) const SAME_GRADIENT_BY_CONES: f64 = 1e-4;
-
-/// Default relative width of the bracket of quality.
-pub(crate) const QUALITY_RTOL: f64 = 1e-9;
-
-/// The same where contacts have true cones: a polytope resolves smooth sets by ever more facets.
-pub(crate) const QUALITY_RTOL_OF_CONES: f64 = 1e-6;
-
-/// Relative width of the bracket of a distance: outside, precision costs a few more calls of the oracle.
-pub(crate) const DISTANCE_RTOL: f64 = 1e-9;
-
-/// Relative width of the bracket of a radius in the hull of unit wrenches, of which only the sign matters.
-pub(crate) const UNIT_WRENCHES_RTOL: f64 = 1e-9;
-
-/// The same of the distance of that hull.
-pub(crate) const NEAREST_UNIT_WRENCH_RTOL: f64 = 1e-6;
-
-/// The first simplex of a polytope, relative to the longest wrench: a ball of that size is worth mentioning.
-pub(crate) const FIRST_SIMPLEX: f64 = 1e-3;
-
-/// The next simplex where one did not fit, relative to it and to the least support found.
-pub(crate) const SMALLER_SIMPLEX: f64 = 1e-3;
-
-/// The first simplex in the part of the sphere that symmetries leave, relative to the least support found.
-pub(crate) const SYMMETRIC_SIMPLEX: f64 = 1e-2;
-
-/// Unit directions that a generator of rotations moves by less lie on the axis: there the orbit has no velocity.
-pub(crate) const FIXED_DIRECTION: f64 = 1e-6;
-
-/// What a wall may give away inside its chamber, relative to the least support found.
-pub(crate) const BEYOND_WALL: f64 = 1e-3;
-
-/// A radius of less, relative to the least support found, may come from walls: ten times [`BEYOND_WALL`].
-pub(crate) const PROVEN_IN_CHAMBER: f64 = 1e-2;
-
-/// A bracket wider than its tolerance by this factor of the tolerance has closed, up to rounding of the quotient.
-pub(crate) const CLOSED_BRACKET: f64 = 1.001;
-
-/// Relative width of the bracket from which gradients take their minimiser: as exact as rounding allows.
-pub(crate) const MINIMISER_RTOL: f64 = 1e-12;
-
-/// The same where contacts have true cones, whose bracket costs more.
-pub(crate) const MINIMISER_RTOL_OF_CONES: f64 = 1e-10;
-
-/// How far from the supporting hyperplane wrenches count as active, relative to the longest: from the default tolerance
-/// on, in turn, until the active ones exert the nearest boundary wrench.
-pub(crate) const ACTIVE_FACES: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
-
-/// A combination of active wrenches this near to the boundary wrench, relative to the longest, meets it.
-pub(crate) const ROUNDED_RESIDUAL: f64 = 1e-14;
-
-/// An edge of a face of which a smaller part lies outside the span of the others depends on them: the square root of a
-/// hundred roundings, since the faces come from a search.
-pub(crate) const INDEPENDENT_SHIFT: f64 = 1e-7;
-
-// Planning
-
-/// What rounding and [`CLEAR_CLOSURE`] leave uncertain in a candidate's quality, relative to the longest wrench.
-pub(crate) const UNCERTAIN_QUALITY: f64 = 1e-9;
-
-/// What rounding leaves uncertain between equal sums, relative to the longest wrench.
-pub(crate) const ROUNDED_BOUND: f64 = 16.0 * f64::EPSILON;
-
-/// Candidates within this of the best (relative) are equally good: the paper does not say which of them wins.
-pub const TIE: f64 = 1e-9;
-
-/// Relative width at which the bound of a box is sharp enough: the slack of the box is wider.
-pub(crate) const BOX_BOUND_RTOL: f64 = 1e-3;
-
-// Balance
+//! Tolerances of balance and force distribution.
 
 /// The feasibility tolerance of force distribution: what may be left unbalanced, as a share of the wrench.
 ///
@@ -206,8 +10,6 @@ pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 
 /// What rounding makes of a balance that was added up in doubles, relative to its terms: some ten roundings.
 pub(crate) const ROUNDED_TERMS: f64 = 1e-15;
-
-// Force distribution
 
 /// Directions weaker than this, relative to the strongest, are rounding: the grasp cannot act along them.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-12;
@@ -244,7 +46,7 @@ pub(crate) const SEPARATED: f64 = 1e-11;
 pub(crate) const SMALLEST_GAIN: f64 = 5e-16;
 
 /// Gains below this, relative to the multipliers, may be rounding: nine terms and their sum.
-pub(crate) const FEIGNED_GAIN: f64 = 4e-15;
+pub(crate) const UNCERTAIN_GAIN: f64 = 4e-15;
 
 /// Gains of the tie-break below this are no improvement, and below [`ROUNDED_GAIN`] of its multipliers.
 pub(crate) const TIED_GAIN: f64 = 1e-9;
@@ -261,8 +63,8 @@ pub(crate) const ROUNDED_LEVEL: f64 = 1e-15;
 /// How negative a level may be, relative to the largest, before the basis has lost the wrench.
 pub(crate) const NEGATIVE_LEVEL: f64 = 1e-13;
 
-/// A step of refinement larger than this, relative to the multipliers, means that updates have worn the inverse out.
-pub(crate) const WORN_OUT: f64 = 1e-10;
+/// A step of refinement larger than this, relative to the multipliers, means that updates have cost the inverse its digits.
+pub(crate) const LARGE_REFINEMENT: f64 = 1e-10;
 
 /// Pivot elements below this share of the largest are not trusted: a basis would keep less than half its digits.
 pub(crate) const SMALLEST_PIVOT: f64 = 1e-9;
@@ -317,7 +119,7 @@ pub(crate) const RAY_WIDTH: f64 = UNBALANCED_WRENCH / 2e4;
 
 /// Forces or multipliers that grow by more than this with a wrench, all in their units, are decided in 32 digits and
 /// remembered for no other wrench.
-pub(crate) const DELICATE: f64 = 1e5;
+pub(crate) const ILL_CONDITIONED: f64 = 1e5;
 
 /// Forces that add up to more than this beside a wrench, both in their units, are not computed anew for its multiples:
 /// their rounding comes near to [`FEASIBILITY_TOLERANCE`].
