@@ -14,6 +14,8 @@ use crate::convert::scalars::{choice, whole};
 use crate::runtime::interrupt::on_all_cores;
 use crate::runtime::thread_pool::lock;
 
+type NumbersAndRows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 type AnyBound = Dimensional<ProductBound<3>, ProductBound<6>>;
 
 /// Upper bounds of epsilon over products of cells, one cell for each group of contacts.
@@ -170,7 +172,7 @@ impl PyProductBound {
             }
             let found = on_all_cores(py, || bound.ask(&rows, enough, mix, seconds))?;
             let found = found.map_err(|error| to_python(py, &error))?;
-            let dim = found.first().map_or(0, |z| z.len());
+            let dim = found.first().map_or(0, nalgebra::Matrix::len);
             matrix(py, found.len(), dim, found.iter().flat_map(|z| z.iter().copied()))
         })
     }
@@ -194,7 +196,7 @@ impl PyProductBound {
         least: f64,
         adopt: bool,
         seconds: f64,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<NumbersAndRows<'py>> {
         let goal = Goal { best, factor, least, adopt };
         let mut inner = self.take(py)?;
         by_dimension!(&mut *inner, bound => {
@@ -243,11 +245,7 @@ impl PyProductBound {
     }
 
     /// The bounds (R,) and cells (R, groups) of some products.
-    fn products<'py>(
-        &self,
-        py: Python<'py>,
-        rows: Vec<usize>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    fn products<'py>(&self, py: Python<'py>, rows: Vec<usize>) -> PyResult<NumbersAndRows<'py>> {
         by_dimension!(&*self.take(py)?, bound => {
             if let Some(row) = rows.iter().find(|&&row| row >= bound.len()) {
                 return Err(invalid_input(py, format!("rows: {row}, but {} products are left", bound.len())));
