@@ -54,16 +54,22 @@ def equilibrium(algorithm: str) -> Callable[[tuple[np.ndarray, np.ndarray, float
     body = hpp.Equilibrium("body", 1.0, GENERATORS)
     kind = getattr(hpp.EquilibriumAlgorithm, f"EQUILIBRIUM_ALGORITHM_{algorithm}")
     center = np.zeros(3)
+    status = hpp.LP_status
+    # Contacts that can press against each other are robust without limit. Its dual program does not tell that
+    # from a body that falls.
+    primal = algorithm == "LP"
 
     def held(prepared: tuple[np.ndarray, np.ndarray, float]) -> bool:
         positions, normals, friction = prepared
         body.setNewContacts(positions, normals, friction, kind)
-        status, robustness = body.computeEquilibriumRobustness(center)
-        if status == hpp.LP_status.LP_STATUS_INFEASIBLE:
+        found, robustness = body.computeEquilibriumRobustness(center)
+        if found == status.LP_STATUS_OPTIMAL:
+            return bool(robustness >= 0)
+        if found == status.LP_STATUS_INFEASIBLE:
             return False
-        if status != hpp.LP_status.LP_STATUS_OPTIMAL:
-            raise UnsolvedError
-        return bool(robustness >= 0)
+        if found == status.LP_STATUS_UNBOUNDED and primal:
+            return True
+        raise UnsolvedError
 
     return held
 

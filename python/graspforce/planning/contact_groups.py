@@ -20,7 +20,8 @@ def contact_groups(
     """Return the contacts and the parameters of each group, as the surface's ``depends`` tells.
 
     Contacts that share a parameter, directly or through others, belong together. Contacts that no parameter
-    moves join the first group, and so do parameters that move no contact. Everything is one group if nothing is known.
+    moves join the first group, and so do parameters that move no contact. Everything is one group if nothing
+    is known.
     """
     depends = getattr(surface, "depends", None)
     if not isinstance(depends, np.ndarray) or depends.shape != (num_contacts, num_params):
