@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["BoxTree"]
 
 # Boxes of all parameters, before contact groups are bounded apart: in the plane a box costs little.
-_PLAIN_BOXES = {2: 8192, 3: 0}
+_PLAIN_BOXES = {2: 512, 3: 0}
 _SLACK = 0.1  # of a bound: interpolation leaves more open than other axes could gain
 _BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 

@@ -148,6 +148,8 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
     let bounds = [(right, top), (-left, top), (-left, -bottom), (right, -bottom)];
     let corners = bounds.map(|(x, y)| Point::new(x, y));
     let size = (right + left).max(top + bottom);
+    // A small region has a small area.
+    let enough = enough * size.min(1.0);
     let mut open: BinaryHeap<Open> = (0..4)
         .map(|at| {
             let next = (at + 1) % 4;
