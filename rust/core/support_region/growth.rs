@@ -11,6 +11,9 @@ use crate::error::Result;
 /// Areas below this, in units of the region's squared extent, are rounding.
 const ROUNDED_AREA: f64 = 1e-14;
 
+/// Triangles are no longer divided once their area is this share of the gap.
+const LEAST_SHARE: f64 = 0.3;
+
 /// Gaps that are no wider are as narrow as rounding allows.
 const ROUNDED_GAP: f64 = 1e-9;
 
@@ -162,10 +165,15 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
     }
     let mut inside = area(&hull(found.iter().map(|(_, one)| one.place).collect(), 0.0));
     let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
-    let mut converged = true;
+    let (mut converged, mut share) = (true, 0.999);
     while let Some(triangle) = open.pop() {
-        if between <= (0.95 * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
-            break;
+        if between <= (share * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
+            // Bounds that are not sharp leave the polygons a little further apart than their triangles.
+            let grown = polygons(&found, &corners, converged, size);
+            if grown.gap <= gap || share < LEAST_SHARE {
+                break;
+            }
+            share *= 0.8;
         }
         // Triangles that are too flat to be asked stay between the polygons.
         let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
@@ -182,6 +190,13 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         between += halves[0].area + halves[1].area - triangle.area;
         open.extend(halves);
     }
+    let mut grown = polygons(&found, &corners, converged, size);
+    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP);
+    Ok(grown)
+}
+
+/// Both polygons of what was found, the first four along the axes.
+fn polygons(found: &[(Point, Furthest)], corners: &[Point], converged: bool, size: f64) -> Grown {
     let mut outer = corners.to_vec();
     for (direction, one) in &found[4..] {
         let kept = clip(&outer, direction, one.bound);
@@ -191,9 +206,7 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         }
     }
     let inner = hull(found.iter().map(|(_, one)| one.place).collect(), 0.1 * SAME_VERTEX * size);
-    let mut grown = described(inner, outer, found.len(), converged, size);
-    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP);
-    Ok(grown)
+    described(inner, outer, found.len(), converged, size)
 }
 
 fn described(inner: Vec<Point>, outer: Vec<Point>, directions: usize, converged: bool, size: f64) -> Grown {
