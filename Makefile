@@ -106,6 +106,7 @@ lint: build $(VENV)/lint
 
 docs: build $(VENV)/docs
 	$(PY) -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	$(PY) tools/check_pages.py docs/_build/html
 	cargo doc --no-deps --quiet
 	@echo "docs/_build/html/index.html, and of the Rust crate target/doc/graspforce/index.html"
 

@@ -3,19 +3,17 @@
 Run by ``python benches/hands.py``; one row by ``python benches/hands.py --only shadow``. The objects are
 fifty of the thousand random ones of pybullet. A seed drew them before any run; they are scaled to one size.
 An object that cannot be read or planned for counts as a failure. ``--ablations`` leaves out one part of the
-pipeline at a time.
+search at a time, and also pushes three times as hard. ``--servo 1`` changes the stiffness of the servos.
 """
 
 import argparse
 import dataclasses
 import functools
-import random
 import time
 import warnings
 
 import numpy as np
-import trimesh
-from pybullet_meshes import data_folder
+from holding.objects import numbers, random_mesh
 
 import graspforce as gf
 from graspforce.hands import preset, search, seeds, shake
@@ -26,18 +24,14 @@ ROWS = {
     "shadow, five fingers": ("shadow", None),
 }
 PUSH = 10.0  # m/s^2
-
-
-def numbers(count, seed):
-    return random.Random(seed).sample(range(1000), count)
-
-
-def random_mesh(number, size):
-    """Return an object of several closed parts, scaled to a largest extent of `size` m."""
-    mesh = trimesh.load_mesh(data_folder() / "random_urdfs" / f"{number:03d}" / f"{number:03d}.obj")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    mesh.apply_scale(size / mesh.extents.max())
-    return mesh
+# Name of a trial: its control, whether it begins at the pregrasp, and its pushes.
+TRIALS = {
+    "squeeze": ("squeeze", False, PUSH),
+    "closing": ("squeeze", True, PUSH),
+    "servo": ("servo", False, PUSH),
+    "torque": ("torque", False, PUSH),
+    "three times the push": ("squeeze", False, 3 * PUSH),
+}
 
 
 def pressed_alike(plan):
@@ -48,8 +42,9 @@ def pressed_alike(plan):
 
 
 def run(
-    hand, fingers, size, objects, *, trials=("squeeze", "closing"), change=None, verbose=False, **options
-):
+    hand, fingers, size, objects, *, trials=("squeeze", "closing"), change=None, verbose=False, ablated=False,
+    **options,
+):  # fmt: skip
     """Plan and shake each object, and print what was held and what it took."""
     held, seconds, cpu, plans = dict.fromkeys(trials, 0), [], [], []
     for number in objects:
@@ -69,11 +64,11 @@ def run(
         plans.append(plan)
         result = []
         for name in trials:
-            control = "squeeze" if name == "closing" else name
-            trial = shake(plan, mesh, control=control, closing=name == "closing", acceleration=PUSH)
+            control, closing, push = TRIALS[name]
+            trial = shake(plan, mesh, control=control, closing=closing, acceleration=push)
             held[name] += trial.success
             result.append(f"{name} {int(trial.held.sum())} of 6")
-        if verbose or any("6 of 6" not in text for text in result):
+        if verbose or (not ablated and any("6 of 6" not in text for text in result)):
             print(f"  object {number:03d}: {plan}: {', '.join(result)}")
     count = len(objects)
     on_pads = np.mean([p.pad_angle <= np.deg2rad(45.01) for p in plans]) if plans else 0
@@ -101,7 +96,7 @@ def ablations(hand, fingers, size, objects):
     for name, options in cases.items():
         print(name)
         search.contact_seeds = functools.partial(seeds.contact_seeds, reach="no reach" not in name)
-        run(hand, fingers, size, objects, trials=("squeeze",), **options)
+        run(hand, fingers, size, objects, trials=("squeeze", "three times the push"), ablated=True, **options)
     search.contact_seeds = seeds.contact_seeds
 
 
@@ -110,7 +105,10 @@ def main():
     parser.add_argument("--objects", type=int, default=50)
     parser.add_argument("--sizes", default="8", help="largest extents in cm")
     parser.add_argument("--only", default="", help="rows whose names hold this word")
-    parser.add_argument("--trials", default="squeeze,closing", help="of squeeze, closing, servo and torque")
+    parser.add_argument("--trials", default="squeeze,closing", help=", ".join(TRIALS))
+    parser.add_argument(
+        "--servo", type=float, help="stiffness of all servos in N m/rad, in place of the preset's"
+    )
     parser.add_argument("--seed", type=int, default=1, help="of the choice of objects")
     parser.add_argument("--ablations", action="store_true")
     parser.add_argument("--verbose", action="store_true", help="a line for each object")
@@ -121,12 +119,13 @@ def main():
         for name, (which, fingers) in ROWS.items():
             if given.only not in name:
                 continue
+            hand = preset(which) if given.servo is None else preset(which, stiffness=given.servo)
             print(f"{name}, objects of {size} cm")
             if given.ablations:
-                ablations(preset(which), fingers, float(size) / 100, objects)
+                ablations(hand, fingers, float(size) / 100, objects)
             else:
                 run(
-                    preset(which), fingers, float(size) / 100, objects, trials=given.trials.split(","),
+                    hand, fingers, float(size) / 100, objects, trials=given.trials.split(","),
                     verbose=given.verbose,
                 )  # fmt: skip
 

@@ -1,20 +1,11 @@
 """Meshes to grasp, read from the installed ``pybullet`` package; nothing of it is part of this project."""
 
-import importlib.util
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import trimesh
+from holding.objects import data_folder
 
 from graspforce.surfaces import MeshSurface
-
-
-def data_folder():
-    """Return where pybullet keeps its meshes, without importing it."""
-    found = importlib.util.find_spec("pybullet_data")
-    if found is None or not found.submodule_search_locations:
-        raise SystemExit("these objects are meshes of pybullet: pip install --group objects")
-    return Path(found.submodule_search_locations[0])
 
 
 def named(name, size, subdivisions=0, **options):

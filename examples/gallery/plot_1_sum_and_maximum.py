@@ -32,6 +32,7 @@ draw_planar_grasp(axes, grasp, outline=np.stack([np.cos(turn), np.sin(turn)], ax
 axes.autoscale_view()
 axes.axis("off")
 draw_wrench_polytopes(figure.add_subplot(122, projection="3d"), grasp)
+figure.set_label("Three fingers on a disc; beside it two nested polytopes and the ball that touches a facet")
 
 # %%
 # More fingers make the grasp stronger. Only the maximum shows it.
@@ -50,3 +51,4 @@ axes.plot(counts, found["sum"], "o-", color="#d1762b", label="their sum limited 
 axes.set(xlabel="fingers on the disc", ylabel="epsilon (N)", ylim=(0, None))
 axes.spines[["top", "right"]].set_visible(False)
 axes.legend(frameon=False)
+figure.set_label("Epsilon over three to eight fingers: it rises by the maximum and is constant by the sum")

@@ -35,9 +35,11 @@ for wrench in wrenches:
 
 figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
 draw_forces(axes, normal_forces, [20.0, 12.0, 12.0], times=times)
+figure.set_label("Normal forces of three fingers over four seconds, with their limits")
 
 # %%
 # The time of one call from Python, on the machine that built this page.
 
 figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
 draw_latencies(axes, seconds)
+figure.set_label("Histogram of the time of one call, with its median and percentiles")

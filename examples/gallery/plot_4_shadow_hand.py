@@ -65,3 +65,4 @@ axes[1, 0].set_ylabel("largest normal force (N)")
 axes[1, 0].legend(frameon=False, fontsize=8)
 for ax in axes.flat:
     ax.spines[["top", "right"]].set_visible(False)
+figure.set_label("Quality and largest normal force over time for a block, an egg and a pen")

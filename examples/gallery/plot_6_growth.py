@@ -70,3 +70,4 @@ right.set(xlabel="contacts", ylabel="time (ms)")
 for axes in (left, right):
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=8)
+figure.set_label("Points and milliseconds over the number of contacts, on logarithmic scales")

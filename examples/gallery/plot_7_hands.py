@@ -50,3 +50,6 @@ for row, (name, hand) in enumerate(HANDS.items()):
             f"{name}, {kind}: slips at {plan.onset:.2f} N, off by {plan.contact_error * 1e3:.2f} mm, "
             f"moved at most {trial.displacement.max() * 1e3:.1f} mm"
         )
+figure.set_label(
+    "Ten pictures: the Allegro and the Shadow hand hold a box, a ball, a bottle, a ring and a mug"
+)

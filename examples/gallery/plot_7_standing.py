@@ -38,6 +38,7 @@ walking = gf.support_region(walker, weight=300.0, gap=1e-2)
 draw(axes[0], walker, walking, "A walker of 300 N, 200 N a foot")
 served = gf.support_region(plate, weight=10.0)
 draw(axes[1], plate, served, "A plate of 10 N on three fingers")
+figure.set_label("Seen from above: contacts, and the region where the centre of mass may be")
 print(walking)
 print(served)
 

@@ -106,7 +106,8 @@ class MissingExtraError(GraspForceError, ImportError):
 
     def __init__(self, extra: str, error: ImportError) -> None:
         package = (error.name or str(error)).partition(".")[0]
-        super().__init__(f"{package} is not installed: pip install 'graspforce[{extra}]'", name=error.name)
+        install = f"pip install 'graspforce[{extra}]', or in a clone pip install '.[{extra}]'"
+        super().__init__(f"{package} is not installed: {install}", name=error.name)
         self._given = extra, error
 
     def __reduce__(self) -> tuple[type[MissingExtraError], tuple[str, ImportError]]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _NEEDED = ("typer", "rich", "pydantic", "yaml")
-_INSTALL = "pip install 'graspforce[cli]'"
+_INSTALL = "pip install 'graspforce[cli]', or in a clone pip install '.[cli]'"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,9 +9,11 @@ Needs pyarrow (the ``datasets`` extra), and Dask for clusters (the ``dask`` extr
 - Files: `grade_files`: a whole run; `matching` and `parquet_source`: the source; `parts` and `part_files`:
   result files; `manifest` and `replacement`: the folder of results; `atomic_files`: its lock; `dask_cluster`:
   parts on a cluster.
+- `numpy_files`: NumPy files of other programs, without running code from them.
 """
 
 from .grade import grade
+from .numpy_files import load_numpy
 from .summary import GradeSummary
 
-__all__ = ["GradeSummary", "grade"]
+__all__ = ["GradeSummary", "grade", "load_numpy"]

@@ -45,9 +45,11 @@ class Controller(Protocol):
         ...
 
 
-def controller(control: Control, plan: HandPlan) -> Controller:
-    """Return the controller of a name."""
-    return Squeeze(plan) if control == "squeeze" else Distribution(plan, pure=control == "torque")
+def controller(control: Control, plan: HandPlan, *, known: bool) -> Controller:
+    """Return the controller of a name, which is told of pushes where they are `known`."""
+    return (
+        Squeeze(plan) if control == "squeeze" else Distribution(plan, pure=control == "torque", known=known)
+    )
 
 
 class Squeeze:
@@ -71,8 +73,8 @@ class Distribution:
     the simulation.
     """
 
-    def __init__(self, plan: HandPlan, *, pure: bool) -> None:
-        self._plan, self._pure = plan, pure
+    def __init__(self, plan: HandPlan, *, pure: bool, known: bool) -> None:
+        self._plan, self._pure, self._known = plan, pure, known
         limit = max(10.0, 20 * plan.preload)
         cones = plan.grasp.replace(edges=None, friction_margin=_MARGIN, max_normal_force=limit)
         self._distributor = ForceDistributor(cones, "squares", reference=plan.resting_forces)
@@ -91,11 +93,13 @@ class Distribution:
         twist = -_TURN_STIFFNESS * rotation_vectors(turned) - _TURN_DAMPING * (R @ velocity[3:])
         # The grasp is that of the planned pose, and turns with the object.
         wanted = np.concatenate([turned.T @ pull, turned.T @ twist])
-        load = (plan.external_wrench.reshape(2, 3) @ turned).ravel()
+        pushed = data.xfrc_applied[simulation.body] if self._known else plan.external_wrench
+        load = (pushed.reshape(2, 3) @ turned).ravel()
         try:
             # The forces at rest balance nothing; a balance of less is checked relative to the wrench itself.
-            rest = np.abs(wanted).max() < _REST
-            self._forces = plan.resting_forces if rest else self._distributor.solve(load - wanted).forces
+            asked = load - wanted
+            rest = np.abs(asked - plan.external_wrench).max() < _REST
+            self._forces = plan.resting_forces if rest else self._distributor.solve(asked).forces
         except (InfeasibleWrenchError, NotConvergedError):
             # The last forces hold on; the tick is counted.
             self.infeasible += 1

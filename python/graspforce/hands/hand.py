@@ -204,15 +204,17 @@ class Hand(HandData):
             raise InvalidInputError("fingertips: missing; name the bodies, geoms or sites of the tips")
         return Hand(spec_from_file(path, folders), fingertips, **options)
 
-    def surface(self, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
+    def surface(
+        self, palm: ArrayLike, joints: ArrayLike, *, forearm: bool = True
+    ) -> tuple[Array, NDArray[np.int64]]:
         """Return vertices (V, 3) in m and triangles (F, 3) of the hand, for pictures.
 
         `palm` is its pose (4, 4), `joints` are positions (n,) in rad. Visual meshes are shown where the model
-        has them, elsewhere the shapes that collide.
+        has them, elsewhere the shapes that collide. False for `forearm` leaves out bodies behind the wrist.
         """
         from .surface import hand_surface  # noqa: PLC0415 - for pictures alone
 
-        return hand_surface(self, palm, joints)
+        return hand_surface(self, palm, joints, forearm=forearm)
 
     def reach(self, positions: ArrayLike, normals: ArrayLike, mesh: Any = None, **options: Any) -> HandPose:
         """Find a pose whose fingertips touch given contacts; see `graspforce.hands.reach`."""

@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-# Least cosines of pads, round by round: they may look aside only where no plan was found.
-_PADS = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0)), None
+# Least cosine of pads and steps onto the surface, round by round. Small objects need more steps than large
+# ones; pads may look aside only where no plan was found.
+_45, _70 = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0))
+_ROUNDS: tuple[tuple[float | None, int], ...] = (_45, 25), (_45, 60), (_45, 120), (_70, 25), (None, 25)
 _POOL = 16
 _HARD = 4.0  # of the preload
 _ROOM = 1.1  # of the hand's opening: a wider object is not tried
@@ -168,9 +170,9 @@ def plan_hand(
     plans: list[HandPlan] = []
     with reporting(progress, "planning", "slip onset") as report:
         try:
-            for attempt, pad in enumerate(_PADS):
-                poses = search.starts(seeds, samples * (1 + attempt), starts)
-                found = search.usable(poses, pad, refine=refine)
+            for attempt, (pad, steps) in enumerate(_ROUNDS):
+                poses = search.starts(seeds, samples * (1 + attempt), starts, 1.0 if attempt == 0 else 2.0)
+                found = search.usable(poses, pad, steps, refine=refine)
                 order = () if found is None else np.argsort(-found.score, kind="stable")[:_POOL]
                 for row in order:
                     plan = None if found is None else maker.plan(found, int(row), hand, search.counts)
@@ -178,7 +180,7 @@ def plan_hand(
                     if plans and search.ended:
                         break
                 if report is not None:
-                    report(attempt + 1, len(_PADS), max((p.onset for p in plans), default=np.nan))
+                    report(attempt + 1, len(_ROUNDS), max((p.onset for p in plans), default=np.nan))
                 # Passive fingers with little reserve are worth a second look.
                 enough = max((_worth(p) for p in plans), default=-np.inf) >= target or attempt > 0
                 if search.ended or (plans and enough):

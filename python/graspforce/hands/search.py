@@ -43,17 +43,17 @@ class Search:
         """Whether nothing more is to be tried."""
         return self.interrupted or self.expired
 
-    def starts(self, seeds: str, samples: int, count: int) -> Poses:
+    def starts(self, seeds: str, samples: int, count: int, spread: float) -> Poses:
         """Return poses to begin with; see `graspforce.plan_hand`."""
         share = -(-count // 2) if seeds == "both" else count
         parts = []
         if seeds != "contacts":
-            parts.append(palm_seeds(self._distances, self._problem, self._rng, samples, share))
+            parts.append(palm_seeds(self._distances, self._problem, self._rng, samples, share, spread))
         if seeds != "palms":
             parts.append(contact_seeds(self._distances, self._problem, self._rng, samples, share))
         return Poses.joined(parts)
 
-    def usable(self, poses: Poses, pad: float | None, *, refine: bool) -> Candidates | None:
+    def usable(self, poses: Poses, pad: float | None, steps: int, *, refine: bool) -> Candidates | None:
         """Put poses onto the surface, and return those that are usable, the refined ones first.
 
         Ctrl-C ends the search as soon as there is something to return.
@@ -61,7 +61,7 @@ class Search:
         parts: list[Candidates] = []
         try:
             for first in range(0, len(poses), _AT_ONCE):
-                some = self._snapped(poses[slice(first, first + _AT_ONCE)], pad)
+                some = self._snapped(poses[slice(first, first + _AT_ONCE)], pad, steps)
                 parts += [some] if len(some) else []
                 if self.ended:
                     break
@@ -102,10 +102,9 @@ class Search:
         hint = "more starts, other fingers, less preload or a larger time limit may help"
         return f"no grasp found: {'; '.join(reasons)}; {'time was over' if self.expired else hint}"
 
-    def _snapped(self, poses: Poses, pad: float | None) -> Candidates:
-        found = measured(
-            self._distances, self._problem, snap(self._distances, poses, SnapOptions(pad=pad)), pad
-        )
+    def _snapped(self, poses: Poses, pad: float | None, steps: int) -> Candidates:
+        touching = snap(self._distances, poses, SnapOptions(pad=pad, steps=steps))
+        found = measured(self._distances, self._problem, touching, pad)
         free, usable = found.usable(None), found.usable(pad)
         reached = found.gap < GAP
         counts = self.counts

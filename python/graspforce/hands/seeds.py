@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 _SHAPES = 48
-_JITTER = 0.25  # rad, of joints about the hand's posture
+_JITTER = 0.25  # rad, of joints about the hand's posture in the first round
 _REACH = 0.04  # m: a tip that is further from the surface is not brought there
 _MEASURED = 400  # of the samples that come nearest
 _PER_GAP = 2.0  # 1/m: what a gap costs, in units of quality
@@ -30,15 +30,17 @@ _FAR_PAIR = 1.2  # of the hand's opening: contacts further apart are not tried
 
 
 def palm_seeds(
-    distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int
-) -> Poses:
+    distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int,
+    spread: float = 1.0,
+) -> Poses:  # fmt: skip
     """Return the best of random palms about the object in preshaped hands.
 
     The middle of the tips is placed near the object's centre. A palm is judged by the quality of the contacts
-    nearest to its tips, by the largest gap there, and by how its pads face them.
+    nearest to its tips, by the largest gap there, and by how its pads face them. `spread` widens the choice
+    of preshaped hands.
     """
     kinematics, grasped = distances.kinematics, problem.grasped
-    driven, tips, pads, links = _shapes(distances, rng)
+    driven, tips, pads, links = _shapes(distances, rng, spread)
     chosen = rng.integers(len(driven), size=samples)
     quaternions = rng.normal(size=(samples, 4))
     quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
@@ -117,11 +119,13 @@ def fitted_pose(tips: Array, centers: Array) -> tuple[Array, Array]:
     return b - turn @ a, quaternion_of(turn)
 
 
-def _shapes(distances: Distances, rng: np.random.Generator) -> tuple[Array, Array, Array, Array]:
+def _shapes(
+    distances: Distances, rng: np.random.Generator, spread: float = 1.0
+) -> tuple[Array, Array, Array, Array]:
     """Preshaped hands: driven joints, and in the palm's frame tips, pads and the middles of links."""
     kinematics = distances.kinematics
     hand, count = kinematics.hand, _SHAPES
-    z = hand.posture[hand.driven] + _JITTER * rng.normal(size=(count, len(hand.driven)))
+    z = hand.posture[hand.driven] + spread * _JITTER * rng.normal(size=(count, len(hand.driven)))
     driven = np.clip(z, *hand.driven_limits.T)
     palms = Poses(np.zeros((count, 3)), np.tile([1.0, 0, 0, 0], (count, 1)), driven)
     places = kinematics.places(palms)

@@ -25,6 +25,7 @@ TIMESTEP = 2e-3  # s
 # 1 tangential friction creeps, and every grasp lets go.
 _SOLREF = [0.005, 1.0]
 _IMPRATIO = 100.0
+_DIVERGED = 1e10  # m/s^2 and rad/s^2: MuJoCo gives up from here on
 
 
 class Simulation:
@@ -69,10 +70,12 @@ class Simulation:
         self.tip_bodies = [m.body(f"body {hand.fingertips[f].body}").id for f in plan.fingers]
         self._tips = {m.geom(f"tip {f}").id: k for k, f in enumerate(plan.fingers)}
         self.settled = np.eye(3), np.zeros(3)
+        self.diverged = False
 
     def place(self, joints: Array) -> None:
         """Put the hand at joint positions (n,) and the object at its planned pose, at rest."""
         self._mujoco.mj_resetData(self.model, self.data)
+        self.diverged = False
         self.data.qpos[self._joint_at] = joints
         self.send(joints)
         self._mujoco.mj_forward(self.model, self.data)
@@ -89,18 +92,24 @@ class Simulation:
         self.data.ctrl[:] = joints[self.plan.hand.driven]
 
     def step(self) -> None:
-        """Advance by one time step."""
-        self._mujoco.mj_step(self.model, self.data)
+        """Advance by one time step, unless the simulation has diverged.
+
+        ``mj_step`` would write a file into the working folder then, and start again where nothing had moved.
+        """
+        if self.diverged:
+            return
+        self._mujoco.mj_forward(self.model, self.data)
+        self.diverged = not np.abs(self.data.qacc).max() < _DIVERGED
+        if not self.diverged:
+            self._mujoco.mj_implicit(self.model, self.data)
 
     def moved(self) -> tuple[float, float]:
-        """How far the object is from where it was placed, in m and rad."""
+        """How far the object is from where it was placed, in m and rad; infinite after divergence."""
+        if self.diverged:
+            return np.inf, np.inf
         R, x = self.settled
         turn = rotation_vectors(self.data.xmat[self.body].reshape(3, 3) @ R.T)
         return float(np.linalg.norm(self.data.xipos[self.body] - x)), float(np.linalg.norm(turn))
-
-    def finite(self) -> bool:
-        """Whether the simulation has not diverged."""
-        return bool(np.isfinite(self.data.qpos).all())
 
     def state(self) -> Array:
         """Everything that `restore` needs."""
@@ -111,6 +120,7 @@ class Simulation:
 
     def restore(self, state: Array) -> None:
         """Return to a state."""
+        self.diverged = False
         self._mujoco.mj_setState(self.model, self.data, state, self._mujoco.mjtState.mjSTATE_INTEGRATION)
         self._mujoco.mj_forward(self.model, self.data)
 

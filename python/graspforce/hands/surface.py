@@ -24,11 +24,16 @@ if TYPE_CHECKING:
 _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH = 2, 3, 4, 5, 6, 7  # mjtGeom
 
 
-def hand_surface(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes."""
+def hand_surface(
+    hand: HandData, palm: ArrayLike, joints: ArrayLike, *, forearm: bool
+) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (V, 3) in m and triangles (F, 3) of all visible shapes; see `Hand.surface`."""
     bodies = body_poses(hand, palm, joints)
+    behind = set() if forearm else _behind_the_wrist(hand, bodies, palm)
     vertices, faces, start = [], [], 0
     for body, (points, numbers) in body_surfaces(hand).items():
+        if body in behind:
+            continue
         vertices.append(points @ bodies[body][:3, :3].T + bodies[body][:3, 3])
         faces.append(numbers + start)
         start += len(points)
@@ -52,6 +57,17 @@ def body_surfaces(hand: HandData) -> dict[int, tuple[Array, NDArray[np.int64]]]:
             points, numbers = np.vstack([before, points]), np.vstack([known, numbers + len(before)])
         parts[shape.body] = points, numbers
     return parts
+
+
+def _behind_the_wrist(hand: HandData, bodies: list[Array], palm: ArrayLike) -> set[int]:
+    """Return the bodies above that to which the palm is fixed."""
+    parents = [part.parent for part in hand._model.bodies]  # noqa: SLF001
+    # The palm's body has the palm's pose.
+    body = next((k for k, pose in enumerate(bodies) if np.allclose(pose, palm, atol=1e-6)), 0)
+    above = []
+    while (body := parents[body]) >= 0:
+        above.append(body)
+    return set(above[1:])
 
 
 def body_poses(hand: HandData, palm: ArrayLike, joints: ArrayLike) -> list[Array]:

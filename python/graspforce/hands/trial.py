@@ -37,6 +37,7 @@ def shake(
     mass: float = 0.1,
     *,
     control: Control = "squeeze",
+    known_pushes: bool = False,
     closing: bool = False,
     acceleration: float = _ACCELERATION,
     pushes: ArrayLike | None = None,
@@ -65,6 +66,9 @@ def shake(
     control : {"squeeze", "servo", "torque"}
         A fixed squeeze of the position servos. Or forces distributed at 500 Hz: added to the servos, or as
         pure torques with the fingers' free motions damped.
+    known_pushes : bool
+        True tells a control that distributes forces the push itself, as an arm knows the load of its own
+        motion. Otherwise it only sees that the object moves.
     closing : bool
         True starts from the pregrasp with a free object. The fingers then close on straight paths of the
         joints that arrive together, before they squeeze.
@@ -99,7 +103,7 @@ def shake(
     >>> gf.hands.shake(plan, box, seconds=0.5).success
     True
     """
-    simulation, run = _prepared(plan, mesh, mass, control, closing, friction, torsion)
+    simulation, run = _prepared(plan, mesh, mass, control, known_pushes, closing, friction, torsion)
     size = real_number("mass", mass, positive=True) * real_number("acceleration", acceleration, positive=True)
     rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
     if rows.ndim != 2 or rows.shape[1] != 6:
@@ -124,6 +128,7 @@ def largest_pushes(
     mass: float = 0.1,
     *,
     control: Control = "squeeze",
+    known_pushes: bool = False,
     pushes: ArrayLike | None = None,
     most: float = 24.0,
     halvings: int = 6,
@@ -141,7 +146,7 @@ def largest_pushes(
     >>> import graspforce as gf
     >>> gf.hands.largest_pushes(plan, mesh)  # doctest: +SKIP
     """
-    simulation, run = _prepared(plan, mesh, mass, control, False, friction, torsion)
+    simulation, run = _prepared(plan, mesh, mass, control, known_pushes, False, friction, torsion)
     rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
     if rows.ndim != 2 or rows.shape[1] != 6:
         raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6)")
@@ -162,7 +167,14 @@ def largest_pushes(
 
 
 def _prepared(
-    plan: HandPlan, mesh: Any, mass: Any, control: Any, closing: bool, friction: Any, torsion: Any
+    plan: HandPlan,
+    mesh: Any,
+    mass: Any,
+    control: Any,
+    known: bool,
+    closing: bool,
+    friction: Any,
+    torsion: Any,
 ) -> tuple[Simulation, Controller]:
     """Check what all trials take; the simulation holds the object, after closing and settling."""
     instance_of("plan", plan, HandPlan)
@@ -176,7 +188,7 @@ def _prepared(
     gamma = float(plan.grasp.torsion[0]) if torsion is None else real_number("torsion", torsion, least=0)
     simulation = Simulation(plan, grasped_object(mesh), mass, mu, gamma)
     _close(simulation, plan, closing)
-    run = controller(control, plan)
+    run = controller(control, plan, known=known)
     for _ in range(round(_SETTLE / TIMESTEP)):
         run(simulation)
         simulation.step()
@@ -208,10 +220,10 @@ def _pushed(simulation: Simulation, run: Controller, wrench: Array, seconds: flo
     for k in range(round(seconds / TIMESTEP)):
         run(simulation)
         simulation.step()
-        if k % _CHECKED == 0 and not (simulation.finite() and _is_held(simulation.moved())):
+        if k % _CHECKED == 0 and not _is_held(simulation.moved()):
             break
     simulation.push(load)
-    return simulation.moved() if simulation.finite() else (np.inf, np.inf)
+    return simulation.moved()
 
 
 def _is_held(end: tuple[float, float]) -> bool:

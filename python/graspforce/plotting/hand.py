@@ -9,18 +9,22 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._internal.checks import chosen, triangles
 
-from .scene import draw_mesh, frame_view, shaded
-from .style import CONE, INK
+from .hand_view import clearest_view, lit, seen, small_triangles
+from .style import CONE, INK, OBJECT
+from .views import axes_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.axes3d import Axes3D
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
 
 
-_SKIN = "#b9c0c8"
-_AROUND = 0.05  # m around the object that is shown
+_SKIN = "#a9b6c6"
+_LONGEST = 0.006  # m, of a triangle's edge
+_ZOOM = 1.6  # fills the axes with a ball that touches the limits
 
 
 def draw_hand(
@@ -30,8 +34,8 @@ def draw_hand(
     *,
     pose: Literal["grasp", "pregrasp"] = "grasp",
     labels: bool = False,
-    elevation: float = 20.0,
-    azimuth: float = -60.0,
+    elevation: float | None = None,
+    azimuth: float | None = None,
 ) -> list[Artist]:
     """Draw a hand at its grasp or pregrasp, the object, and the contacts.
 
@@ -48,14 +52,14 @@ def draw_hand(
     pose : {"grasp", "pregrasp"}
         Joints at the contacts, or those of the pregrasp.
     labels : bool
-        True numbers the contacts, from 0.
-    elevation, azimuth : float
-        Direction of view in degrees.
+        True numbers the contacts, from 0. Contacts that something hides are hollow.
+    elevation, azimuth : float, optional
+        Direction of view in degrees. By default, if one of them is missing, the contacts are seen best.
 
     Returns
     -------
     list of matplotlib.artist.Artist
-        Hand, object and points.
+        The surface of hand and object, then points and numbers.
 
     Examples
     --------
@@ -69,33 +73,49 @@ def draw_hand(
     """
     chosen("pose", pose, ("grasp", "pregrasp"))
     joints = plan.pregrasp if pose == "pregrasp" else plan.joints
-    vertices, faces = plan.hand.surface(plan.palm, joints)
-    corners = vertices[faces]
-    skin = Poly3DCollection(corners, facecolors=shaded(corners, _SKIN, 0.9), edgecolors="none", zorder=2)
-    artists: list[Artist] = [axes.add_collection3d(skin)]
-    shown = [vertices]
+    vertices, faces = plan.hand.surface(plan.palm, joints, forearm=False)
+    skin = small_triangles(vertices[faces], _LONGEST)
+    shown = [(skin, _SKIN)]
     if mesh is not None:
         points, numbers = triangles("mesh", mesh)
-        artists.append(draw_mesh(axes, points, numbers, alpha=0.8))
-        shown.append(points)
+        shown.append((small_triangles(points[numbers], _LONGEST), OBJECT))
+    middles = np.concatenate([corners.mean(axis=1) for corners, _ in shown])
     grasp = getattr(plan, "grasp", None)
-    if grasp is not None:
-        artists += axes.plot(*grasp.positions.T, "o", ms=4, color=CONE, mec=INK, mew=0.5, zorder=11)
-        for number, (point, normal) in enumerate(zip(grasp.positions, grasp.normals, strict=True)):
-            if labels:
-                artists.append(
-                    axes.text(*(point - 0.015 * normal), str(number), fontsize=8, color=INK, zorder=12)
-                )
-    every = np.vstack(shown)
-    if mesh is not None:
-        # A forearm may be longer than the hand: what is far from the object is left at the rim.
-        middle = (points.min(axis=0) + points.max(axis=0)) / 2
-        near = (
-            np.linalg.norm(every - middle, axis=1) < np.linalg.norm(points - middle, axis=1).max() + _AROUND
-        )
-        every = every[near]
-    frame_view(axes, every.min(axis=0), every.max(axis=0), elevation=elevation, azimuth=azimuth)
+    where = np.zeros((0, 3)) if grasp is None else grasp.positions - 1e-3 * grasp.normals
+    if elevation is None or azimuth is None:
+        elevation, azimuth = clearest_view(where, middles) if len(where) else (20.0, -60.0)
+    view = axes_of(elevation, azimuth)
+    facing = [lit(corners, color, view) for corners, color in shown]
+    # One collection: matplotlib sorts the triangles of each by depth, but not those of two.
+    colours = np.concatenate([rgba for _, rgba in facing])
+    surface = Poly3DCollection(
+        np.concatenate([front for front, _ in facing]),
+        facecolors=colours,
+        edgecolors=colours,
+        linewidths=0.3,
+        zorder=1,
+    )
+    artists: list[Artist] = [axes.add_collection3d(surface)]
+    for number, (point, clear) in enumerate(zip(where, seen(where, middles, view), strict=True)):
+        fill = {"color": CONE, "mec": INK} if clear else {"color": "none", "mec": CONE}
+        artists += axes.plot(*point[:, None], "o", ms=5, mew=0.8, zorder=11, **fill)
+        if labels:
+            beside = point + 0.012 * view[0]
+            artists.append(axes.text(*beside, str(number), fontsize=8, color=INK, zorder=12))
+    _frame(axes, np.concatenate([corners.reshape(-1, 3) for corners, _ in shown]), view)
+    axes.view_init(elev=elevation, azim=azimuth)
     return artists
+
+
+def _frame(axes: Axes3D, points: Array, view: Array) -> None:
+    """Show all points (N, 3), with one scale, without axes and perspective."""
+    flat = points @ view.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    middle, half = (low + high) / 2 @ view, float((high - low)[:2].max()) / 2 + 1e-9
+    axes.set(**{f"{name}lim": (m - half, m + half) for name, m in zip("xyz", middle, strict=True)})
+    axes.set_proj_type("ortho")
+    axes.set_box_aspect((1, 1, 1), zoom=_ZOOM)
+    axes.set_axis_off()
 
 
 def hand_figure(
@@ -113,9 +133,22 @@ def hand_figure(
     from matplotlib.figure import Figure  # noqa: PLC0415 - as the other figures do
 
     figure = Figure(figsize=(9, 4.2), layout="constrained")
-    for k, (name, azimuth) in enumerate((("pregrasp", -60.0), ("grasp", -60.0), ("grasp", 30.0))):
-        axes = figure.add_subplot(1, 3, k + 1, projection="3d")
-        draw_hand(axes, plan, mesh, pose=name, azimuth=azimuth, labels=name == "grasp")  # type: ignore[arg-type]
+    first = figure.add_subplot(1, 3, 2, projection="3d")
+    draw_hand(first, plan, mesh, labels=True)
+    first.set_title("grasp", fontsize=9, color=INK)
+    views: tuple[tuple[int, Literal["grasp", "pregrasp"], float], ...]
+    views = (1, "pregrasp", first.azim), (3, "grasp", first.azim + 90)
+    for column, name, azimuth in views:
+        axes = figure.add_subplot(1, 3, column, projection="3d")
+        draw_hand(
+            axes,
+            plan,
+            mesh,
+            pose=name,
+            labels=name == "grasp",
+            elevation=first.elev,
+            azimuth=azimuth,
+        )
         axes.set_title(name, fontsize=9, color=INK)
     if title is not None:
         figure.suptitle(title, fontsize=10, color=INK)

@@ -14,6 +14,8 @@ from graspforce.hands import HandPlan, largest_pushes, shake
 
 trimesh = pytest.importorskip("trimesh")
 
+from benches.holding.objects import numbers, random_mesh
+
 
 def cylinder():
     return trimesh.creation.cylinder(0.028, 0.09, sections=24)
@@ -126,15 +128,39 @@ def test_a_hand_without_a_source_is_given_when_a_plan_is_loaded(found, small_han
         HandPlan.load(tmp_path / "plan.json", small_hand)
 
 
-@pytest.mark.parametrize("which", ["allegro", "shadow"])
-@pytest.mark.parametrize("seed", [0, 1])
-def test_random_objects_are_held_from_the_grasp(which, seed, request):
-    """An excerpt of ``benches/hands.py``: pushes along the six axes with ten times the weight."""
+@pytest.mark.parametrize(("which", "seed"), [("allegro", 0), ("shadow", 1)])
+def test_random_lumps_are_held_from_the_grasp(which, seed, request):
     mesh = lump(seed)
     plan = gf.plan_hand(request.getfixturevalue(which), mesh, best=1).best
     trial = shake(plan, mesh)
     assert trial.success, trial
     assert trial.normal_error < 0.5 * plan.resting_forces[:, 0].max()
+
+
+@pytest.mark.parametrize("number", numbers(5, seed=1))
+def test_five_objects_of_the_benchmark_are_held(number, allegro):
+    """Objects of ``benches/hands.py``: pushes along the six axes with ten times the weight."""
+    pytest.importorskip("pybullet_data", reason="its meshes are missing: pip install --group objects")
+    mesh = random_mesh(number, 0.08)
+    plan = gf.plan_hand(allegro, mesh, best=1).best
+    assert plan.pad_angle <= np.deg2rad(45.01)
+    trial = shake(plan, mesh, seconds=0.5)
+    assert trial.success, trial
+
+
+def test_a_simulation_that_diverges_loses_the_object_and_writes_no_file(found, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    trial = shake(found.best, cylinder(), acceleration=1e14, seconds=0.1)
+    assert not trial.held.any()
+    assert np.isinf(trial.displacement).all()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_push_that_is_known_is_held_to_a_larger_size(found):
+    pushes = np.array([[0, 0, 1.0, 0, 0, 0]])
+    options = {"control": "servo", "pushes": pushes, "most": 16.0, "halvings": 4, "seconds": 0.3}
+    known = largest_pushes(found.best, cylinder(), known_pushes=True, **options)
+    assert known >= largest_pushes(found.best, cylinder(), **options)
 
 
 @pytest.mark.parametrize("control", ["squeeze", "servo", "torque"])
@@ -219,7 +245,9 @@ def test_a_hand_is_drawn(found):
     mesh = cylinder()
     axes = Figure().add_subplot(projection="3d")
     artists = draw_hand(axes, found.best, (mesh.vertices, mesh.faces), pose="pregrasp", labels=True)
-    assert len(artists) == 3 + len(found.best.fingers)
+    assert len(artists) == 1 + 2 * len(found.best.fingers)
+    for side in ("xlim", "ylim", "zlim"):
+        assert np.diff(getattr(axes, f"get_{side}")())[0] > 0.1
     assert len(hand_figure(found.best, (mesh.vertices, mesh.faces), title="cylinder").axes) == 3
 
 

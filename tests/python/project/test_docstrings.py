@@ -38,7 +38,8 @@ NEEDED = {
 
 
 @pytest.mark.parametrize("name", ["graspforce", *(m for m in MODULES if m != "graspforce._core")])
-def test_examples_of_the_python_modules_run(name):
+def test_examples_of_the_python_modules_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write files
     if name in NEEDED:
         pytest.importorskip(NEEDED[name])
     result = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
@@ -89,7 +90,8 @@ def test_the_examples_of_markdown_pages_run(page):
     [*(ROOT / "docs").glob("*.rst"), *(ROOT / "docs" / "guides").glob("*.rst")],
     ids=lambda page: page.stem,
 )
-def test_the_examples_of_the_documentation_run(page):
+def test_the_examples_of_the_documentation_run(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     if page.stem in NEEDED:
         pytest.importorskip(NEEDED[page.stem])
     result = doctest.testfile(str(page), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
