@@ -113,6 +113,19 @@ impl<const D: usize> CellTree<D> {
     }
 }
 
+/// A contact's place, and its map there.
+pub(crate) type Corner<const D: usize> = (Vector3<f64>, ContactMap<D>);
+
+/// A product of triangles.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece<const D: usize> {
+    pub(crate) triangles: Vec<[Corner<D>; 3]>,
+    pub(crate) depth: usize,
+    pub(crate) bound: f64,
+    /// The directions that give this bound.
+    pub(crate) directions: Vec<Wrench<D>>,
+}
+
 /// One group of contacts: its cells, and the supports of each of them along the pool.
 #[derive(Debug, Clone)]
 pub(crate) struct Group<const D: usize> {

@@ -26,8 +26,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
 use crate::grasp::Wrench;
-use crate::planning::product_bound::cells::{CellTree, ForceSet, Group, LEAF, POOL, rounded_up};
-use crate::planning::product_bound::triangles::Piece;
+use crate::planning::product_bound::cells::{CellTree, ForceSet, Group, LEAF, POOL, Piece, rounded_up};
 use crate::wrench_set::Criterion;
 
 /// Directions of less merit are dropped, ...

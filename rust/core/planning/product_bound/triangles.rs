@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::grasp::{ContactMap, Wrench};
 use crate::interrupt;
-use crate::planning::product_bound::cells::{LEAF, furthest};
+use crate::planning::product_bound::cells::{Corner, LEAF, Piece, furthest};
 use crate::planning::product_bound::exact::{Memory, Mixed};
 use crate::planning::product_bound::{ProductBound, deadline, is_late};
 use crate::wrench_set::Criterion;
@@ -21,19 +21,6 @@ const DEEPEST: usize = 120;
 
 /// Grasps that are returned: the best of those met.
 const OFFERED: usize = 64;
-
-/// A contact's place, and its map there.
-type Corner<const D: usize> = (Vector3<f64>, ContactMap<D>);
-
-/// A product of triangles.
-#[derive(Debug, Clone)]
-pub(crate) struct Piece<const D: usize> {
-    triangles: Vec<[Corner<D>; 3]>,
-    depth: usize,
-    pub(crate) bound: f64,
-    /// The directions that give this bound.
-    directions: Vec<Wrench<D>>,
-}
 
 /// How far contacts keep off the edges of triangles, as a part of their size.
 const INWARD: f64 = 1e-5;
