@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import prod
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -234,7 +235,7 @@ def _flattened(
         # A ragged batch that is none is refused by what reads its offsets.
         options["offsets"] = layout.offsets if prod(layout.leading) == 1 else flat.offsets
         for name in ("edges", "extreme_forces"):
-            if not isinstance(options.get(name, 8), (int, type(None))):
+            if not isinstance(options.get(name, 8), (Integral, type(None))):
                 options[name] = list(options[name]) * prod(layout.leading)
     return (
         flat,

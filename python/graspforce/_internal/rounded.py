@@ -8,8 +8,9 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 def proven(value: float, width: float) -> str:
     """Write a number whose error is at most `width`: as many digits as are certain, nine at most."""
-    known = 9 if width <= 0 or value == 0 else math.floor(math.log10(abs(value) / width)) + 1
-    return f"{value + 0.0:.{min(max(known, 1), 9)}g}"
+    size = abs(value)
+    known = math.log10(size) - math.log10(width) if 0 < size < math.inf and 0 < width < math.inf else 9.0
+    return f"{value + 0.0:.{min(max(math.floor(known) + 1, 1), 9)}g}"
 
 
 def outward(lower: float, upper: float) -> tuple[str, str]:

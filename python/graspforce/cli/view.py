@@ -12,6 +12,7 @@ import typer
 
 from graspforce.errors import InvalidInputError
 from graspforce.files import GraspFile, load_mesh, load_wrenches
+from graspforce.files.safe_read import limited_bytes
 
 from .grasp_options import about_a_grasp, grasp_from, refuse_with_a_file
 from .output import note
@@ -86,10 +87,8 @@ def _is_plan(path: Path) -> bool:
     if path.suffix.lower() != ".json":
         return False
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            return False
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
+        content = json.loads(limited_bytes(path, _LARGEST_FILE))
+    except (ValueError, RecursionError):
         return False  # the reader of grasp files says what is wrong
     return isinstance(content, dict) and content.get("kind") == "hand plan"
 

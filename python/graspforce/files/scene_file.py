@@ -29,6 +29,7 @@ SCENES = ("3mf", "glb", "gltf")
 _MAX_BYTES = 256 * 1024 * 1024
 _MAX_TRIANGLES = 5_000_000
 _MAX_PLACES = 10_000
+_MAX_ROWS = 6 * _MAX_TRIANGLES
 _COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -96,6 +97,14 @@ def _check_gltf(path: Path, header: dict[str, Any], size: int, beside_it: _Besid
     claimed = sum(max(0, int(a["count"])) * _COMPONENTS[a["type"]] for a in header.get("accessors", []))
     if claimed > held:
         raise InvalidFileError(path, f"claims {claimed} numbers, in {held} bytes")
+    # Parts may share their numbers; trimesh makes a mesh of each part.
+    parts = [part for mesh in header.get("meshes", []) for part in mesh["primitives"]]
+    if len(parts) > _MAX_PLACES:
+        raise InvalidFileError(path, f"{len(parts)} parts of meshes, more than {_MAX_PLACES}")
+    used = [at for part in parts for at in (*part["attributes"].values(), part.get("indices"))]
+    rows = sum(int(header["accessors"][at]["count"]) for at in used if at is not None)
+    if rows > _MAX_ROWS:
+        raise InvalidFileError(path, f"{rows} vertices and indices of all parts, more than {_MAX_ROWS}")
 
 
 def _check_3mf(path: Path, content: bytes) -> None:

@@ -114,6 +114,20 @@ def test_a_scene_that_repeats_its_meshes_without_bound_is_refused(tmp_path):
     assert len(load_mesh(path)[1]) == 102 * 80
 
 
+@pytest.mark.parametrize(("parts", "count", "match"), [(20_000, 3, "parts"), (5_000, 50_000, "vertices")])
+def test_parts_that_share_their_numbers_without_bound_are_refused(tmp_path, parts, count, match):
+    path, _ = saved(tmp_path, "gltf")
+
+    def repeat(header):
+        header["accessors"].append({"type": "SCALAR", "componentType": 5125, "count": count})
+        indices = len(header["accessors"]) - 1
+        header["meshes"][0]["primitives"] = [{"attributes": {"POSITION": 0}, "indices": indices}] * parts
+
+    gltf(path, repeat)
+    path.write_text(path.read_text() + " " * count)
+    refused_at_once(path, match)
+
+
 def model_3mf(path, objects, items=("1",)):
     text = '<model unit="meter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>'
     text += "".join(objects) + "</resources><build>"

@@ -92,14 +92,24 @@ impl<const D: usize> CellTree<D> {
         if self.corners.iter().any(|&corner| corner as usize >= vertices) {
             return wrong(format!("a corner is none of {vertices} vertices"));
         }
+        if !(self.positions.is_empty() || self.positions.len() == vertices) {
+            return wrong(format!("{} positions of {vertices} vertices", self.positions.len()));
+        }
+        let mut has_parent = vec![false; count];
         for cell in 0..count {
             let (first, last) = (self.corner_starts[cell], self.corner_starts[cell + 1]);
             let child = self.children[cell];
-            let sound = if child == LEAF {
-                first < last && last as usize <= self.corners.len()
-            } else {
-                child as usize > cell && (child as usize) < count - 1
-            };
+            let listed = first <= last && last as usize <= self.corners.len();
+            let sound = listed
+                && if child == LEAF {
+                    first < last
+                } else {
+                    let [a, b] = [child as usize, (child as usize).saturating_add(1)];
+                    a > cell
+                        && b < count
+                        && !std::mem::replace(&mut has_parent[a], true)
+                        && !std::mem::replace(&mut has_parent[b], true)
+                };
             if !sound || self.slacks[cell].is_nan() {
                 return wrong(format!("cell {cell}: neither children nor corners, or no slack"));
             }

@@ -35,6 +35,9 @@ const FORGOTTEN: f64 = 0.03;
 /// ... but so many are kept.
 const LEAST_POOL: usize = 128;
 
+/// The norm of a unit direction may be off by this.
+const UNIT: f64 = 1e-9;
+
 /// Groups of contacts at most.
 pub(crate) const MAX_GROUPS: usize = 8;
 
@@ -119,6 +122,10 @@ impl<const D: usize> ProductBound<D> {
 
     /// Gives a group these cells. Those that products refer to keep their numbers.
     pub fn plant(&mut self, group: usize, tree: CellTree<D>) -> Result<()> {
+        if group >= self.groups.len() {
+            let reason = format!("{group}, but there are {} groups of contacts", self.groups.len());
+            return Err(Error::input("group", reason));
+        }
         let (directions, criterion) = (self.directions.clone(), self.criterion);
         let used = self.products.iter().skip(group).step_by(self.groups.len()).max().copied().unwrap_or(0);
         if used as usize >= tree.children.len() {
@@ -135,6 +142,12 @@ impl<const D: usize> ProductBound<D> {
     /// Adds unit directions to the pool, and returns how many were new. Those of least merit make room.
     pub fn learn(&mut self, directions: &[Wrench<D>]) -> Result<usize> {
         let mut new: Vec<Wrench<D>> = Vec::new();
+        // Along a shorter vector the bound would be no bound.
+        let is_unit = |z: &Wrench<D>| (z.norm() - 1.0).abs() <= UNIT;
+        if let Some(row) = directions.iter().position(|z| !is_unit(z)) {
+            let reason = format!("its norm is {}, expected 1", directions[row].norm());
+            return Err(Error::InvalidInput { argument: "directions", row: Some(row), reason });
+        }
         for z in directions.iter().take(POOL / 2) {
             let known = |other: &Wrench<D>| other.dot(z) >= 1.0 - 1e-9;
             if !self.directions.iter().any(known) && !new.iter().any(known) {
