@@ -17,6 +17,19 @@ def named(name, size, subdivisions=0, **options):
     return prepared(mesh, size / mesh.extents.max(), subdivisions, **options)
 
 
+def decimated(name, size, count, **options):
+    """Surface of a file of the package with so many faces, scaled to a largest extent of `size` m."""
+    mesh = trimesh.load_mesh(data_folder() / name)
+    if isinstance(mesh, trimesh.Scene):
+        mesh = mesh.to_mesh()
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    while len(mesh.faces) < count:
+        mesh = mesh.subdivide()
+    # Needs fast-simplification, which decimates a few faces more or less than it is asked for.
+    mesh = mesh.simplify_quadric_decimation(face_count=count)
+    return prepared(mesh, size / mesh.extents.max(), check_watertight=False, **options)
+
+
 def random_object(number, **options):
     """One of the thousand random objects, at the scale its own description says."""
     folder = data_folder() / "random_urdfs" / f"{number:03d}"

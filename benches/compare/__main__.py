@@ -17,7 +17,10 @@ for _pool in ("OMP", "OPENBLAS", "MKL", "RAYON"):
 from . import force_questions, page, quality_questions, table
 from .asking import Run
 
-PEERS = ("clarabel", "daqp", "drake", "ecos", "highspy", "klampt", "osqp", "proxsuite", "qpsolvers", "scipy")
+PEERS = (
+    "clarabel", "daqp", "drake", "ecos", "highspy", "hpp-centroidal-dynamics", "klampt", "osqp", "proxsuite",
+    "qpsolvers", "scipy",
+)  # fmt: skip
 
 
 def keep_native_prints_out() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 import graspforce as gf
 
-from . import certificates, drake, equilibria, general, least_squares, ours, quadratic
+from . import centroidal, certificates, drake, equilibria, general, least_squares, ours, quadratic
 from .asking import Answers, Question, Run
 from .problems import any_grasps, closed_grasps, jumps, tile, trajectory
 from .programs import ConeProgram, LinearProgram
@@ -69,7 +69,7 @@ def equilibrium(run: Run) -> Iterator[Answers]:
     calls = [*ours.least_sum_calls(external), *equilibria.least_sum_calls(external)]
     least = run.ask("least sum under a weight", calls, grasps)
     yield least
-    calls = [*ours.held_calls(external), *equilibria.held_calls(UP)]
+    calls = [*ours.held_calls(external), *equilibria.held_calls(UP), *centroidal.held_calls()]
     answers = run.ask("a weight held or not", calls, grasps, headline=True)
     answers.note = equilibria.klampt_forces(answers, grasps, least.reference, UP)
     yield answers

@@ -3,6 +3,7 @@
 import argparse
 
 from benches.trust import (
+    built_in_surfaces,
     cone_histories,
     control,
     feet_and_pinches,
@@ -42,6 +43,7 @@ FAMILIES = (
     symmetric_cones,
     global_bounds,
     separable_bounds,
+    built_in_surfaces,
     mesh_unions,
     support_regions,
 )

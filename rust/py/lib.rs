@@ -38,6 +38,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<quality::batch::PyQualityBatch>()?;
     module.add_class::<planning::candidate_search::PyCandidateSearch>()?;
     module.add_class::<planning::box_bound::PyBoxBound>()?;
+    module.add_class::<planning::product_bound::PyProductBound>()?;
     module.add_class::<planning::triangle_tree::PyTriangleTree>()?;
     // Not among the module's public names.
     module.setattr("unwarned_grasp", wrap_pyfunction!(grasp::unwarned_grasp, module)?)?;

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .taylor_intervals import TaylorIntervals
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -29,6 +31,8 @@ def cross(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np
 
 def unit(vectors: ArrayLike) -> NDArray[np.float64]:
     """Vectors of length 1 along the last axis; NaN where there is no direction."""
+    if isinstance(vectors, TaylorIntervals):
+        return vectors.unit()  # type: ignore[return-value]
     given = np.asarray(vectors, dtype=np.float64)
     # Squares of 1e200 overflow and those of 1e-200 vanish; a power of two scales without rounding.
     _, exponent = np.frexp(np.abs(given).max(axis=-1, keepdims=True))

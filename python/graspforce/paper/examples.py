@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from graspforce._internal.taylor_intervals import formula
 from graspforce.surfaces import Arrangement, ParametricSurface, PlanarCurve, contacts_on, ellipse, line, tied
 
 if TYPE_CHECKING:
@@ -62,9 +63,9 @@ class PublishedForces:
 def _throat(side: Literal[-1, 1]) -> PlanarCurve:
     """Outer edge of the racket's throat, left (-1) or right (+1)."""
     return PlanarCurve(
-        point=lambda s: np.stack([side * (0.68 * s**3 + 0.015), 0.8 * s**2 - 0.315], axis=-1),
+        point=formula(lambda s: np.stack([side * (0.68 * s**3 + 0.015), 0.8 * s**2 - 0.315], axis=-1)),
         # The derivative (+-2.04 s^2, 1.6 s) vanishes at s = 0; divided by s it tends to (0, 1.6) there.
-        tangent=lambda s: np.stack([side * 2.04 * s, np.full_like(s, 1.6)], axis=-1),
+        tangent=formula(lambda s: np.stack([side * 2.04 * s, np.full_like(s, 1.6)], axis=-1)),
         object_side="right" if side < 0 else "left",
     )
 
@@ -178,10 +179,12 @@ def tile_side(side: Literal["upper", "lower"]) -> ParametricSurface:
     """
     thickness = 0.005 if side == "upper" else -0.005
 
+    @formula
     def point(params: NDArray[np.float64]) -> NDArray[np.float64]:
         phi, psi = params.T
         return np.stack([phi, psi, 10 * (phi**3 - 3 * psi**2 * phi) + thickness], axis=-1)
 
+    @formula
     def upward(params: NDArray[np.float64]) -> NDArray[np.float64]:
         phi, psi = params.T
         return np.stack([-30 * (phi**2 - psi**2), 60 * phi * psi, np.ones_like(phi)], axis=-1)

@@ -1,70 +1,78 @@
-"""Branch and bound: the best grasp within a box of a few parameters, with a certified gap.
+"""Branch and bound: the best grasp within a box of a few parameters, or on meshes, with a certified gap.
 
-The core (`BoxBound`) bounds a box by two terms. The first is the quality of the hull of the wrench sets at
-the box's vertices. The second covers the interpolation between vertices: half the curvature of the primitive
-wrenches times the squares of the box's half-widths. The bound is a proof if the caller gives the curvature.
-By default the curvature of each box is estimated by second differences along its axes, times `safety`. A bump
-that is narrow against the box escapes them: such a bound is an estimate, and the result says so.
+Bounds of boxes need the curvature of wrenches. It follows from formulas for the curves and surfaces of
+`graspforce.surfaces`, and the caller may give it for others; both make the bound a proof. Otherwise the
+curvature of each box is estimated by second differences along its axes, times `safety`. A bump that is narrow
+against the box escapes them: such a bound is an estimate, and the result says so. Meshes with face normals
+need no curvature.
 """
 
 from __future__ import annotations
 
-import heapq
-import itertools
 import time
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
-from graspforce._core import BoxBound
 from graspforce._internal.checks import (
     bounds_array,
-    finite_array,
     finite_vector,
     real_number,
     search_bounds,
     whole_number,
 )
-from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidInputError
 
+from .box_tree import BoxTree
 from .contact_groups import contact_groups
+from .contact_wrenches import ContactWrenches
+from .face_products import FaceProducts, meshes_of
 from .global_optimum import GlobalOptimum
+from .incumbent import Incumbent
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 from .search_scales import longest_wrench, parameter_rates
 from .separable_bounds import SeparableBounds
+from .wrench_curvature import (
+    Departures,
+    FormulaCurvature,
+    GivenCurvature,
+    checked_curvature,
+    estimated_departures,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, NDArray
 
-    from graspforce._core import Grasp
+    from graspforce.surfaces import MeshSurface
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
     from .global_optimum import Ended
 
     Array = NDArray[np.float64]
+    Indices = NDArray[np.int64]
 
 _MAX_PARAMS = 4
-# Boxes of all parameters, before contact groups are bounded apart: in the plane a box costs little.
-_PLAIN_BOXES = {2: 8192, 3: 0}
-_BATCH = 64  # boxes split between two looks at the clock: enough for all cores
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
 
 
 def plan_global(
     surface: Surface,
-    bounds: ArrayLike,
+    bounds: ArrayLike | None = None,
     criterion: Criterion = "max",
     *,
     gap: float = 0.01,
     initial: ArrayLike | None = None,
-    curvature: ArrayLike | None = None,
+    curvature: ArrayLike | Callable[[Array, Array], Array] | None = None,
     safety: float = 1.5,
     rtol: float | None = None,
     external_wrench: ArrayLike | None = None,
     metric: ArrayLike | None = None,
     feasible: Feasible | None = None,
     min_distance: float = 0.0,
+    max_opening: float | None = None,
     max_boxes: int = 1_000_000,
     time_limit: float | None = None,
     progress: bool | Report = False,
@@ -77,23 +85,29 @@ def plan_global(
     Parameters
     ----------
     surface, criterion, rtol, external_wrench, metric, feasible, min_distance, **grasp_options
-        As for `graspforce.plan`. The contact frames must vary smoothly: where the default tangents switch
-        axes (normals with ``|n_x|`` about 0.7), give ``tangents``. Arrangements of `graspforce.surfaces` tell
-        which contacts have parameters of their own; those are bounded apart, which is faster.
-    bounds : array_like
-        (p, 2) finite lower and upper bounds, p at most 4.
+        As for `graspforce.plan`. Arrangements of `graspforce.surfaces` tell which contacts have parameters of
+        their own; those are bounded apart, which is faster. With a function of your own, the contact frames
+        must vary smoothly: where the default tangents switch axes (normals with ``|n_x|`` about 0.7), give
+        ``tangents``.
+    bounds : array_like, optional
+        (p, 2) finite lower and upper bounds, p at most 4. Contacts that are all on meshes need none: they may
+        be anywhere on faces that are `allowed`. Their normals must be those of the faces.
     gap : float
-        Stop when the relative gap between the best grasp and the upper bound is this small. The gap is a
-        proof with `curvature` and an estimate without.
+        Stop when the relative gap between the best grasp and the upper bound is this small.
     initial : array_like, optional
         (p,) parameters of a good grasp, such as `Plan.params`. The search starts with this quality as the
         incumbent; by default it starts in the middle of the bounds.
-    curvature : array_like, optional
+    curvature : array_like or callable, optional
         (m, p) upper bounds of the norms of the second derivatives of contact i's primitive wrenches by
-        parameter j, valid everywhere within the bounds. They make the result a proof. By default the
-        curvature of each box is estimated, and the result ends as an "estimate".
+        parameter j, valid everywhere within the bounds; or a function of lower and upper corners of boxes
+        (B, p) that returns (B, m, p) bounds valid within each. They make the result a proof. For curves and
+        surfaces of `graspforce.surfaces` formulas give the curvature: the result is a proof, too. For other
+        functions it is estimated box by box by default, and the result ends as an "estimate".
     safety : float
         Factor of the estimated curvature: it multiplies the largest second difference along the box's axes.
+    max_opening : float, optional
+        Largest distance in m between any two contacts, as of a parallel gripper. On meshes the upper bound
+        accounts for it, elsewhere it holds for wider grasps, too.
     max_boxes : int
         Largest number of boxes to bound.
     time_limit : float, optional
@@ -111,9 +125,12 @@ def plan_global(
     ------
     InvalidInputError
         As for `graspforce.plan`, with a `GlobalOptimum` as ``partial``. Also if there are more than four
-        parameters, or if the search met no feasible grasp.
+        parameters, if a mesh has interpolated normals, or if the search met no feasible grasp.
     InvalidGraspError
         As for `graspforce.plan`.
+    TooLargeError
+        Meshes have too many faces for the memory, or for a search without `time_limit`. The message says what
+        it would take.
 
     Examples
     --------
@@ -137,9 +154,20 @@ def plan_global(
     >>> bends = [[0, 0], [math.hypot(1, 0.3), 0], [0, math.hypot(1, 0.3)]]
     >>> gf.plan_global(disc, [(0.5, 3.0), (3.2, 6.0)], friction=0.3, curvature=bends).stopped
     'tolerance'
+
+    A parallel gripper anywhere on a box: nothing beats the grasp found by more than 1%.
+
+    >>> import trimesh
+    >>> from graspforce.surfaces import MeshSurface, contacts_on
+    >>> box = MeshSurface(trimesh.creation.box((0.06, 0.04, 0.02)), normals="face")
+    >>> gripper = {"friction": 0.5, "torsion": 0.005, "length_scale": 0.03, "max_opening": 0.05}
+    >>> found = gf.plan_global(contacts_on(box, box), **gripper)
+    >>> found.stopped, found.proven
+    ('tolerance', True)
     """
-    box = bounds_array(bounds)
-    if not 1 <= len(box) <= _MAX_PARAMS:
+    meshes = meshes_of(surface)
+    box = _mesh_bounds(meshes, bounds) if meshes else bounds_array(_given(bounds))
+    if not meshes and not 1 <= len(box) <= _MAX_PARAMS:
         raise InvalidInputError(
             f"bounds: {len(box)} parameters, 1 to {_MAX_PARAMS} are possible; fix some of them, or use "
             "graspforce.plan_multistart"
@@ -153,41 +181,45 @@ def plan_global(
     max_boxes = whole_number("max_boxes", max_boxes, least=1)
     began = time.monotonic()
     deadline = deadline_after(time_limit)
+    opening = np.inf if max_opening is None else real_number("max_opening", max_opening, positive=True)
     problem = SearchProblem.of(
-        plan_global, surface, grasp_options, feasible, min_distance,
+        plan_global, surface, grasp_options, feasible, min_distance, max_opening=opening,
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     source = problem.source
     first = source.grasp(start)
-    bends = None
-    if curvature is not None:
-        bends = finite_array("curvature", curvature)
-        if bends.shape != (first.num_contacts, len(box)) or (bends < 0).any():
-            expected = (first.num_contacts, len(box))
-            raise InvalidInputError(
-                f"curvature: shape {bends.shape}, expected {expected} of nonnegative numbers"
-            )
-    rates = parameter_rates(source, lower, upper)
-    tree = _Tree(problem, first, bends, safety, rates)
-    groups = contact_groups(surface, first.num_contacts, len(box))
-    if len(groups) > 1:
-        tree.separable = SeparableBounds(problem, groups, start, lower, upper, bends, safety, rates)
+    wrenches = ContactWrenches(problem, start)
+    incumbent = Incumbent(problem, gap, _OPEN * longest_wrench(first, problem.quality_options["metric"]))
+    search: BoxTree | FaceProducts
+    if meshes:
+        if curvature is not None:
+            raise InvalidInputError("curvature: meshes with face normals have none")
+        free = feasible is None and min_distance == 0
+        search = FaceProducts(wrenches, meshes, opening, adopt=free, limited=np.isfinite(deadline))
+        proven = True
+    else:
+        known = _curvature(surface, curvature, wrenches, lower, upper)
+        search = _box_tree(problem, incumbent, wrenches, known, safety, (start, lower, upper))
+        proven = known is not None
 
     def result(stopped: Ended) -> GlobalOptimum | None:
-        if tree.best is None:
+        if incumbent.best is None:
             return None
-        grasp, quality = problem.answer(tree.best)
-        top = max(tree.top, quality.epsilon)
-        proven = bends is not None
+        grasp, quality = problem.answer(incumbent.best)
+        top = max(search.top, quality.epsilon)
         ended: Ended = "estimate" if stopped in ("tolerance", "open") and not proven else stopped
         return GlobalOptimum(
-            read_only_copy(tree.best), quality, grasp, top, _relative(top, quality.epsilon), tree.boxes,
-            proven, ended, time.monotonic() - began,
+            read_only_copy(incumbent.best), quality, grasp, top, _relative(top, quality.epsilon),
+            search.boxes, proven, ended, time.monotonic() - began,
         )  # fmt: skip
 
     try:
         with reporting(progress, "bounding", "upper bound of epsilon") as report:
-            stopped = tree.run(start, lower, upper, gap, max_boxes, deadline, report)
+            if isinstance(search, FaceProducts):
+                incumbent.attempt(start[None])
+                stopped = search.run(incumbent, max_boxes, deadline, report)
+            else:
+                stopped = search.run(start, lower, upper, max_boxes, deadline, report)
     except GraspForceError as error:
         error.partial = result("error")
         raise
@@ -197,165 +229,61 @@ def plan_global(
     return found
 
 
-class _Tree:
-    """Boxes not yet discarded, the largest bound first."""
+def _box_tree(
+    problem: SearchProblem,
+    incumbent: Incumbent,
+    wrenches: ContactWrenches,
+    known: GivenCurvature | FormulaCurvature | None,
+    safety: float,
+    box: tuple[Array, Array, Array],
+) -> BoxTree:
+    """Return the search of a box with a start, a lower and an upper corner."""
+    start, lower, upper = box
+    rates = parameter_rates(problem.source, lower, upper)
+    tree = BoxTree(problem, incumbent, problem.source.grasp(start), known, safety, rates)
+    groups = contact_groups(problem.surface, wrenches.num_contacts, len(lower))
+    if len(groups) > 1:
 
-    def __init__(
-        self, problem: SearchProblem, first: Grasp, bends: Array | None, safety: float, rates: Array
-    ) -> None:
-        self._source, self._score = problem.source, problem.score
-        self._bends, self._safety, self._rates = bends, safety, rates
-        self._sum = problem.quality_options["criterion"] == "sum"
-        options = {name: value for name, value in problem.quality_options.items() if name != "rtol"}
-        self._bound = BoxBound(first.positions.shape[1], **options)
-        self._open = _OPEN * longest_wrench(first, problem.quality_options["metric"])
-        self.best: Array | None = None
-        self._rho: float | None = None
-        # Bounds are negated: heapq pops the least.
-        self._heap: list[tuple[float, int, Array, Array]] = []
-        self._serial = itertools.count()
-        self._discarded = -np.inf
-        self._plain_boxes = _PLAIN_BOXES[first.positions.shape[1]]
-        self._ceiling = np.inf
-        self.boxes = 0
-        self.separable: SeparableBounds | None = None
+        def departures(low: Array, high: Array, contacts: Indices, axes: Indices) -> Departures:
+            if known is not None:
+                return known.over(low, high, contacts, axes)
+            return estimated_departures(wrenches, low, high, contacts, axes, safety)
 
-    @property
-    def epsilon(self) -> float:
-        """The best found so far."""
-        return -np.inf if self._rho is None else -self._rho
+        tree.separable = SeparableBounds(wrenches, departures, groups, start, lower, upper, rates)
+    return tree
 
-    @property
-    def top(self) -> float:
-        """No parameters exceed it."""
-        return min(max(-self._heap[0][0] if self._heap else -np.inf, self._discarded), self._ceiling)
 
-    def _separate(self, gap: float, max_boxes: int, deadline: float, report: Report | None) -> None:
-        """Bound the contact groups apart; what that leaves replaces the boxes if its bound is lower."""
-        separable, self.separable = self.separable, None
-        if separable is None:
-            return
-        before = self.boxes
+def _given(bounds: ArrayLike | None) -> ArrayLike:
+    if bounds is None:
+        raise InvalidInputError("bounds: None is possible for contacts on meshes only; give (p, 2) bounds")
+    return bounds
 
-        def stop(top: float, cells: int) -> bool:
-            self.boxes, self._ceiling = before + cells, min(self._ceiling, top)
-            if report is not None:
-                report(self.boxes, max_boxes, self.top)
-            return top <= self._open or self.boxes >= max_boxes or time.monotonic() >= deadline
 
-        separable.run(self._try, lambda: self.best, lambda: self._enough(gap), stop)
-        if separable.top < max(-self._heap[0][0], self._discarded):
-            boxes = zip(*separable.boxes_left(), strict=True)
-            heap = [(-float(bound), next(self._serial), low, high) for bound, low, high in boxes]
-            heapq.heapify(heap)
-            self._heap, self._discarded = heap, separable.discarded
+def _mesh_bounds(meshes: tuple[MeshSurface, ...], bounds: ArrayLike | None) -> Array:
+    """Return the box around the meshes of all contacts (3 m, 2); that of the caller must hold it."""
+    whole = np.concatenate([mesh.bounds for mesh in meshes])
+    if bounds is not None:
+        box = bounds_array(bounds)
+        if box.shape != whole.shape or (box[:, 0] > whole[:, 0]).any() or (box[:, 1] < whole[:, 1]).any():
+            raise InvalidInputError(
+                f"bounds: shape {box.shape}, expected {whole.shape} that hold the whole meshes, or None; use "
+                "`allowed` of MeshSurface to leave out faces"
+            )
+    return whole
 
-    def run(
-        self,
-        start: Array,
-        lower: Array,
-        upper: Array,
-        gap: float,
-        max_boxes: int,
-        deadline: float,
-        report: Report | None,
-    ) -> Ended:
-        # Nothing is known of the whole box before it is bounded.
-        popped = [(-np.inf, next(self._serial), lower, upper)]
-        try:
-            self._try(start[None])
-            self._offer(lower[None], upper[None], gap)
-            popped = []
-            while self._heap and -self._heap[0][0] > max(self._enough(gap), self._discarded):
-                if self.top <= self._open:
-                    return "open"
-                if time.monotonic() >= deadline:
-                    return "time"
-                if self.boxes >= max_boxes:
-                    return "boxes"
-                if self.separable is not None and self.boxes >= self._plain_boxes:
-                    self._separate(gap, max_boxes, deadline, report)
-                    continue
-                # One by one into a list that is there already: an interrupt between two loses none.
-                for _ in range(min(_BATCH, len(self._heap))):
-                    popped.append(self._heap[0])
-                    heapq.heappop(self._heap)
-                low, high = self._halves(popped)
-                if len(low):
-                    self._try((low + high) / 2)
-                    self._offer(low, high, gap)
-                popped = []
-                if report is not None:
-                    report(self.boxes, max_boxes, self.top)
-        except BaseException as error:
-            for entry in popped:
-                heapq.heappush(self._heap, entry)
-            if isinstance(error, KeyboardInterrupt) and self.best is not None:
-                return "interrupted"
-            raise
-        if self.top <= self._enough(gap):
-            return "tolerance"
-        return "open" if self.top <= self._open else "boxes"
 
-    def _enough(self, gap: float) -> float:
-        return self.epsilon + gap * abs(self.epsilon) if self.best is not None else -np.inf
-
-    def _halves(self, boxes: list[tuple[float, int, Array, Array]]) -> tuple[Array, Array]:
-        """Cut each box where the wrenches change most across it; what is too small to be cut is discarded."""
-        low, high = (np.array([box[side] for box in boxes]) for side in (2, 3))
-        between = (low < (low + high) / 2) & ((low + high) / 2 < high)
-        can = between.any(axis=1)
-        self._discarded = max(
-            [self._discarded, *(-box[0] for box, cut in zip(boxes, can, strict=True) if not cut)]
-        )
-        low, high = low[can], high[can]
-        axis = np.argmax(np.where(between[can], (high - low) * self._rates, -1.0), axis=1)
-        rows = np.arange(len(low))
-        middle = (low[rows, axis] + high[rows, axis]) / 2
-        first_high, second_low = high.copy(), low.copy()
-        first_high[rows, axis] = middle
-        second_low[rows, axis] = middle
-        return np.concatenate([low, second_low]), np.concatenate([first_high, high])
-
-    def _try(self, params: Array) -> None:
-        """Whether one of these grasps is better than the best."""
-        if self.best is not None:
-            params = np.vstack([self.best, params])
-        choice = self._source.best(params, 0, self._rho, self._score)
-        if choice is not None and (self._rho is None or choice.rho < self._rho):
-            self.best, self._rho = params[choice.index], choice.rho
-
-    def _offer(self, low: Array, high: Array, gap: float) -> None:
-        """Bound boxes and keep those that may hold something better."""
-        self.boxes += len(low)
-        axes = low.shape[1]
-        rows = np.array(list(itertools.product((-1.0, 1.0), repeat=axes)))
-        options: dict[str, Any] = {"enough": self._enough(gap)}
-        if self._bends is None:
-            arms = np.kron(np.eye(axes), np.array([[-1.0], [-0.5], [0.5], [1.0]]))
-            rows = np.vstack([rows, np.zeros(axes), arms])
-            options |= {"axes": axes, "safety": self._safety}
-            slack = np.full(len(low), np.finfo(float).max)
-        else:
-            slack = 0.5 * ((high - low) / 2) ** 2 @ self._bends.T
-            slack = slack.max(axis=1) if self._sum else slack.sum(axis=1)
-        center, half = (low + high) / 2, (high - low) / 2
-        params = (center[:, None] + rows * half[:, None]).reshape(-1, axes)
-        # Rounding must not carry a vertex over the bounds, where the surface may end.
-        params = np.clip(params, np.repeat(low, len(rows), axis=0), np.repeat(high, len(rows), axis=0))
-        given: dict[str, Any] = {**self._source.options, **self._source.contacts(params)}
-        try:
-            bounds = self._bound.over(slack, **given, **options)
-        except InvalidGraspError as error:
-            if error.row is None:
-                raise
-            where = params[error.row].tolist()
-            raise InvalidGraspError(f"surface, parameters {where}: {error}") from error
-        for bound, box_low, box_high in zip(bounds.tolist(), low, high, strict=True):
-            if bound > self._enough(gap):
-                heapq.heappush(self._heap, (-bound, next(self._serial), box_low, box_high))
-            else:
-                self._discarded = max(self._discarded, bound)
+def _curvature(
+    surface: Surface,
+    curvature: ArrayLike | Callable[[Array, Array], Array] | None,
+    wrenches: ContactWrenches,
+    lower: Array,
+    upper: Array,
+) -> GivenCurvature | FormulaCurvature | None:
+    if curvature is None:
+        return FormulaCurvature.of(surface, wrenches, lower, upper)
+    if not callable(curvature):
+        curvature = checked_curvature(curvature, (wrenches.num_contacts, len(lower)))
+    return GivenCurvature(curvature, wrenches.num_contacts)
 
 
 def _relative(top: float, epsilon: float) -> float:

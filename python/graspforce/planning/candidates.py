@@ -33,12 +33,14 @@ class CandidateSource:
         options: Mapping[str, Any],
         feasible: Feasible | None = None,
         min_distance: float = 0.0,
+        max_opening: float = np.inf,
     ) -> None:
         if not callable(surface):
             raise InvalidInputError(f"surface: {surface!r} is not callable")
         if feasible is not None and not callable(feasible):
             raise InvalidInputError(f"feasible: {feasible!r} is not callable")
         self._min_distance = real_number("min_distance", min_distance, least=0)
+        self._max_opening = real_number("max_opening", max_opening, positive=True, finite=False)
         self._surface, self._feasible = surface, feasible
         self.options = dict(options)
         self.counts = SearchCounts()
@@ -84,7 +86,11 @@ class CandidateSource:
     @property
     def conditions(self) -> str:
         """Names of the arguments that refuse candidates."""
-        given = {"feasible": self._feasible is not None, "min_distance": self._min_distance > 0}
+        given = {
+            "feasible": self._feasible is not None,
+            "min_distance": self._min_distance > 0,
+            "max_opening": self._max_opening < np.inf,
+        }
         return " and ".join(name for name, refuses in given.items() if refuses)
 
     @property
@@ -104,10 +110,10 @@ class CandidateSource:
         """Which rows the caller allows."""
         positions, normals = contacts["positions"], contacts["normals"]
         allowed = np.ones(len(positions), dtype=bool)
-        if self._min_distance > 0 and positions.shape[1] > 1:
+        if (self._min_distance > 0 or self._max_opening < np.inf) and positions.shape[1] > 1:
             first, second = np.triu_indices(positions.shape[1], k=1)
             apart = np.linalg.norm(positions[:, first] - positions[:, second], axis=-1)
-            allowed &= (apart >= self._min_distance).all(axis=1)
+            allowed &= ((apart >= self._min_distance) & (apart <= self._max_opening)).all(axis=1)
         if self._feasible is not None and allowed.any():
             answer = np.asarray(self._feasible(positions.copy(), normals.copy()))
             if answer.shape != allowed.shape or answer.dtype.kind != "b":

@@ -12,18 +12,24 @@ from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputEr
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from graspforce._internal.taylor_intervals import TaylorIntervals
+    from graspforce.typing import Criterion
+
     from .problem import SearchProblem
+    from .scoring import Contacts
 
     Array = NDArray[np.float64]
 
-__all__ = ["ContactWrenches"]
+__all__ = ["SEEDS", "SWITCH", "ContactWrenches", "default_seeds", "unit_columns"]
 
-_ON_ONE_CORE = (
-    250_000  # multiplications of one product of matrices: OpenBLAS shares larger ones among threads,
-)
-# which costs more than it gains
 _RTOL = 1e-3  # of the qualities whose critical directions are asked for
 _CONE_SAMPLES = 16  # forces that stand for a true cone in second differences, as in the core's box bound
+
+
+SEEDS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""The first tangents of contacts are projections of these by default: of the second one where ..."""
+SWITCH = 0.7
+"""... ``|n_x|`` is larger than this."""
 
 
 class ContactWrenches:
@@ -33,6 +39,7 @@ class ContactWrenches:
         self._problem = problem
         grasp = problem.source.grasp(params)
         self.dim = grasp.wrench_dim
+        self.criterion: Criterion = problem.quality_options["criterion"]
         metric = problem.quality_options["metric"]
         if metric is None:
             forces = grasp.positions.shape[1]
@@ -42,7 +49,7 @@ class ContactWrenches:
             self._map = np.linalg.cholesky(np.asarray(metric, float)).T
         center = problem.quality_options["external_wrench"]
         self.center = None if center is None else self._map @ np.asarray(center, float)
-        self._origin = grasp.origin
+        self.origin = grasp.origin
         counts = np.asarray(grasp.num_edges)
         ends = np.cumsum(counts)
         listed = grasp.extreme_forces if counts.any() else np.zeros((0, grasp.force_dim))
@@ -56,94 +63,89 @@ class ContactWrenches:
                 limits, grasp.friction, np.broadcast_to(grasp.torsion, limits.shape), strict=True
             )
         ]
-        self._force_dim = grasp.force_dim
-        self.longest = 0.0 if self.center is None else float(np.linalg.norm(self.center))
+        self.force_dim = grasp.force_dim
 
-    def _columns(self, params: Array, contacts: NDArray[np.int64]) -> Array:
-        """Wrenches of unit forces in the contact frames: (B, contacts, d, k)."""
+    @property
+    def is_spatial(self) -> bool:
+        """Whether contacts have frames to choose."""
+        return self.dim == 6
+
+    @property
+    def num_contacts(self) -> int:
+        """Number of contacts of a grasp."""
+        return len(self._forces)
+
+    def is_cone(self, contact: int) -> bool:
+        """Whether a contact has a true friction cone."""
+        return self._forces[contact] is None
+
+    def tangents(self, contacts: NDArray[np.int64]) -> Array | None:
+        """Return first tangents (contacts, 3) of the caller; None for the default ones."""
+        seed = self._problem.source.options.get("tangents")
+        if seed is None or not self.is_spatial:
+            return None
+        return np.broadcast_to(np.asarray(seed, float), (self.num_contacts, 3))[contacts]
+
+    def force_sets(self, contacts: NDArray[np.int64]) -> list[Array]:
+        """Return the forces of contacts as `ProductBound` takes them."""
+        return [
+            np.array(self._cones[at]) if self._forces[at] is None else self._forces[at]
+            for at in contacts.tolist()
+        ]
+
+    def columns(self, params: Array, contacts: NDArray[np.int64], seeds: Array | None = None) -> Array:
+        """Wrenches of unit forces in the contact frames: (B, contacts, d, k).
+
+        First tangents are `seeds` (contacts, 3), if they are given.
+        """
         found = self._problem.source.contacts(params)
-        r = found["positions"][:, contacts] - self._origin
-        n = unit(found["normals"][:, contacts])
-        if n.shape[-1] == 2:
-            axes = [n, np.stack([-n[..., 1], n[..., 0]], axis=-1)]
-            torques = [r[..., 0] * a[..., 1] - r[..., 1] * a[..., 0] for a in axes]
-            columns = [
-                np.concatenate([a, torque[..., None]], axis=-1)
-                for a, torque in zip(axes, torques, strict=True)
-            ]
-        else:
-            seed = found.get("tangents", self._problem.source.options.get("tangents"))
-            if seed is None:
-                along = np.where(np.abs(n[..., :1]) > 0.7, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-            else:
-                along = np.broadcast_to(np.asarray(seed, float), found["positions"].shape)[:, contacts]
-            o = unit(along - n * (along * n).sum(axis=-1, keepdims=True))
-            columns = [np.concatenate([a, np.cross(r, a)], axis=-1) for a in (n, o, np.cross(n, o))]
-            if self._force_dim == 4:
-                columns.append(np.concatenate([np.zeros_like(n), n], axis=-1))
+        positions, normals = found["positions"][:, contacts], unit(found["normals"][:, contacts])
+        seed = found["tangents"][:, contacts] if "tangents" in found else self.tangents(contacts)
+        if seeds is not None:
+            seed = seeds
+        elif seed is None and self.is_spatial:
+            seed = default_seeds(normals)
+        return self.checked_columns(positions, normals, seed, params, found)
+
+    def checked_columns(
+        self,
+        positions: Array,
+        normals: Array,
+        seed: Array | None,
+        params: Array,
+        found: Contacts | None = None,
+    ) -> Array:
+        """Return wrenches of unit forces (B, contacts, d, k) of contacts at given parameters (B, p)."""
+        columns = unit_columns(positions, normals, seed, self.origin, self.force_dim)
         wrenches: Array = np.einsum("ij,...jk->...ik", self._map, np.stack(columns, axis=-1))
         if not np.isfinite(wrenches).all():
             row = int(np.argwhere(~np.isfinite(wrenches))[0, 0])
             where = params[row].tolist()
             try:
-                self._problem.source.grasp_of(found, row)
+                self._problem.source.grasp_of(found or self._problem.source.contacts(params), row)
             except InvalidGraspError as error:
                 raise InvalidGraspError(f"surface, parameters {where}: {error}") from error
             raise InvalidInputError(f"surface, parameters {where}: its wrenches are not finite")
         return wrenches
 
-    def supports(
-        self, params: Array, contacts: NDArray[np.int64], directions: Array, *, union: bool
-    ) -> NDArray[np.float32]:
-        """How far the contacts reach along directions (Z, d) at parameters (B, p): (Z, B), rounded.
-
-        The largest of all contacts for the union; else their sum, without those that reach backward.
-        """
-        result = np.empty((len(directions), len(params)), np.float32)
-        exact = self._columns(params, contacts)
-        for at, contact in enumerate(contacts):
-            sizes = np.linalg.norm(exact[:, at], axis=1) @ np.abs(self._samples(int(contact))).T
-            self.longest = max(self.longest, len(contacts) * float(sizes.max(initial=0)))
-        # Contact by contact: (contacts, d, B, k), so that products of matrices need no copies.
-        columns = np.ascontiguousarray(np.moveaxis(exact, 0, 2), np.float32)
-        along = directions.astype(np.float32)
-        step = max(8, _ON_ONE_CORE // max(1, along.size))
-        for begin in range(0, len(params), step):
-            rows = slice(begin, begin + step)
-            total: Any = None
-            for at, contact in enumerate(contacts):
-                reach = self._reach(int(contact), along, columns[at, :, rows])
-                if not union:
-                    np.maximum(reach, 0, out=reach)
-                if total is None:
-                    total = reach
-                elif union:
-                    np.maximum(total, reach, out=total)
-                else:
-                    total += reach
-            result[:, rows] = total
-        return result
-
-    def _reach(
-        self, contact: int, along: NDArray[np.float32], columns: NDArray[np.float32]
-    ) -> NDArray[np.float32]:
-        """Return (Z, B) how far a contact with wrenches (d, B, k) of unit forces reaches along (Z, d)."""
+    def largest_bend(self, columns: list[TaylorIntervals], at: int, contact: int) -> Array:
+        """Bound the second derivatives of a contact's wrenches, by those of unit forces (B, contacts, d)."""
+        bends = [(column[:, at] @ self._map.T).second for column in columns]
         forces = self._forces[contact]
-        if forces is not None:
-            wrenches = np.ascontiguousarray(np.moveaxis(columns @ forces.T.astype(np.float32), 2, 0))
-            reach: NDArray[np.float32] = along @ wrenches[0]
-            other = np.empty_like(reach)
-            for edge in wrenches[1:]:
-                np.matmul(along, edge, out=other)
-                np.maximum(reach, other, out=reach)
-            return reach
-        limit, mu, gamma = self._cones[contact]
-        h = [along @ np.ascontiguousarray(columns[:, :, axis]) for axis in range(columns.shape[2])]
-        square = mu**2 * (h[1] ** 2 + h[2] ** 2)
-        if self._force_dim == 4:
-            square += gamma**2 * h[3] ** 2
-        found: NDArray[np.float32] = (limit * (h[0] + np.sqrt(square))).astype(np.float32)
-        return found
+        if forces is None:
+            limit, mu, gamma = self._cones[contact]
+            sizes = [np.linalg.norm(np.maximum(abs(low), abs(high)), axis=-1) for low, high in bends]
+            square = mu**2 * (sizes[1] ** 2 + sizes[2] ** 2)
+            if len(sizes) == 4:
+                square = square + gamma**2 * sizes[3] ** 2
+            found: Array = limit * (sizes[0] + np.sqrt(square))
+        else:
+            found = np.zeros(len(bends[0][0]))
+            for force in forces:
+                low = sum(np.where(f >= 0, f * a, f * b) for f, (a, b) in zip(force, bends, strict=True))
+                high = sum(np.where(f >= 0, f * b, f * a) for f, (a, b) in zip(force, bends, strict=True))
+                found = np.maximum(found, np.linalg.norm(np.maximum(abs(low), abs(high)), axis=-1))
+        return np.where(np.isnan(found), np.inf, found)
 
     def second_differences(self, params: Array, contacts: NDArray[np.int64], axes: int) -> Array:
         """Sum over the axes of the largest second difference of any wrench: (cells, contacts).
@@ -152,7 +154,7 @@ class ContactWrenches:
         axis: (cells, 1 + 4 axes, p).
         """
         cells = len(params)
-        columns = self._columns(params.reshape(-1, params.shape[2]), contacts)
+        columns = self.columns(params.reshape(-1, params.shape[2]), contacts)
         columns = columns.reshape(cells, -1, *columns.shape[1:])
         total = np.zeros((cells, len(contacts)))
         for axis in range(axes):
@@ -170,7 +172,7 @@ class ContactWrenches:
         limit, mu, gamma = self._cones[contact]
         turn = 2 * np.pi * np.arange(_CONE_SAMPLES) / _CONE_SAMPLES
         ring = np.stack([np.ones_like(turn), mu * np.cos(turn), mu * np.sin(turn)], axis=-1)
-        if self._force_dim == 4:
+        if self.force_dim == 4:
             ring = np.hstack([ring, np.zeros((len(ring), 1))])
             ring = np.vstack([ring, [(1, 0, 0, gamma), (1, 0, 0, -gamma)]])
         samples: Array = limit * ring
@@ -190,3 +192,40 @@ class ContactWrenches:
             if np.isfinite(z).all() and z.any():
                 found.append(z / np.linalg.norm(z))
         return np.array(found).reshape(-1, self.dim)
+
+
+def default_seeds(normals: Array) -> Array:
+    """Return what the first tangents are projections of, for normals (..., 3)."""
+    seeds: Array = np.where(np.abs(normals[..., :1]) > SWITCH, SEEDS[1], SEEDS[0])
+    return seeds
+
+
+def unit_columns(positions: Any, normals: Any, seed: Any, origin: Array, force_dim: int) -> list[Any]:
+    """Return wrenches (..., d) of unit forces along the axes of contact frames; the torsion's comes last.
+
+    Positions and unit normals (..., dim) are arrays or Taylor intervals. First tangents are projections of
+    `seed` (..., 3), which is not used in the plane.
+    """
+    arms = positions - origin
+    if normals.shape[-1] == 2:
+        axes = [normals, np.stack([-1.0 * normals[..., 1], normals[..., 0]], axis=-1)]
+        torques = [arms[..., 0] * a[..., 1] - arms[..., 1] * a[..., 0] for a in axes]
+        return [
+            np.concatenate([a, torque[..., None]], axis=-1) for a, torque in zip(axes, torques, strict=True)
+        ]
+    along = _dot(seed, normals)
+    first = unit(seed - normals * along[..., None])
+    axes = [normals, first, _cross(normals, first)]
+    columns = [np.concatenate([a, _cross(arms, a)], axis=-1) for a in axes]
+    if force_dim == 4:
+        columns.append(np.concatenate([0.0 * normals, normals], axis=-1))
+    return columns
+
+
+def _dot(a: Any, b: Any) -> Any:
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def _cross(a: Any, b: Any) -> Any:
+    parts = [a[..., i] * b[..., j] - a[..., j] * b[..., i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return np.stack(parts, axis=-1)

@@ -43,9 +43,9 @@ class GlobalOptimum(Record):
         ``(epsilon_upper - quality.epsilon) / abs(quality.epsilon)``, relative. It is infinite if epsilon is
         zero and its bound is not.
     boxes : int
-        Number of boxes bounded.
+        Number of boxes, or of products of faces, that were bounded.
     proven : bool
-        True if the caller gave the curvature; False if it was estimated.
+        True if the curvature is known by formulas, by the caller, or not needed; False if it was estimated.
     stopped : {"tolerance", "open", "estimate", "boxes", "time", "interrupted", "error"}
         Why the search ended:
 
@@ -53,7 +53,7 @@ class GlobalOptimum(Record):
         - "open": it is proven that no grasp within the bounds is force closure by more than a millionth of
           the norm of the longest wrench that a normal force at its limit exerts.
         - "estimate": one of the two above holds by an estimated curvature, without a proof.
-        - "boxes": `max_boxes` was reached, or every box left is too small to be cut.
+        - "boxes": `max_boxes` was reached, memory would not hold more, or no box is left that can be cut.
         - "time": `time_limit` was reached.
         - "interrupted": Ctrl-C was pressed.
         - "error": an error ended the search and carries this result as its ``partial``.

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 class SearchProblem:
     """Candidates, the options of their quality, and the score that compares them."""
 
+    surface: Surface
     source: CandidateSource
     quality_options: dict[str, Any]
     """Arguments of `Grasp.quality`."""
@@ -43,6 +44,7 @@ class SearchProblem:
         feasible: Feasible | None,
         min_distance: float,
         *,
+        max_opening: float = np.inf,
         placement: PlacementNoise | None = None,
         prune: bool = True,
         **quality_options: Any,
@@ -52,12 +54,12 @@ class SearchProblem:
         # A surface may know the friction and limits of its contacts; what the caller says comes first.
         options = {**getattr(surface, "grasp_options", {}), **grasp_options}
         known_options(options, GraspOptions.__annotations__, search)
-        source = CandidateSource(surface, options, feasible, min_distance)
+        source = CandidateSource(surface, options, feasible, min_distance, max_opening)
         if placement is None:
-            return cls(source, quality_options, EpsilonScore(prune=prune, **quality_options))
+            return cls(surface, source, quality_options, EpsilonScore(prune=prune, **quality_options))
         if not isinstance(placement, PlacementNoise):
             raise InvalidInputError(f"placement: {placement!r} is not a graspforce.PlacementNoise")
-        return cls(source, quality_options, placement.score(quality_options))
+        return cls(surface, source, quality_options, placement.score(quality_options))
 
     def answer(self, params: NDArray[np.float64]) -> tuple[Grasp, Quality]:
         """Return the grasp at (p,) parameters and its quality."""

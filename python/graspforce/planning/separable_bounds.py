@@ -13,43 +13,83 @@ directions of grasps within them are added.
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .contact_wrenches import ContactWrenches
+from graspforce._core import ProductBound
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from .problem import SearchProblem
+    from .contact_wrenches import ContactWrenches
+    from .wrench_curvature import Departures
 
     Array = NDArray[np.float64]
+    Indices = NDArray[np.int64]
 
-__all__ = ["SeparableBounds"]
+__all__ = ["SeparableBounds", "ask_samples", "polish"]
 
-_MAX_PRODUCTS = 3_000_000
-_MAX_TABLE = 60_000_000  # entries of all tables, four bytes each
-_AT_ONCE = 100_000  # products looked at in one step
-_DIRECTIONS_AT_ONCE = 16
+_MAX_PRODUCTS = 4_000_000
+_MAX_CELLS = 50_000  # of all groups: each takes 4 kB
 _SAMPLE = 2048  # random grasps, for a first good one
 _FIRST_DIRECTIONS = 300
-_LOOKED_AT = 192  # products whose critical directions are asked for at a time
+_COARSE = 0.3  # of what is enough: cells that leave more open are cut before products are looked at
+_COARSE_CELLS = 4096
+_OPEN_ALONG = 0.02  # of what is enough: more than other axes could gain
+_LOOKED_AT = 96  # products whose worst directions are asked for at a time
+_MIXED = 1000  # products that are bounded closely, one by one, before cells are cut
 _NEAR = 100  # grasps that are tried around the best one at a time
-_ROUNDED = 2e-6  # of the longest wrench: what single precision takes of a support, with a margin
-_KEPT = 800  # directions that are kept, whether or not they discarded anything of late
 
 
 class _Cells:
-    """Boxes of one group's parameters, with the largest support along each direction."""
+    """Boxes of one group's parameters, and the boxes that they were cut into."""
 
-    def __init__(self, axes: NDArray[np.int64], contacts: NDArray[np.int64], low: Array, high: Array) -> None:
+    def __init__(self, axes: Indices, contacts: Indices, low: Array, high: Array) -> None:
         self.axes, self.contacts = axes, contacts
         self.low, self.high = low[None, axes], high[None, axes]
-        self.table = np.zeros((0, 1), np.float32)
-        self.slack = np.zeros(1)
+        self.children = np.array([-1])
+        # Of the boxes that were measured, which are all but the last ones.
+        self.slack = np.zeros(0)
+        self.along = np.zeros((0, len(axes)))
+        self.needs = np.zeros((0, 0), dtype=bool)
+        self.seeds = np.zeros((0, len(contacts), 3))
+
+    @property
+    def leaves(self) -> Indices:
+        """Boxes that were not cut."""
+        return np.flatnonzero(self.children < 0)
+
+    def keep(self, kept: Indices) -> None:
+        """Drop all other boxes."""
+        place = np.full(len(self.children), -1)
+        place[kept] = np.arange(len(kept))
+        children = self.children[kept]
+        self.children = np.where(children < 0, -1, place[children])
+        self.low, self.high = self.low[kept], self.high[kept]
+        self.slack, self.needs, self.along = self.slack[kept], self.needs[kept], self.along[kept]
+
+    def halve(self, rows: Indices, rates: Array, enough: float) -> bool:
+        """Cut boxes where interpolation leaves most open, or where contacts move most across them.
+
+        False where one is too small to be cut.
+        """
+        low, high = self.low[rows], self.high[rows]
+        axis = np.argmax((high - low) * rates[self.axes], axis=1)
+        open_along = self.along[rows]
+        axis = np.where(open_along.max(axis=1) > _OPEN_ALONG * enough, np.argmax(open_along, axis=1), axis)
+        each = np.arange(len(rows))
+        middle = (low[each, axis] + high[each, axis]) / 2
+        if not ((low[each, axis] < middle) & (middle < high[each, axis])).all():
+            return False
+        low, high = np.repeat(low, 2, axis=0), np.repeat(high, 2, axis=0)
+        high[2 * each, axis] = low[2 * each + 1, axis] = middle
+        self.children[rows] = len(self.children) + 2 * each
+        self.children = np.r_[self.children, np.full(len(low), -1)]
+        self.low, self.high = np.concatenate([self.low, low]), np.concatenate([self.high, high])
+        return True
 
 
 class SeparableBounds:
@@ -57,8 +97,6 @@ class SeparableBounds:
 
     Attributes
     ----------
-    discarded : float
-        Largest bound of the products that were discarded.
     proven : float
         An upper bound of everything, from when the products were last in order: what holds if an error or
         Ctrl-C interrupts a step.
@@ -68,254 +106,206 @@ class SeparableBounds:
 
     def __init__(
         self,
-        problem: SearchProblem,
-        groups: list[tuple[NDArray[np.int64], NDArray[np.int64]]],
+        wrenches: ContactWrenches,
+        departures: Callable[[Array, Array, Indices, Indices], Departures],
+        groups: list[tuple[Indices, Indices]],
         start: Array,
         lower: Array,
         upper: Array,
-        curvature: Array | None,
-        safety: float,
         rates: Array,
     ) -> None:
-        self._problem, self._start, self._rates = problem, start, rates
-        self._whole = lower, upper
-        self._curvature, self._safety = curvature, safety
-        self._wrenches = ContactWrenches(problem, start)
-        self._sum = problem.quality_options["criterion"] == "sum"
+        self._wrenches, self._departures = wrenches, departures
+        self._start, self._rates, self._whole = start, rates, (lower, upper)
         self._cells = [_Cells(axes, contacts, lower, upper) for contacts, axes in groups]
-        self._directions = np.zeros((0, self._wrenches.dim))
-        self._used = np.zeros(0)
-        self._products = np.zeros((1, len(groups)), np.int32)
-        self._bounds = np.full(1, np.inf, np.float32)
-        self.discarded = -np.inf
+        forces = [wrenches.force_sets(contacts) for contacts, _ in groups]
+        self._bound = ProductBound(2 + wrenches.is_spatial, wrenches.criterion, forces, wrenches.center)
         self.proven = np.inf
         self.boxes = 0
-        self._late: Callable[[], bool] = bool
-        for cells in self._cells:
-            cells.slack = self._slack(cells)
 
     @property
     def top(self) -> float:
         """No parameters exceed it."""
-        return max(float(self._bounds.max(initial=-np.inf)), self.discarded)
+        return self._bound.top
 
-    def boxes_left(self) -> tuple[Array, Array, Array]:
-        """Bounds, and lower and upper corners, of the products that are left."""
-        low = np.empty((len(self._products), len(self._start)))
+    @property
+    def discarded(self) -> float:
+        """Largest bound of the products that were discarded."""
+        return self._bound.discarded
+
+    def boxes_left(self, rows: list[int] | None = None) -> tuple[Array, Array, Array]:
+        """Bounds, and lower and upper corners, of products that are left: of all, or of some rows."""
+        bounds, cells = self._bound.products(list(range(len(self._bound))) if rows is None else rows)
+        low = np.empty((len(bounds), len(self._start)))
         high = low.copy()
-        for group, cells in enumerate(self._cells):
-            low[:, cells.axes] = cells.low[self._products[:, group]]
-            high[:, cells.axes] = cells.high[self._products[:, group]]
-        return self._bounds.astype(float), low, high
+        for boxes, of in zip(self._cells, cells.astype(np.int64).T, strict=len(bounds) > 0):
+            low[:, boxes.axes], high[:, boxes.axes] = boxes.low[of], boxes.high[of]
+        return bounds, low, high
 
     def run(
         self,
         attempt: Callable[[Array], None],
         best: Callable[[], Array | None],
         enough: Callable[[], float],
-        stop: Callable[[float, int], bool],
+        seconds_left: Callable[[float, int], float],
     ) -> None:
-        """Cut and discard until nothing is left, `stop` says so, or memory would not hold more.
+        """Cut and discard until nothing is left, no time is, or memory would not hold more.
 
         `attempt` looks for a better grasp among parameters (B, p), `best` gives those of the best one, and
         products whose bound is at most `enough()` are discarded. Nothing is done without a force closure:
         sums of supports do not tell open grasps from each other.
         """
-        self._late = lambda: stop(self.proven, self.boxes)
+
+        def left() -> float:
+            return max(0.0, seconds_left(self.proven, self.boxes))
+
         random = np.random.default_rng(0)
-        sample = self._sample(random, _SAMPLE)
+        low, high = self._whole
+        sample = low + random.random((_SAMPLE, len(low))) * (high - low)
         attempt(sample)
-        self._polish(random, attempt, best)
+        polish(self._whole, random, attempt, best, left)
         if best() is None or enough() <= 0:
             return
-        self._learn(sample[:_FIRST_DIRECTIONS])
-        while len(self._products):
-            self._discard(enough(), len(self._directions))
-            self._look_closer(random, attempt, enough)
+        for group in range(len(self._cells)):
+            self._measure(self._cells[group])
+            self._cut_coarse(self._cells[group], enough() / len(self._cells), left)
+            self._plant(group)
+        self._bound.learn(self._wrenches.critical_directions(sample[:_FIRST_DIRECTIONS]))
+        while True:
+            self._bound.descend(enough(), _MAX_PRODUCTS, left())
+
+            def middles(rows: list[int]) -> None:
+                _, low, high = self.boxes_left(rows)
+                attempt((low + high) / 2)
+
+            ask_samples(self._bound, random, enough, left, middles, _MAX_PRODUCTS)
+            if len(self._bound) <= _MIXED:
+                self._bound.ask(list(range(len(self._bound))), enough(), True, left())
             self.proven = min(self.proven, self.top)
-            if not len(self._products) or self._late() or not self._cut(enough):
+            if not len(self._bound) or not left() or not self._cut(enough()):
                 return
 
-    def _polish(
-        self, random: np.random.Generator, attempt: Callable[[Array], None], best: Callable[[], Array | None]
-    ) -> None:
-        """Look for better grasps ever nearer to the best one."""
-        low, high = self._whole
-        share = 0.2
-        while share > 1e-4 and not self._late():
-            before = best()
-            if before is None:
+    def _cut_coarse(self, cells: _Cells, enough: float, left: Callable[[], float]) -> None:
+        """Cut the cells of a group that hide more than any bound could make up for."""
+        while left():
+            leaves = cells.leaves
+            rows = leaves[cells.slack[leaves] > _COARSE * enough]
+            if not len(rows) or len(leaves) + len(rows) > _COARSE_CELLS:
                 return
-            near = before + share * (high - low) * random.standard_normal((_NEAR, len(before)))
-            attempt(np.clip(near, low, high))
-            if best() is before:
-                share /= 2
-
-    def _sample(self, random: np.random.Generator, number: int) -> Array:
-        _, low, high = self.boxes_left()
-        rows = random.integers(0, len(low), number)
-        return low[rows] + random.random((number, len(self._start))) * (high - low)[rows]
-
-    def _learn(self, params: Array) -> int:
-        """Add the directions along which these grasps are weakest; return how many are new."""
-        found = self._wrenches.critical_directions(params)
-        if len(self._directions) and len(found):
-            found = found[(found @ self._directions.T).max(axis=1) < 1 - 1e-9]
-        self._directions = np.vstack([self._directions, found])
-        self._used = np.append(self._used, np.full(len(found), 1.0))
-        for cells in self._cells:
-            cells.table = np.vstack([cells.table, self._table(cells, found)])
-        return len(found)
-
-    def _look_closer(
-        self, random: np.random.Generator, attempt: Callable[[Array], None], enough: Callable[[], float]
-    ) -> None:
-        """Ask for critical directions of what is left, as long as they discard much of it."""
-        while len(self._products):
-            before = len(self._products)
-            worst = np.argsort(-self._bounds)[: _LOOKED_AT // 2]
-            rows = np.concatenate([worst, random.integers(0, before, _LOOKED_AT // 2)])
-            _, low, high = self._boxes_of(np.unique(rows))
-            attempt((low + high) / 2)
-            self._discard(enough(), self._learn((low + high) / 2))
-            if len(self._products) > 0.8 * before or self._late():
+            if not cells.halve(rows, self._rates, enough):
                 return
+            self._measure(cells)
 
-    def _boxes_of(self, rows: NDArray[Any]) -> tuple[Array, Array, Array]:
-        products, bounds = self._products, self._bounds
-        self._products, self._bounds = products[rows], bounds[rows]
-        try:
-            return self.boxes_left()
-        finally:
-            self._products, self._bounds = products, bounds
-
-    def _discard(self, enough: float, number: int) -> None:
-        """Lower the bounds by the last directions, and drop what is low enough."""
-        first = len(self._directions) - number
-        # Bounds are compared in single precision, and must not pass for less than they are.
-        enough = float(np.nextafter(np.float32(enough), np.float32(-np.inf)))
-        kept = []
-        for begin in range(0, len(self._products), _AT_ONCE):
-            rows = np.arange(begin, min(begin + _AT_ONCE, len(self._products)))
-            if self._late():
-                kept.append(np.arange(begin, len(self._products)))
-                break
-            bounds = self._bounds[rows].copy()
-            for at in range(len(self._directions), first, -_DIRECTIONS_AT_ONCE):
-                alive = bounds > enough
-                if not alive.all():
-                    self.discarded = max(self.discarded, float(bounds[~alive].max()))
-                    rows, bounds = rows[alive], bounds[alive]
-                if not len(rows):
-                    break
-                some = slice(max(first, at - _DIRECTIONS_AT_ONCE), at)
-                along = self._bounds_along(some, rows)
-                np.minimum(bounds, along.min(axis=0), out=bounds)
-                self._used[some] += (along <= enough).sum(axis=1)
-            alive = bounds > enough
-            if not alive.all():
-                self.discarded = max(self.discarded, float(bounds[~alive].max()))
-            self._bounds[rows[alive]] = bounds[alive]
-            kept.append(rows[alive])
-        left = np.concatenate(kept) if kept else np.zeros(0, np.int64)
-        self._products, self._bounds = self._products[left], self._bounds[left]
-        self._forget()
-
-    def _bounds_along(self, some: slice, rows: NDArray[Any]) -> NDArray[np.float32]:
-        """Bounds of products by each of some directions."""
-        total: Any = None
-        for group, cells in enumerate(self._cells):
-            part = cells.table[some][:, self._products[rows, group]]
-            if total is None:
-                total = part
-            elif self._sum:
-                np.maximum(total, part, out=total)
-            else:
-                total += part
-        if self._wrenches.center is not None:
-            shift = (self._directions[some] @ self._wrenches.center).astype(np.float32)
-            total = np.maximum(total, 0) + shift[:, None]
-        along: NDArray[np.float32] = total
-        return along
-
-    def _forget_directions(self) -> None:
-        """Keep the directions that discarded most of late; those come last that are to be asked first."""
-        order = np.argsort(self._used)[-_KEPT:]
-        self._directions, self._used = self._directions[order], 0.5 * self._used[order]
-        for cells in self._cells:
-            cells.table = cells.table[order]
-
-    def _forget(self) -> None:
-        """Drop the cells that no product uses."""
-        for group, cells in enumerate(self._cells):
-            used, self._products[:, group] = np.unique(self._products[:, group], return_inverse=True)
-            cells.low, cells.high, cells.slack = cells.low[used], cells.high[used], cells.slack[used]
-            cells.table = cells.table[:, used]
-
-    def _cut(self, enough: Callable[[], float]) -> bool:
-        """Halve the cells of the group whose interpolation leaves most open; False where memory ends."""
+    def _cut(self, enough: float) -> bool:
+        """Halve cells of the group whose interpolation leaves most open; False where memory ends."""
+        if 2 * len(self._bound) > _MAX_PRODUCTS:
+            return False
+        for cells, kept in zip(self._cells, self._bound.compact(), strict=True):
+            cells.keep(kept)
+        if any((cells.children >= 0).any() for cells in self._cells):
+            # The descent was stopped before.
+            return False
         slacks = [float(cells.slack.max()) for cells in self._cells]
-        order = sorted(range(len(slacks)), key=lambda group: -slacks[group])
-        entries = len(self._directions) * sum(len(cells.low) for cells in self._cells)
-        if 2 * len(self._products) > _MAX_PRODUCTS or 2 * entries > _MAX_TABLE:
-            return False
-        self._forget_directions()
-        if max(slacks) <= 0.05 * abs(enough()):
+        group = int(np.argmax(slacks))
+        rows = np.flatnonzero(self._cells[group].slack > 0.25 * slacks[group])
+        if slacks[group] <= 0.05 * enough:
             # Interpolation is good enough: the widest cells hide the most.
-            widths = [float(((c.high - c.low) * self._rates[c.axes]).max()) for c in self._cells]
-            order = sorted(range(len(widths)), key=lambda group: -widths[group])
-        cells = self._cells[order[0]]
-        axis = np.argmax((cells.high - cells.low) * self._rates[cells.axes], axis=1)
-        rows = np.arange(len(axis))
-        middle = (cells.low[rows, axis] + cells.high[rows, axis]) / 2
-        if not ((cells.low[rows, axis] < middle) & (middle < cells.high[rows, axis])).all():
+            widths = [((c.high - c.low) * self._rates[c.axes]).max(axis=1) for c in self._cells]
+            group = int(np.argmax([width.max() for width in widths]))
+            rows = np.flatnonzero(widths[group] > 0.5 * widths[group].max())
+        cells = self._cells[group]
+        if len(rows) + sum(len(cells.low) for cells in self._cells) > _MAX_CELLS:
             return False
-        first_high, second_low = cells.high.copy(), cells.low.copy()
-        first_high[rows, axis] = second_low[rows, axis] = middle
-        cells.low = np.concatenate([cells.low, second_low])
-        cells.high = np.concatenate([first_high, cells.high])
-        cells.slack = self._slack(cells)
-        cells.table = self._table(cells, self._directions)
-        again = self._products.copy()
-        again[:, order[0]] += len(rows)
-        self._products = np.concatenate([self._products, again])
-        self._bounds = np.concatenate([self._bounds, self._bounds])
+        if not cells.halve(rows, self._rates, enough):
+            return False
+        self._measure(cells)
+        self._plant(group)
         return True
 
-    def _corners(self, cells: _Cells, steps: Array) -> Array:
-        """Parameters at steps (S, axes) from the cells' centres in half-widths: (cells, S, p)."""
-        center, half = (cells.low + cells.high) / 2, (cells.high - cells.low) / 2
-        places = center[:, None] + steps * half[:, None]
-        # Rounding must not carry a vertex over the bounds, where the surface may end.
-        places = np.clip(places, cells.low[:, None], cells.high[:, None])
-        params = np.broadcast_to(self._start, (*places.shape[:2], len(self._start))).copy()
-        params[:, :, cells.axes] = places
-        return params
+    def _measure(self, cells: _Cells) -> None:
+        """Bound what the last boxes leave open between their corners."""
+        done = len(cells.slack)
+        new = np.arange(done, len(cells.low))
+        self.boxes += len(new)
+        lower, upper = (np.broadcast_to(self._start, (len(new), len(self._start))).copy() for _ in range(2))
+        lower[:, cells.axes], upper[:, cells.axes] = cells.low[new], cells.high[new]
+        found = self._departures(lower, upper, cells.contacts, cells.axes)
+        slack = found.each.max(axis=1) if self._wrenches.criterion == "sum" else found.each.sum(axis=1)
+        cells.slack, cells.seeds = np.r_[cells.slack, slack], found.seeds
+        cells.needs = np.concatenate([cells.needs.reshape(done, len(found.seeds)), found.needs])
+        along = np.zeros((len(new), len(cells.axes))) if found.along is None else found.along
+        cells.along = np.concatenate([cells.along, along])
 
-    def _table(self, cells: _Cells, directions: Array) -> NDArray[np.float32]:
-        """Return the largest support over each cell along each direction, with its slack."""
-        steps = np.array(list(itertools.product((-1.0, 1.0), repeat=len(cells.axes))))
-        params = self._corners(cells, steps)
-        self.boxes += len(cells.low)
-        # Neighbours share their corners.
-        places, which = np.unique(params.reshape(-1, params.shape[2]), axis=0, return_inverse=True)
-        supports = self._wrenches.supports(places, cells.contacts, directions, union=self._sum)
-        which = which.reshape(len(cells.low), len(steps))
-        largest = supports[:, which[:, 0]]
-        for corner in which.T[1:]:
-            np.maximum(largest, supports[:, corner], out=largest)
-        largest += cells.slack.astype(np.float32)
-        return largest + np.float32(_ROUNDED * self._wrenches.longest)
+    def _plant(self, group: int) -> None:
+        """Give the core the cells of a group."""
+        cells = self._cells[group]
+        leaves = cells.leaves
+        low, high = cells.low[leaves], cells.high[leaves]
+        steps = np.array(list(itertools.product((0.0, 1.0), repeat=len(cells.axes))))
+        frames = [(None, np.ones(len(leaves), dtype=bool))]
+        if len(cells.seeds):
+            frames = list(zip(cells.seeds, cells.needs[leaves].T, strict=True))
+        owners, corners, maps = [], [], []
+        number = 0
+        for seeds, use in frames:
+            rows = np.flatnonzero(use)
+            if not len(rows):
+                continue
+            params = np.broadcast_to(self._start, (len(rows), len(steps), len(self._start))).copy()
+            params[:, :, cells.axes] = np.where(steps > 0, high[rows, None], low[rows, None])
+            # Neighbours share their corners.
+            places, which = np.unique(params.reshape(-1, params.shape[2]), axis=0, return_inverse=True)
+            maps.append(self._wrenches.columns(places, cells.contacts, seeds))
+            corners.append(number + which.reshape(-1))
+            owners.append(np.repeat(leaves[rows], len(steps)))
+            number += len(places)
+        owner = np.concatenate(owners)
+        self._bound.plant(
+            group,
+            cells.children,
+            np.r_[0, np.cumsum(np.bincount(owner, minlength=len(cells.children)))],
+            np.concatenate(corners)[np.argsort(owner, kind="stable")],
+            np.where(cells.children < 0, cells.slack, 0.0),
+            np.concatenate(maps),
+        )
 
-    def _slack(self, cells: _Cells) -> Array:
-        """Return what the interpolation between the corners of each cell leaves open."""
-        axes = len(cells.axes)
-        if self._curvature is not None:
-            half = (cells.high - cells.low) / 2
-            each = 0.5 * half**2 @ self._curvature[np.ix_(cells.contacts, cells.axes)].T
-        else:
-            arms = np.kron(np.eye(axes), np.array([[-1.0], [-0.5], [0.5], [1.0]]))
-            params = self._corners(cells, np.vstack([np.zeros(axes), arms]))
-            each = 2 * self._safety * self._wrenches.second_differences(params, cells.contacts, axes)
-        slack: Array = each.max(axis=1) if self._sum else each.sum(axis=1)
-        return slack
+
+def polish(
+    whole: tuple[Array, ...],
+    random: np.random.Generator,
+    attempt: Callable[[Array], None],
+    best: Callable[[], Array | None],
+    left: Callable[[], float],
+) -> None:
+    """Look for better grasps ever nearer to the best one, within lower and upper bounds."""
+    low, high = whole
+    share = 0.2
+    while share > 1e-4 and left():
+        before = best()
+        if before is None:
+            return
+        near = before + share * (high - low) * random.standard_normal((_NEAR, len(before)))
+        attempt(np.clip(near, low, high))
+        if best() is before:
+            share /= 2
+
+
+def ask_samples(
+    bound: ProductBound,
+    random: np.random.Generator,
+    enough: Callable[[], float],
+    left: Callable[[], float],
+    look: Callable[[list[int]], None],
+    most: int,
+) -> None:
+    """Ask for the worst directions of some products, as long as these discard much of what is left."""
+    while len(bound) and left():
+        before = len(bound)
+        rows = bound.worst(_LOOKED_AT // 2) + random.integers(0, before, _LOOKED_AT // 2).tolist()
+        rows = sorted(set(rows))
+        look(rows)
+        directions = bound.ask(rows, enough(), False, left())
+        if not len(bound) or not bound.learn(directions):
+            return
+        bound.descend(enough(), most, left())
+        if len(bound) > 0.8 * before:
+            return

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from graspforce._internal.checks import finite_array, finite_vector, real_array
+from graspforce._internal.taylor_intervals import TaylorIntervals, real_numbers
 from graspforce.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -56,6 +57,10 @@ class Arrangement:
     depends : numpy.ndarray or None
         (m, num_params) bool, True where a parameter moves a contact; None if that is not known.
         `graspforce.plan_global` bounds contacts with parameters of their own apart.
+    has_formulas : bool
+        True if formulas bound the curvature, so that `graspforce.plan_global` needs no estimate.
+    places : tuple
+        The places of the contacts, if the parameters are theirs, one after another; else empty.
     """
 
     def __init__(
@@ -65,8 +70,12 @@ class Arrangement:
         grasp_options: Mapping[str, Any],
         settled: Callable[[Array], Array] | None = None,
         depends: NDArray[np.bool_] | None = None,
+        *,
+        has_formulas: bool = False,
+        places: tuple[Place, ...] = (),
     ) -> None:
         self._function, self._settled = function, settled
+        self.has_formulas, self.places = has_formulas, places
         self.num_params = num_params
         self.grasp_options = dict(grasp_options)
         self.depends = depends
@@ -76,6 +85,8 @@ class Arrangement:
 
     def __call__(self, params: ArrayLike) -> tuple[Array, ...]:
         """Contacts of parameters (B, num_params)."""
+        if isinstance(params, TaylorIntervals):
+            return self._function(params)  # type: ignore[arg-type]
         given = real_array("params", params)
         if given.ndim != 2 or given.shape[1] != self.num_params:
             raise InvalidInputError(f"params: shape {given.shape}, expected (B, {self.num_params})")
@@ -131,7 +142,8 @@ def contacts_on(*places: Place) -> Arrangement:
     own = np.repeat(np.arange(len(places)), [place.num_params for place in places])
     depends = own == np.arange(len(places))[:, None]
     function, settled = partial(_one_on_each, places), partial(_settled_on_each, places)
-    return Arrangement(function, num_params, options, settled, depends)
+    formulas = all(getattr(place, "has_formulas", False) for place in places)
+    return Arrangement(function, num_params, options, settled, depends, has_formulas=formulas, places=places)
 
 
 def tied(
@@ -179,7 +191,9 @@ def tied(
     depends = getattr(surface, "depends", None)
     if depends is not None:
         depends = depends @ (ties != 0)
-    return Arrangement(function, ties.shape[1], getattr(surface, "grasp_options", {}), depends=depends)
+    options = getattr(surface, "grasp_options", {})
+    known = getattr(surface, "has_formulas", False)
+    return Arrangement(function, ties.shape[1], options, depends=depends, has_formulas=known)
 
 
 def mirrored(
@@ -226,7 +240,8 @@ def mirrored(
     if depends is not None:
         depends = np.vstack([depends, depends])
     twice = {name: np.tile(value, 2) for name, value in options.items()}
-    return Arrangement(function, num_params, twice, depends=depends)
+    known = getattr(surface, "has_formulas", False)
+    return Arrangement(function, num_params, twice, depends=depends, has_formulas=known)
 
 
 # Functions of the module, not of a call, so that arrangements can be copied and pickled.
@@ -264,7 +279,7 @@ def _with_ties(
 def _with_images(
     surface: Callable[[Array], tuple[Array, ...]], across: Array, point: Array, params: Array
 ) -> tuple[Array, ...]:
-    positions, *directions = (np.asarray(array, dtype=np.float64) for array in surface(params))
+    positions, *directions = (real_numbers(array) for array in surface(params))
     if positions.shape[-1] != across.size:
         raise InvalidInputError(f"normal: {across.size} components for contacts in {positions.shape[-1]}-D")
     images = [point + _image(positions - point, across), *(_image(vectors, across) for vectors in directions)]

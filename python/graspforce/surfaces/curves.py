@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from graspforce._internal.checks import chosen, finite_array, real_number, strength
+from graspforce._internal.taylor_intervals import formula, is_formula
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
@@ -70,6 +71,11 @@ class PlanarCurve:
             value = getattr(self, name)
             if not callable(value) and (value is not None or name == "point"):
                 raise InvalidInputError(f"{name}: {value!r} is not callable")
+
+    @property
+    def has_formulas(self) -> bool:
+        """Whether its curvature follows from formulas, as that of `ellipse` and `line` does."""
+        return is_formula(self.point) and is_formula(self.tangent)
 
     def normals(self, params: Array) -> Array:
         """Return unit normals (B, 2) into the object; not finite where a given tangent has no direction."""
@@ -142,18 +148,22 @@ def line(start: ArrayLike, direction: ArrayLike, *, object_side: Literal["left",
 
 
 # Functions of the module, not of a call, so that curves can be copied and pickled.
+@formula
 def _ellipse_points(semi_x: float, semi_y: float, s: Array) -> Array:
     return np.stack([semi_x * np.cos(s), semi_y * np.sin(s)], axis=-1)
 
 
+@formula
 def _ellipse_tangents(semi_x: float, semi_y: float, s: Array) -> Array:
     return np.stack([-semi_x * np.sin(s), semi_y * np.cos(s)], axis=-1)
 
 
+@formula
 def _line_points(start: Array, direction: Array, s: Array) -> Array:
     points: Array = start + s[..., None] * direction
     return points
 
 
+@formula
 def _line_tangents(direction: Array, s: Array) -> Array:
     return np.broadcast_to(direction, (*s.shape, 2))

@@ -215,6 +215,24 @@ class MeshSurface:
         """
         return self._tree.closest(params)[0]
 
+    def flat_faces(self) -> tuple[Array, Array]:
+        """Triangles (T, 3, 3) in m that contacts may touch, and their unit normals (T, 3) into the object.
+
+        Raises
+        ------
+        InvalidInputError
+            Normals are interpolated: they change within a face.
+        """
+        if self._corner_normals is not None:
+            raise InvalidInputError(
+                'normals: "interpolated", but they must be constant on a face; use "face"'
+            )
+        triangles = self._cut
+        if triangles is None:
+            vertices, faces = self.boundary
+            triangles = vertices[faces[self._pieces]]
+        return triangles, -self._outward[self._owner] + 0.0
+
     def nearest(self, positions: Array) -> tuple[Array, Array]:
         """Return what `contacts` does, for positions (m, 3) in m that must be near the object.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from graspforce._internal.checks import chosen, finite_vector, real_number, strength
+from graspforce._internal.taylor_intervals import formula, is_formula, real_numbers
 from graspforce._internal.vectors import unit
 from graspforce.errors import InvalidInputError
 
@@ -75,6 +76,11 @@ class ParametricSurface:
             if not callable(value) and (value is not None or name == "point"):
                 raise InvalidInputError(f"{name}: {value!r} is not callable")
 
+    @property
+    def has_formulas(self) -> bool:
+        """Whether its curvature follows from formulas, as that of the surfaces of this module does."""
+        return is_formula(self.point) and is_formula(self.normal)
+
     def normals(self, params: Array) -> Array:
         """Return unit normals (B, 3) into the object; not finite where a given normal has no direction."""
         normals = surface_normals(self.point, params) if self.normal is None else self.normal(params)
@@ -83,7 +89,7 @@ class ParametricSurface:
 
     def contacts(self, params: Array) -> tuple[Array, Array]:
         """Points and unit normals (B, 3) at parameters (B, 2)."""
-        return np.asarray(self.point(params), dtype=np.float64), self.normals(params)
+        return real_numbers(self.point(params)), self.normals(params)
 
 
 def plane(
@@ -168,15 +174,18 @@ def cylinder(radius: float, *, pressed_from: Literal["outside", "inside"] = "out
 
 
 # Functions of the module, not of a call, so that surfaces can be copied and pickled.
+@formula
 def _plane_points(corner: Array, along: Array, params: Array) -> Array:
     points: Array = corner + params @ along
     return points
 
 
+@formula
 def _plane_normals(across: Array, params: Array) -> Array:
     return np.broadcast_to(across, (len(params), 3))
 
 
+@formula
 def _ellipsoid_points(axes: Array, params: Array) -> Array:
     longitude, latitude = params.T
     ring = np.cos(latitude)
@@ -184,11 +193,13 @@ def _ellipsoid_points(axes: Array, params: Array) -> Array:
     return axes * unit
 
 
+@formula
 def _cylinder_points(radius: float, params: Array) -> Array:
     angle, height = params.T
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=-1)
 
 
+@formula
 def _cylinder_normals(params: Array) -> Array:
     angle = params[:, 0]
     return np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)

@@ -11,6 +11,15 @@ use crate::error::Result;
 /// Areas below this, in units of the region's squared extent, are rounding.
 const ROUNDED_AREA: f64 = 1e-14;
 
+/// Triangles are no longer divided once their area is this share of the gap.
+const LEAST_SHARE: f64 = 0.3;
+
+/// Gaps that are no wider are as narrow as rounding allows.
+const ROUNDED_GAP: f64 = 1e-9;
+
+/// Places that span less, in units of the region's squared extent, may lie on a line.
+const FLAT_AREA: f64 = 1e-7;
+
 /// Corners that reach less far beyond their edge, in units of the region's extent, are rounding.
 const ROUNDED_GAIN: f64 = 1e-11;
 
@@ -97,6 +106,38 @@ impl PartialEq for Open {
 
 impl Eq for Open {}
 
+/// The region where it is a point or a segment: where places span a line, and the bounds across it leave no width.
+fn flat(
+    simplex: &mut Simplex<'_>,
+    found: &[(Point, Furthest)],
+    size: f64,
+    enough: f64,
+) -> Result<Option<Grown>> {
+    let places: Vec<Point> = found.iter().map(|(_, one)| one.place).collect();
+    let described = |shape, inner, outer, directions| {
+        Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions })
+    };
+    if size <= RESOLUTION {
+        return Ok(described(RegionShape::Point, places[..1].to_vec(), places[..1].to_vec(), found.len()));
+    }
+    if area(&hull(places.clone(), 0.0)) > FLAT_AREA * size * size {
+        return Ok(None);
+    }
+    let chords = places.iter().enumerate().flat_map(|(at, a)| places[..at].iter().map(move |b| a - b));
+    let chord = chords.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_else(Point::zeros);
+    let Some(along) = chord.try_normalize(RESOLUTION) else { return Ok(None) };
+    let across = Point::new(along.y, -along.x);
+    let mut ask = |direction: Point| simplex.furthest(&direction, enough);
+    let (above, below) = (ask(across)?.bound, ask(-across)?.bound);
+    if above + below > RESOLUTION * chord.norm() + 2.0 * enough {
+        return Ok(None);
+    }
+    let (last, first) = (ask(along)?, ask(-along)?);
+    let middle = across * (0.5 * (above - below));
+    let outer = vec![middle - along * first.bound, middle + along * last.bound];
+    Ok(described(RegionShape::Segment, vec![first.place, last.place], outer, found.len() + 4))
+}
+
 /// Grows both polygons until the area between them is at most the share `gap` of the outer one's.
 pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -> Result<Grown> {
     let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
@@ -110,6 +151,8 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
     let bounds = [(right, top), (-left, top), (-left, -bottom), (right, -bottom)];
     let corners = bounds.map(|(x, y)| Point::new(x, y));
     let size = (right + left).max(top + bottom);
+    // A small region has a small area.
+    let enough = enough * size.min(1.0);
     let mut open: BinaryHeap<Open> = (0..4)
         .map(|at| {
             let next = (at + 1) % 4;
@@ -117,12 +160,20 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         })
         .collect();
     let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * simplex.rounding();
+    if let Some(flat) = flat(simplex, &found, size, enough)? {
+        return Ok(flat);
+    }
     let mut inside = area(&hull(found.iter().map(|(_, one)| one.place).collect(), 0.0));
     let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
-    let mut converged = true;
+    let (mut converged, mut share) = (true, 0.999);
     while let Some(triangle) = open.pop() {
-        if between <= (gap * (inside + between)).max(ROUNDED_AREA * size * size) {
-            break;
+        if between <= (share * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
+            // Bounds that are not sharp leave the polygons a little further apart than their triangles.
+            let grown = polygons(&found, &corners, converged, size);
+            if grown.gap <= gap || share < LEAST_SHARE {
+                break;
+            }
+            share *= 0.8;
         }
         // Triangles that are too flat to be asked stay between the polygons.
         let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
@@ -139,6 +190,13 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         between += halves[0].area + halves[1].area - triangle.area;
         open.extend(halves);
     }
+    let mut grown = polygons(&found, &corners, converged, size);
+    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP);
+    Ok(grown)
+}
+
+/// Both polygons of what was found, the first four along the axes.
+fn polygons(found: &[(Point, Furthest)], corners: &[Point], converged: bool, size: f64) -> Grown {
     let mut outer = corners.to_vec();
     for (direction, one) in &found[4..] {
         let kept = clip(&outer, direction, one.bound);
@@ -148,25 +206,14 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         }
     }
     let inner = hull(found.iter().map(|(_, one)| one.place).collect(), 0.1 * SAME_VERTEX * size);
-    Ok(described(inner, outer, found.len(), converged, size))
+    described(inner, outer, found.len(), converged, size)
 }
 
 fn described(inner: Vec<Point>, outer: Vec<Point>, directions: usize, converged: bool, size: f64) -> Grown {
     let (inside, outside) = (area(&inner), area(&outer));
-    let longest = outer.iter().flat_map(|a| outer.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max);
-    let shape = if longest <= RESOLUTION {
-        RegionShape::Point
-    } else if outside <= RESOLUTION * longest {
-        RegionShape::Segment
-    } else {
-        RegionShape::Polygon
-    };
-    let gap = if shape == RegionShape::Polygon { ((outside - inside) / outside).max(0.0) } else { 0.0 };
-    let outer = match shape {
-        RegionShape::Polygon => without_repetitions(outer, 0.1 * SAME_VERTEX * size),
-        _ => hull(outer, 0.1 * RESOLUTION),
-    };
-    Grown { shape, inner, outer, gap, converged, directions }
+    let gap = if outside > 0.0 { ((outside - inside) / outside).max(0.0) } else { 0.0 };
+    let outer = without_repetitions(outer, 0.1 * SAME_VERTEX * size);
+    Grown { shape: RegionShape::Polygon, inner, outer, gap, converged, directions }
 }
 
 fn without_repetitions(mut vertices: Vec<Point>, nearest: f64) -> Vec<Point> {

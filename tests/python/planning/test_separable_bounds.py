@@ -10,6 +10,7 @@ import pytest
 from benches.trust.separable_bounds import judged
 
 import graspforce as gf
+from graspforce._core import ProductBound
 from graspforce.planning.contact_groups import contact_groups
 from graspforce.planning.contact_wrenches import ContactWrenches
 from graspforce.planning.problem import SearchProblem
@@ -38,7 +39,7 @@ def test_no_sampled_grasp_exceeds_a_proven_bound(seed):
     ],
     ids=str,
 )
-def test_supports_of_single_contacts_add_up_to_epsilon_along_critical_directions(options, criterion):
+def test_a_product_of_cells_without_width_has_the_quality_of_its_grasp(options, criterion):
     options = dict(options)
     place = RIM if options.pop("planar", False) else EGG
     surface = contacts_on(*[place] * 4)
@@ -51,21 +52,26 @@ def test_supports_of_single_contacts_add_up_to_epsilon_along_critical_directions
     wrenches = ContactWrenches(problem, params[0])
     closed = 0
     for row in params:
-        grasp, found = problem.answer(row)
+        _, found = problem.answer(row)
+        if found.epsilon <= 0:
+            continue
+        closed += 1
+        contacts = [np.array([i]) for i in range(4)]
+        forces = [wrenches.force_sets(one) for one in contacts]
+        bound = ProductBound(2 + wrenches.is_spatial, criterion, forces, wrenches.center)
+        for group, one in enumerate(contacts):
+            bound.plant(group, [-1], [0, 1], [0], [0.0], wrenches.columns(row[None], one))
         z = wrenches.critical_directions(row[None])
-        assert len(z) == 1
-        each = [
-            wrenches.supports(row[None], np.array([i]), z, union=True)[0, 0]
-            for i in range(grasp.num_contacts)
-        ]
-        reach = np.maximum(each, 0).sum() if criterion == "max" else max(each)
-        if wrenches.center is not None:
-            reach = max(reach, 0) + z[0] @ wrenches.center
-        slack = 2e-6 * sum(np.abs(each)) + 1e-9
-        assert found.epsilon <= reach + slack
-        if found.epsilon > 0:
-            closed += 1
-            assert reach == pytest.approx(found.epsilon_upper, rel=2e-3, abs=1e-6)
+        assert bound.learn(z) == 1
+        # Along its critical direction the product reaches as far as the grasp.
+        bound.descend(0.0, 100, 10.0)
+        assert bound.top == pytest.approx(found.epsilon_upper, rel=2e-3, abs=1e-6)
+        assert bound.top >= found.epsilon
+        bound.ask([0], 0.0, True, 10.0)
+        assert bound.top == pytest.approx(found.epsilon, rel=2e-2)
+        assert bound.top >= found.epsilon
+        bound.descend(found.epsilon_upper * 1.01, 100, 10.0)
+        assert len(bound) == 0
     assert closed > 2
 
 
