@@ -153,6 +153,8 @@ pub(crate) fn imbalance<'a, const D: usize>(
         return f64::INFINITY;
     }
     let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
+    // Where all normals meet in the origin the arm is that of torsion.
+    longest = longest.max(units[0] / units[split]);
     let [force_left, torque_left] = parts(&rest);
     let size = b.component_mul(units).amax().max(held);
     let rounded = torque_left <= ROUNDED_TORQUE * force * longest;

@@ -147,15 +147,23 @@ impl<const D: usize> Distribution<D> {
     /// friction; one without friction has none.
     pub fn slip_margin(&self, grasp: &Grasp<D>) -> Vec<f64> {
         let margin = grasp.options().friction_margin;
-        let contacts = grasp.contacts().iter().zip(&self.forces);
+        let rounding = ROUNDED_SHARE * self.shares.iter().copied().fold(0.0, f64::max);
+        let contacts = grasp.contacts().iter().zip(self.forces.iter().zip(&self.shares));
         contacts
-            .map(|(contact, force)| match &contact.forces {
-                ForceModel::Extreme(extreme) => unused_cone(force, extreme),
-                _ => unused_friction(force, contact.friction * margin, contact.torsion * margin),
+            .map(|(contact, (force, share))| {
+                // Rounding has no direction that would say anything about slip.
+                let force = if *share <= rounding { &ContactForce::zeros() } else { force };
+                match &contact.forces {
+                    ForceModel::Extreme(extreme) => unused_cone(force, extreme),
+                    _ => unused_friction(force, contact.friction * margin, contact.torsion * margin),
+                }
             })
             .collect()
     }
 }
+
+/// A share this small beside the largest is rounding.
+const ROUNDED_SHARE: f64 = 1e-11;
 
 /// Part of its limit by which rounding may lift a normal force that lies at the limit.
 const ABOVE_LIMITS: f64 = 1e-9;

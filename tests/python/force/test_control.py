@@ -292,3 +292,21 @@ def test_forces_within_torque_limits_need_torques_within_them(objective):
             assert (np.linalg.norm(tangential, axis=1) <= 0.6 * normal + 1e-9).all()
             at_limit += int((np.abs(torques) > limits * (1 - 1e-6)).any())
     assert at_limit > 5
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-3])
+def test_the_least_sum_within_limits_is_nearest_where_the_least_sum_alone_breaks_them(length):
+    rng = np.random.default_rng(12)
+    positions = length * np.array([(1, 0.5, 0), (1, -0.5, 0), (-1, 0.5, 0), (-1, -0.5, 0)])
+    normals = [(-1, 0, 0), (-1, 0, 0), (1, 0, 0), (1, 0, 0)]
+    for _ in range(20):
+        limits = 10.0 ** rng.uniform(0, 1, 4)
+        options = {"friction": 0.7, "max_normal_force": limits, "edges": 8, "length_scale": length}
+        grasp = gf.Grasp(positions, normals, **options)
+        forces = np.outer(limits * rng.choice([0.0, 0.5, 1.0], 4), [1, 0, 0])
+        forces[:, 1] = 0.35 * forces[:, 0]
+        external = -grasp.grasp_matrix @ forces.ravel()
+        found = gf.ForceDistributor(grasp, "sum").nearest(external)
+        assert found.within_limits
+        assert found.distance <= 1e-8 * limits.max()
+        assert found.gap <= 1e-9

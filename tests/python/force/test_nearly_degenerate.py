@@ -174,3 +174,26 @@ def test_a_box_rounded_to_float32_shares_its_weight():
     grasp = gf.Grasp(positions, normals, edges=4, max_normal_force=20)
     wrench = [7.297453773021698, -6.402581856250763, -1.4107509961724283, 0, 0, 0]
     assert gf.ForceDistributor(grasp).solve(wrench).sigma_max == pytest.approx(0.1226250028, rel=1e-9)
+
+
+@pytest.mark.parametrize("edges", [3, None])
+@pytest.mark.parametrize("objective", ["max", "sum", "squares"])
+def test_soft_fingers_whose_normals_meet_in_the_origin_balance_what_they_exert(objective, edges):
+    rng = np.random.default_rng(8)
+    for _ in range(10):
+        count = int(rng.integers(1, 6))
+        normals = rng.integers(-1, 2, (count, 3)) + np.array([2, 0, 0])
+        grasp = gf.Grasp(np.zeros((count, 3)), normals, friction=0.2, torsion=0.02, edges=edges)
+        forces = np.outer(rng.choice([0.5, 1.0], count), [1, 0.1, 0, 0])
+        external = -grasp.grasp_matrix @ forces.ravel()
+        limits = {"limits": True} if objective == "squares" else {}
+        found = gf.ForceDistributor(grasp, objective, **limits).solve(external)
+        np.testing.assert_allclose(grasp.grasp_matrix @ found.forces.ravel(), -external, atol=1e-8)
+
+
+def test_least_squares_reach_limits_up_to_their_tolerance():
+    ends = [(-1, 1, 1), (-1, -1, -1)]
+    options = {"friction": 0.3, "torsion": 0.02, "edges": 4, "max_normal_force": 1e-6}
+    grasp = gf.Grasp(ends, [(0, 0, -1), (0, 0, 1)], **options)
+    found = gf.ForceDistributor(grasp, "squares", limits=True).solve([0, 0, 1e-6, 1e-6, 1e-6, 0])
+    np.testing.assert_allclose(found.forces, [[1e-6, 0, 0, 0], [0, 0, 0, 0]], atol=1e-14)

@@ -68,3 +68,14 @@ def test_no_force_slips_nowhere_and_a_contact_without_friction_everywhere():
     assert nothing.slip_margin.tolist() == [0.0, 1.0]
     pushed = gf.ForceDistributor(grasp).solve([1.0, 0.25, 0, 0, 0, 0.25])
     assert pushed.slip_margin == pytest.approx([0.0, 0.5])
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_force_that_is_rounding_does_not_slip(seed):
+    # Feet in a row of which some bear rounding alone, which has any direction.
+    rng = np.random.default_rng(seed + 100)
+    positions = np.column_stack([rng.normal(size=5), np.zeros((5, 2))])
+    grasp = gf.Grasp(positions, [(0, 0, 1)] * 5, friction=0.5, edges=6)
+    external = -grasp.grasp_matrix @ np.outer(rng.uniform(0, 1, 5), [1, 0.1, 0.4]).ravel()
+    for objective in ("max", "sum"):
+        assert (gf.ForceDistributor(grasp, objective).solve(external).slip_margin >= -1e-6).all()

@@ -230,7 +230,7 @@ impl<const D: usize> Problem<D> {
         }
         if *criterion == Criterion::Max && workspace.forces.totals().0 <= 1.0 + 2.0 * self.options.rtol {
             // The tolerance of the gap is none of the limits.
-            answer = self.least_by_tight_gap(workspace, *criterion, b)?;
+            answer = self.least_by_tight_gap(workspace, self.options.weight, b)?;
             if within(workspace) {
                 return Ok(answer);
             }
@@ -248,11 +248,11 @@ impl<const D: usize> Problem<D> {
     fn least_by_tight_gap(
         &self,
         workspace: &mut ProblemWorkspace<D>,
-        criterion: Criterion,
+        weight: f64,
         b: &Wrench<D>,
     ) -> Result<Certificate<D>> {
-        let options = DistributionOptions { rtol: TIGHT_GAP, ..self.options.clone() };
-        let program = ShareProgram::new(&self.grasp, criterion, &options)?;
+        let options = DistributionOptions { rtol: TIGHT_GAP, weight, ..self.options.clone() };
+        let program = ShareProgram::new(&self.grasp, Criterion::Max, &options)?;
         let components = self.grasp.force_components();
         ShareSolver::new(&program).solve(b, components, &mut workspace.forces)
     }
@@ -267,11 +267,20 @@ impl<const D: usize> Problem<D> {
         beyond: impl Fn() -> Error,
     ) -> Result<Certificate<D>> {
         let nearest = memory.projection.project(b, &mut workspace.forces);
+        let mut exerted = b + nearest.residual;
         if nearest.distance > AT_LIMIT * memory.projection.metric.norm(b) {
-            memory.apart = Some(nearest);
-            return Err(beyond());
+            let projected = workspace.forces.clone();
+            // Steps towards a wrench within the limits may end before it; the least maximum decides.
+            if nearest.exact
+                || self.least_by_tight_gap(workspace, 0.0, b).is_err()
+                || workspace.forces.totals().0 > 1.0 + AT_LIMIT
+            {
+                workspace.forces = projected;
+                memory.apart = Some(nearest);
+                return Err(beyond());
+            }
+            exerted = *b;
         }
-        let exerted = b + nearest.residual;
         let mut lowered = None;
         if is_linear_in_forces(&self.grasp) {
             let weights = weights_of_shares(&self.grasp);

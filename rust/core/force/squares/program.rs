@@ -230,7 +230,8 @@ impl<const D: usize> SquaresProgram<D> {
                 for i in 0..self.grasp.num_contacts() {
                     relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
                 }
-                self.solve_by_interior_point(workspace, b, target, &relaxed, forces)
+                self.solve_from(workspace, b, target, &relaxed, &Wrench::zeros(), forces)
+                    .or_else(|| self.solve_by_interior_point(workspace, b, target, &relaxed, forces))
             }
             answer => answer,
         };
