@@ -73,8 +73,8 @@ def plan_hand_command(
         with progress("planning"):
             found = plan_hand(
                 made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
-                preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds, starts=starts,
-                best=best, time_limit=time_limit, seed=seed,
+                preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds,
+                starts=starts, best=best, time_limit=time_limit, seed=seed,
             )  # fmt: skip
     except InvalidInputError as error:
         raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None
