@@ -83,6 +83,7 @@ NOT_RUN = {
     "python train_jax.py --plot training.png": TRAINED,
     "make surrogates": LONG,
     "python -m benches.surrogates": LONG,
+    "python -m benches.surrogates --peers": LONG,
     "python benches/forces_many.py": LONG,
     "python -m benches.trust": LONG,
     "python -m benches.trust cone_histories": LONG,
