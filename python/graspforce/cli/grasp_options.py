@@ -188,6 +188,8 @@ def _blamed_on(flags: dict[str, str], options: dict[str, float | None]) -> Itera
         if name not in flags and name not in options:
             raise
         message = str(error).removeprefix(f"{error.path}: ").partition(": ")[2]
+        if name == "contacts" and len(error.field) > 1:
+            message = f"contact {error.field[1]}: {message}"
         raise typer.BadParameter(printable(message), param_hint=flags.get(name, _flag(name))) from None
 
 

@@ -69,12 +69,15 @@ def plan_hand_command(
     """
     made = hand_named(hand)
     vertices, faces = object_mesh(mesh, unit)
-    with progress("planning"):
-        found = plan_hand(
-            made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
-            preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds, starts=starts,
-            best=best, time_limit=time_limit, seed=seed,
-        )  # fmt: skip
+    try:
+        with progress("planning"):
+            found = plan_hand(
+                made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
+                preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds,
+                starts=starts, best=best, time_limit=time_limit, seed=seed,
+            )  # fmt: skip
+    except InvalidInputError as error:
+        raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None
     if as_json:
         print_json({"mesh": str(mesh), **found.to_dict()})
     else:

@@ -11,6 +11,7 @@ from graspforce._core import TriangleTree
 from graspforce.errors import InvalidInputError
 from graspforce.surfaces.mesh_checks import checked_mesh
 from graspforce.surfaces.mesh_normals import center_of_mass, unit_normals
+from graspforce.surfaces.mesh_reading import triangles_of
 
 from .convex_parts import convex_parts, hull_of
 
@@ -93,22 +94,23 @@ class GraspedObject:
 def grasped_object(mesh: Any) -> GraspedObject:
     """Check a closed mesh in m, and cut it into convex parts.
 
-    `mesh` has ``vertices`` (V, 3) and ``faces`` (F, 3), or is a pair of both. Closed parts of it that are
-    convex already stay as they are.
+    `mesh` has ``vertices`` (V, 3) and ``faces`` (F, 3), is a pair of both, or the path of a file. Closed
+    parts of it that are convex already stay as they are.
     """
     if isinstance(mesh, GraspedObject):
         return mesh
     if isinstance(mesh, tuple) and len(mesh) == 2:
         mesh = SimpleNamespace(vertices=np.asarray(mesh[0]), faces=np.asarray(mesh[1]))
-    try:
-        checked = checked_mesh(mesh, 1.0, check_watertight=True, check_size=True)
-    except InvalidInputError as error:
-        # The checks name arguments of other functions.
-        argument, _, message = str(error).partition(": ")
-        if argument == "unit":
-            message = f"{message.rpartition(';')[0]}; scale it to m"
-        message = message.replace(", or pass check_watertight=False", "")
-        raise InvalidInputError(f"{'mesh' if argument == 'unit' else argument}: {message}") from None
+    with triangles_of(mesh) as read:
+        try:
+            checked = checked_mesh(read, 1.0, check_watertight=True, check_size=True)
+        except InvalidInputError as error:
+            # The checks name arguments of other functions.
+            argument, _, message = str(error).partition(": ")
+            if argument == "unit":
+                message = f"{message.rpartition(';')[0]}; scale it to m"
+            message = message.replace(", or pass check_watertight=False", "")
+            raise InvalidInputError(f"{'mesh' if argument == 'unit' else argument}: {message}") from None
     boundary = checked.boundary
     triangles = boundary.vertices[boundary.faces]
     center = center_of_mass(triangles)

@@ -201,7 +201,10 @@ class Hand(HandData):
             hand.source = {"file": str(path.resolve())}
             return hand
         if fingertips is None:
-            raise InvalidInputError("fingertips: missing; name the bodies, geoms or sites of the tips")
+            raise InvalidInputError(
+                f"fingertips: missing, and {path} is no hand file (YAML, JSON) that names them; give bodies, "
+                "geoms or sites of the tips"
+            )
         return Hand(spec_from_file(path, folders), fingertips, **options)
 
     def surface(

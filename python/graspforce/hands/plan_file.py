@@ -63,6 +63,10 @@ def load_plan(
 ) -> tuple[dict[str, Any], tuple[Path, str] | None]:
     """Read the fields of a `HandPlan`, and file and unit of its object's mesh."""
     document = read_document(Path(path))
+    if not isinstance(document.data, dict) or "kind" not in document.data:
+        raise document.error(
+            (), "not a plan of a hand; `graspforce plan-hand --out` and HandPlan.save write them"
+        )
     saved = document.parsed(HandPlanModel)
     hand = hand or _hand(document, saved)
     if list(hand.joints) != saved.joint_names:

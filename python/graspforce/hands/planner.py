@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -20,6 +21,7 @@ from .hand import Hand
 from .hand_plan_set import HandPlanSet, SearchEnd
 from .kinematics import HandKinematics
 from .plan_making import Maker
+from .reach_seeds import finger_numbers
 from .search import Search
 
 if TYPE_CHECKING:
@@ -79,8 +81,9 @@ def plan_hand(
     ----------
     hand : Hand
         The hand.
-    mesh : trimesh.Trimesh or tuple
-        A closed mesh in m: anything with ``vertices`` and ``faces``, or a pair of both. It is planned on
+    mesh : trimesh.Trimesh, tuple or path
+        A closed mesh in m: anything with ``vertices`` and ``faces``, a pair of both, or the path of a file.
+        ``MeshSurface(path, unit="mm")`` is a mesh in m, too. It is planned on
         convex parts that cover it; they exceed its volume by 3% at most where 32 parts suffice. Of more than
         3000 triangles those are left out that change it by less than a thousandth of its extent.
     fingers : sequence of int, optional
@@ -147,6 +150,8 @@ def plan_hand(
     ('force', True)
     """
     began, deadline = time.monotonic(), deadline_after(time_limit)
+    if isinstance(hand, str | os.PathLike):
+        raise InvalidInputError(f"hand: {str(hand)!r} is a name; give hands.preset(name) or Hand.load(path)")
     instance_of("hand", hand, Hand)
     chosen("rank", rank, ("slip onset", "quality"))
     chosen("seeds", seeds, ("palms", "contacts", "both"))
@@ -154,6 +159,7 @@ def plan_hand(
     samples = max(whole_number("samples", samples, least=1, most=200_000), starts)
     best, seed = whole_number("best", best, least=1), whole_number("seed", seed, least=0)
     retreat = real_number("retreat", retreat, positive=True)
+    target = real_number("target", target, least=0, finite=False)
     chosen_fingers = _fingers(hand, fingers)
     problem = GraspProblem.of(
         grasped_object(mesh), friction=friction, torsion=torsion, criterion=criterion,
@@ -202,10 +208,7 @@ def plan_hand(
 def _fingers(hand: Hand, given: Sequence[int] | None) -> tuple[int, ...]:
     if given is None:
         return tuple(range(hand.num_fingers))
-    numbers = tuple(
-        whole_number(f"fingers, entry {k}", f, least=0, most=hand.num_fingers - 1)
-        for k, f in enumerate(given)
-    )
+    numbers = finger_numbers(hand, given)
     if len(numbers) < 2 or len(set(numbers)) < len(numbers):
         raise InvalidInputError(f"fingers: {list(numbers)}, expected two or more different fingertips")
     return numbers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,14 @@ _JITTER = 0.3  # rad
 _PER_FACING = 0.01  # m: what a pad that looks at the contact is worth, of the misfit of a shape
 
 
+def finger_numbers(hand: HandData, given: Sequence[int]) -> tuple[int, ...]:
+    """Check the numbers of fingertips that an argument `fingers` gives."""
+    if not isinstance(given, Iterable):
+        raise InvalidInputError(f"fingers: {given!r}, expected numbers of fingertips such as (0, 1)")
+    most = hand.num_fingers - 1
+    return tuple(whole_number(f"fingers, entry {k}", f, least=0, most=most) for k, f in enumerate(given))
+
+
 def reach_seeds(
     hand: HandData, p: Array, n: Array, fingers: Sequence[int] | None, tries: int, seed: int
 ) -> list[tuple[tuple[int, ...], Integers, Poses]]:
@@ -36,10 +45,7 @@ def reach_seeds(
     if fingers is None:
         assignments = list(itertools.permutations(range(hand.num_fingers), count))
     else:
-        most = hand.num_fingers - 1
-        given = tuple(
-            whole_number(f"fingers, entry {k}", f, least=0, most=most) for k, f in enumerate(fingers)
-        )
+        given = finger_numbers(hand, fingers)
         if len(given) != count or len(set(given)) < count:
             raise InvalidInputError(f"fingers: {list(given)}, expected {count} different fingertips")
         assignments = [given]

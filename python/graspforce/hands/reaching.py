@@ -53,7 +53,7 @@ def reach(
         The hand.
     positions, normals : array_like
         (m, 3) contacts in m, and normals into the object, in one frame.
-    mesh : trimesh.Trimesh or tuple, optional
+    mesh : trimesh.Trimesh, tuple or path, optional
         The object in that frame, from which the hand keeps clear.
     fingers : sequence of int, optional
         Fingertip of each contact; by default every assignment is tried.

@@ -59,7 +59,7 @@ def shake(
     ----------
     plan : HandPlan
         The grasp.
-    mesh : trimesh.Trimesh or tuple
+    mesh : trimesh.Trimesh, tuple or path
         The object, as for `graspforce.plan_hand`.
     mass : float
         Of the object in kg.

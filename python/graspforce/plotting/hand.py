@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import reprlib
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from graspforce._internal.checks import chosen, triangles
+from graspforce.errors import InvalidInputError
 
 from .hand_view import clearest_view, lit, seen, small_triangles
 from .style import CONE, INK, OBJECT
@@ -72,6 +74,8 @@ def draw_hand(
     1
     """
     chosen("pose", pose, ("grasp", "pregrasp"))
+    if not (hasattr(plan, "hand") and hasattr(plan, "palm")):
+        raise InvalidInputError(f"plan: {reprlib.repr(plan)} is not a HandPlan or HandPose")
     joints = plan.pregrasp if pose == "pregrasp" else plan.joints
     vertices, faces = plan.hand.surface(plan.palm, joints, forearm=False)
     skin = small_triangles(vertices[faces], _LONGEST)

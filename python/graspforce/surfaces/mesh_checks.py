@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +48,13 @@ def metres(unit: str | float) -> float:
 
 def checked_mesh(mesh: Any, unit: float, check_watertight: bool, check_size: bool) -> CheckedMesh:
     """Return the mesh in m with its parts checked and united; raise an error if it is not solid."""
-    if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")) or len(mesh.faces) == 0:
-        raise InvalidInputError(f"mesh: {mesh!r} has no triangles")
+    if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
+        wanted = "give a trimesh.Trimesh or what else has vertices and faces"
+        wanted = "give scene.to_mesh()" if hasattr(mesh, "to_mesh") else wanted
+        raise InvalidInputError(f"mesh: {reprlib.repr(mesh)} has no triangles; {wanted}")
+    if len(mesh.faces) == 0:
+        message = f"a {type(mesh).__name__} with {len(mesh.vertices)} vertices and 0 faces has no triangles"
+        raise InvalidInputError(f"mesh: {message}")
     vertices, faces = _triangles(mesh)
     vertices = vertices * unit
     used = vertices[np.unique(faces)]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graspforce._internal.checks import instance
 from graspforce.errors import GraspForceError, MissingExtraError
 from graspforce.hands import HandPlan
 
@@ -129,6 +130,7 @@ class Viewer:
         port: int | None = None,
         hand: HandOnPage | None = None,
     ) -> None:
+        instance("state", state, ViewState)
         self.state = state
         self._title, self._hand, self._dark, self._stage = title, hand, False, -1.0
         self._turn = threading.RLock()

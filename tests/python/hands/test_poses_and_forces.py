@@ -13,6 +13,7 @@ from graspforce.hands.kinematics import HandKinematics, Poses
 from graspforce.hands.poses import quaternion_of, rotation_of, rotation_vectors, rotations
 from graspforce.hands.preload import slip_onset
 from graspforce.hands.snap import SnapOptions, snap
+from graspforce.surfaces import MeshSurface
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -130,12 +131,38 @@ def test_convex_parts_cover_the_object_and_little_more():
     [
         (trimesh.Trimesh(box(1, 1, 1).vertices, box(1, 1, 1).faces[1:]), "mesh: not watertight: 3 of"),
         (box(60, 60, 60), "mesh: the mesh would be 60 m long, .*; scale it to m"),
-        ("mug.obj", "mesh: 'mug.obj' has no triangles"),
+        ("mug.obj", "mesh: mug.obj does not exist"),
+        (None, "mesh: None has no triangles; give a trimesh.Trimesh"),
+        (trimesh.Scene(box(1, 1, 1)), r"has no triangles; give scene.to_mesh\(\)"),
+        (trimesh.Trimesh(), "mesh: a Trimesh with 0 vertices and 0 faces has no triangles"),
     ],
 )
 def test_an_unsound_mesh_is_refused_by_name(small_hand, mesh, message):
     with pytest.raises(gf.InvalidInputError, match=message):
         gf.plan_hand(small_hand, mesh)
+
+
+def test_a_path_is_the_mesh_of_the_file(tmp_path):
+    box(0.03, 0.04, 0.05).export(tmp_path / "box.stl")
+    assert grasped_object(tmp_path / "box.stl").width == pytest.approx(0.03)
+    box(30, 40, 50).export(tmp_path / "mm.stl")
+    assert grasped_object(MeshSurface(tmp_path / "mm.stl", unit="mm")).width == pytest.approx(0.03)
+    with pytest.raises(gf.InvalidInputError, match=r"50 m long, .*; scale it to m, in .*mm\.stl"):
+        grasped_object(tmp_path / "mm.stl")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"fingers": 0}, "fingers: 0, expected numbers"), ({"target": -1}, "target: -1.0 must be at least 0")],
+)
+def test_wrong_options_of_a_plan_are_named(small_hand, options, message):
+    with pytest.raises(gf.InvalidInputError, match=message):
+        gf.plan_hand(small_hand, box(0.03, 0.04, 0.05), **options)
+
+
+def test_the_name_of_a_hand_is_no_hand():
+    with pytest.raises(gf.InvalidInputError, match=r"hand: 'allegro-right' is a name; give hands.preset"):
+        gf.plan_hand("allegro-right", box(0.03, 0.04, 0.05))
 
 
 def test_a_snapped_pose_touches_with_all_tips_and_overlaps_nothing(small_hand):
