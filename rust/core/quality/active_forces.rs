@@ -13,8 +13,8 @@ use crate::grasp::wrench::split;
 use crate::quality::query::QualityQuery;
 use crate::quality::result::Quality;
 use crate::tolerances::{
-    ACTIVE_FACES, DISTANCE_RTOL, EXERTED_WRENCH, EXERTED_WRENCH_BY_CONES, INDEPENDENT_SHIFT,
-    ROUNDED_RESIDUAL, SAME_GRADIENT, SAME_GRADIENT_BY_CONES,
+    ACTIVE_FACES, DISTANCE_RTOL, EXERTED_PART, EXERTED_WRENCH, EXERTED_WRENCH_BY_CONES, INDEPENDENT_SHIFT,
+    ROUNDED_EXERTED_WRENCH, ROUNDED_RESIDUAL, SAME_GRADIENT, SAME_GRADIENT_BY_CONES,
 };
 use crate::wrench_set::contact_support::ContactSupport;
 use crate::wrench_set::{Criterion, Support};
@@ -66,7 +66,9 @@ impl<const D: usize> ActiveForces<D> {
         let supports: Vec<_> = (0..query.grasp.num_contacts()).map(support).collect();
         let target = quality.wrench - query.center.map_or_else(Wrench::zeros, |(center, _)| center);
         let cones = !query.grasp.is_finite();
-        let exerted = if cones { EXERTED_WRENCH_BY_CONES } else { EXERTED_WRENCH } * query.scale;
+        let part = (EXERTED_PART * target.norm()).max(ROUNDED_EXERTED_WRENCH * query.scale);
+        let met = (EXERTED_WRENCH * query.scale).min(part);
+        let exerted = if cones { (EXERTED_WRENCH_BY_CONES * query.scale).min(part) } else { met };
         let (mut best, mut unique): (Option<(f64, Vec<ContactForce>)>, Option<bool>) = (None, None);
         // The minimiser is only as exact as its bracket: widen what counts as active until the wrench is met.
         for &tolerance in widths {
@@ -80,7 +82,7 @@ impl<const D: usize> ActiveForces<D> {
             if unique.is_none() && residual <= exerted {
                 unique = Some(faces.have_one_gradient(&functional));
             }
-            if residual <= EXERTED_WRENCH * query.scale {
+            if residual <= met {
                 break;
             }
         }

@@ -47,6 +47,13 @@ pub(crate) const EXERTED_WRENCH: f64 = 1e-9;
 /// its bracket.
 pub(crate) const EXERTED_WRENCH_BY_CONES: f64 = 1e-5;
 
+/// The same relative to the boundary wrench itself: contacts of very unequal limits have wrenches far longer than it, and
+/// forces that miss it by as much as its own length are no gradient.
+pub(crate) const EXERTED_PART: f64 = 1e-4;
+
+/// What of it rounding leaves in any case, relative to the longest wrench.
+pub(crate) const ROUNDED_EXERTED_WRENCH: f64 = 1e-13;
+
 /// Gradients of dependent edges that differ by less, relative to what adds up to them, are the same.
 pub(crate) const SAME_GRADIENT: f64 = 1e-7;
 

@@ -233,3 +233,19 @@ def test_a_batch_keeps_its_gradients_in_pickles_and_dictionaries():
     for wrong in [other, rows, gf.quality_many(positions[:2], normals[:2], gradient=True).gradient]:
         with pytest.raises(gf.InvalidInputError):
             make(rows, wrong)
+
+
+def test_of_contacts_with_very_unequal_limits_only_right_gradients_are_called_unique():
+    rng = np.random.default_rng(5)
+    axes = np.array([1.0, 1.3, 0.8])
+    points = rng.normal(size=(30, 4, 3))
+    points = points / np.linalg.norm(points, axis=-1, keepdims=True) * axes
+    normals, way, step = -points / axes**2, rng.normal(size=points.shape), 1e-6
+    options = {"max_normal_force": [1e-4, 1, 1e4, 1], "edges": None, "bundle": 1, "rtol": 1e-9}
+    batch = gf.quality_many(points, normals, gradient=True, **options)
+    ends = [gf.quality_many(points + s * step * way, normals, **options).bundle.values[:, 0] for s in (1, -1)]
+    slopes = (batch.gradient.positions * way).sum(axis=(1, 2))
+    sizes = np.abs(batch.gradient.positions).max(axis=(1, 2))
+    counted = batch.gradient.unique & (batch.closure == 1)
+    assert counted.sum() >= 3
+    assert (np.abs((ends[0] - ends[1]) / (2 * step) - slopes) <= 1e-2 * sizes)[counted].all()
