@@ -17,6 +17,8 @@ import numpy as np
 from graspforce._core import BoxBound
 from graspforce.errors import InvalidGraspError
 
+from .search_scales import force_ceiling
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -62,7 +64,7 @@ class BoxTree:
         self._serial = itertools.count()
         self._discarded = -np.inf
         self._plain_boxes = _PLAIN_BOXES[first.positions.shape[1]]
-        self._ceiling = np.inf
+        self._ceiling = force_ceiling(first, options["metric"], options["criterion"])
         self.boxes = 0
         self.separable: SeparableBounds | None = None
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp
+    from graspforce.typing import Criterion
 
     from .candidates import CandidateSource
 
@@ -28,6 +29,13 @@ def longest_wrench(grasp: Grasp, metric: ArrayLike | None) -> float:
         wrenches[num_forces:] /= grasp.length_scale
         return float(np.linalg.norm(wrenches, axis=0).max())
     return float(np.sqrt((wrenches * (np.asarray(metric, dtype=np.float64) @ wrenches)).sum(axis=0)).max())
+
+
+def force_ceiling(grasp: Grasp, metric: ArrayLike | None, criterion: Criterion) -> float:
+    """Return what no epsilon of contacts with these limits exceeds: the largest force without a torque."""
+    forces = grasp.max_normal_force * np.hypot(1, grasp.friction)
+    ceiling = float(forces.max() if criterion == "sum" else forces.sum())
+    return ceiling if metric is None and np.isfinite(ceiling) else np.inf
 
 
 def parameter_rates(source: CandidateSource, lower: Array, upper: Array) -> Array:

@@ -277,7 +277,7 @@ def test_the_commands_plan_shake_and_say_what_is_wrong(tmp_path, capsys):
             3,
             "no such hand file, and no preset; presets are allegro-left",
         ),
-        (["plan-hand", "allegro-right", given[0]], 1, "scale it to m"),
+        (["plan-hand", "allegro-right", given[0]], 1, "give its unit by --unit"),
         (["plan-hand", "allegro-right", *given[:3], "--fingers", "a"], 1, "--fingers: 'a', expected numbers"),
         (["shake", str(tmp_path / "can.stl")], 3, "can.stl"),
     ):

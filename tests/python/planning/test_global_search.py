@@ -77,7 +77,7 @@ def test_work_limits_end_with_the_gap_reached():
     # The bound is one on grasps it has not seen, and the gap is what it says.
     params = np.random.default_rng(4).uniform(*np.array(TILE.bounds).T, (2000, 4))
     seen = gf.quality_many(*TILE.surface(params), **contacts, rtol=1e-3).epsilon.max()
-    longer = gf.plan_global(*arguments, max_boxes=2000, **options)
+    longer = gf.plan_global(*arguments, max_boxes=8000, **options)
     assert seen <= longer.epsilon_upper < cut.epsilon_upper
     assert cut.gap == (cut.epsilon_upper - cut.quality.epsilon) / cut.quality.epsilon
     assert gf.plan_global(*arguments, time_limit=0.0, **options).stopped == "time"
@@ -248,3 +248,13 @@ def test_an_estimate_says_so_in_its_status_and_its_repr():
 def test_progress_may_be_a_bar():
     disc = on_a_disc(lambda _: 0, lambda p: p[0], lambda p: p[1])
     assert gf.plan_global(disc, [(1.5, 2.5), (3.8, 4.5)], friction=0.3, progress=True).boxes > 1
+
+
+@pytest.mark.parametrize(("criterion", "most"), [("max", 3.0), ("sum", 2.0)])
+def test_before_boxes_are_small_the_forces_bound_the_best_quality(criterion, most):
+    surface = contacts_on(*[ellipse(2.0, 1.0)] * 2)
+    options = {"criterion": criterion, "friction": 0.75, "max_normal_force": [0.8, 1.6]}
+    found = gf.plan_global(surface, [(0, 6)] * 2, max_boxes=50, **options)
+    assert found.stopped == "boxes"
+    assert found.proven
+    assert found.epsilon_upper <= most + 1e-12
