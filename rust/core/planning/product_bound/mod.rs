@@ -113,8 +113,8 @@ impl<const D: usize> ProductBound<D> {
         })
     }
 
-    /// Leaves out products whose contacts are all further apart than `max_distance`. If all groups have the same cells
-    /// and forces, each set of contacts is looked at in one order.
+    /// Leaves out products two of whose contacts are everywhere further apart than `max_distance`. If all groups have the
+    /// same cells and forces, each set of contacts is looked at in one order.
     pub fn restrict(&mut self, max_distance: f64, interchangeable: bool) {
         self.max_distance = max_distance;
         self.interchangeable = interchangeable && self.groups.windows(2).all(|g| g[0].forces == g[1].forces);
