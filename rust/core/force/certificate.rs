@@ -6,7 +6,9 @@ use crate::force::simplex::pricing::Objective;
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, REPRESENTABLE, Wrench, unit};
 use crate::linalg::double_double::DoubleDouble;
-use crate::tolerances::{DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE};
+use crate::tolerances::{
+    DOUBTFUL_GAP, FEASIBILITY_TOLERANCE, IMMENSE_ARM, ROUNDED_GAP, ROUNDED_TERMS, ROUNDED_TORQUE,
+};
 
 /// Forces and normalised normal forces of an answer, written in place.
 #[derive(Debug)]
@@ -153,8 +155,12 @@ pub(crate) fn imbalance<'a, const D: usize>(
         return f64::INFINITY;
     }
     let share = |left: f64, terms: f64| if left > 0.0 { left / terms } else { 0.0 };
-    // Where all normals meet in the origin the arm is that of torsion.
-    longest = longest.max(units[0] / units[split]);
+    // Where all normals meet in the origin the arm is that of torsion. Beside arms that are no rounding an immense one
+    // would hide torques.
+    let torsion = units[0] / units[split];
+    if torsion <= IMMENSE_ARM * longest || longest <= REPRESENTABLE.start {
+        longest = longest.max(torsion);
+    }
     let [force_left, torque_left] = parts(&rest);
     let size = b.component_mul(units).amax().max(held);
     let rounded = torque_left <= ROUNDED_TORQUE * force * longest;

@@ -198,5 +198,9 @@ pub(crate) const ROUNDED_SUPPORT: f64 = 1e-14;
 /// Roundings of the forces times the longest arm by which a balance of torques may fail though no torque takes part.
 pub(crate) const ROUNDED_TORQUE: f64 = 64.0 * f64::EPSILON;
 
+/// An arm of torsion this many times longer than all others is none beside them: rounding makes arms of at least 1e-17
+/// of the grasp's size.
+pub(crate) const IMMENSE_ARM: f64 = 1e20;
+
 /// Forces that need this share of their limits more than all of them are at their limits.
 pub(crate) const AT_LIMIT: f64 = 1e-9;
