@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from benches.trust.row import Row
+from benches.trust.separable_bounds import verdict
 
 import graspforce as gf
 from graspforce.surfaces import contacts_on, cylinder, ellipse, ellipsoid, line, mirrored, plane, tied
@@ -71,11 +72,7 @@ def judged(seed: int, time_limit: float = 60.0) -> str:
     near = np.clip(found.params + 0.02 * random.standard_normal((500, num_params)), 0, 1)
     params = np.concatenate([grid, near])
     best = gf.quality_many(*surface(params), criterion=criterion, rtol=1e-3, **options).epsilon.max()
-    if not found.proven or found.epsilon_upper < best - 1e-9:
-        return "wrong"
-    if found.stopped == "tolerance" and found.gap > _GAP + 1e-9:
-        return "wrong"
-    return "right" if found.stopped in ("tolerance", "open") else "missed"
+    return verdict(found, best, _GAP)
 
 
 def rows(share: float) -> list[Row]:

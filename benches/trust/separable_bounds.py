@@ -102,9 +102,14 @@ def judged(seed: int) -> str:
     ]
     params = np.array(list(itertools.product(*lines)))
     best = gf.quality_many(*surface(params), friction=friction, criterion=criterion, rtol=1e-6).epsilon.max()
+    return verdict(found, best, _GAP)
+
+
+def verdict(found: gf.GlobalOptimum, best: float, gap: float) -> str:
+    """Judge a bound beside the best sample: "right", "missed" or "wrong"."""
     if not found.proven or found.epsilon_upper < best - 1e-9:
         return "wrong"
-    if found.stopped == "tolerance" and found.gap > _GAP + 1e-9:
+    if found.stopped == "tolerance" and found.gap > gap + 1e-9:
         return "wrong"
     return "right" if found.stopped in ("tolerance", "open") else "missed"
 

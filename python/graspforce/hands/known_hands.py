@@ -45,7 +45,7 @@ def preset(name: str, **changes: Any) -> Hand:
     15 N m; the preset has no joint friction and 0.7 N m, as its maker says. The last two joints of a Shadow
     finger are coupled by a tendon: the preset is at the end of its dead band at which the finger presses. The
     Shadow's servos have 3 N m/rad in place of the model's 1: at 1, a force of 2 N at 8 cm is a way of
-    0.16 rad, and the object moves three times as far under a push. ``stiffness=1.0`` has the model's.
+    0.16 rad. ``stiffness=1.0`` has the model's.
 
     Safe to call from several threads.
 

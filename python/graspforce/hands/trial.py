@@ -67,8 +67,8 @@ def shake(
         A fixed squeeze of the position servos. Or forces distributed at 500 Hz: added to the servos, or as
         pure torques with the fingers' free motions damped.
     known_pushes : bool
-        True tells a control that distributes forces the push itself, as an arm knows the load of its own
-        motion. Otherwise it only sees that the object moves.
+        True tells the push to a control that distributes forces. An arm knows the load of its own motion like
+        that. Otherwise the control only sees that the object moves.
     closing : bool
         True starts from the pregrasp with a free object. The fingers then close on straight paths of the
         joints that arrive together, before they squeeze.
