@@ -5,8 +5,8 @@ gives the gradients along the most critical directions, with the supports there.
 for the linear pieces that they are (see `linear_pieces`).
 
 A step that fails shows that a piece is missing, as beyond an edge of a mesh: the bundle there joins that of
-the grasp. Where no step succeeds, random grasps nearby are tried. A few further ascents start from random
-grasps around the best one.
+the grasp. Where no step succeeds, random grasps nearby are tried. Further ascents start from random grasps
+around the best one, as long as grasps are cheap to measure.
 """
 
 from __future__ import annotations
@@ -53,9 +53,8 @@ _SAMPLED = 3  # random places whose bundles join that of the grasp after a failu
 _RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
 _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
 _FAILURES = 6  # iterations in a row without an increase that end an ascent; one ends it below the best grasp
-_HOPS = 32  # further ascents, each from the best of random grasps
-_HOPPED = ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # of the range: how far away those are, in turn
-_WORK = 1e8  # no further ascent after so many grasps, times the square of the points that a polytope takes
+_HOPS, _HOPPED = 32, ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # further ascents; how far away they start
+_WORK = 1e8  # and none after so many grasps, times the square of the points that a polytope takes
 _JUMP, _COARSE_JUMP = 1e-2, 0.3  # rad: a normal or a frame that turns so far has no derivative
 _ALIKE = 1e-3  # slopes that differ by less, relative to the longest, lead the same way
 _WORTHWHILE = 1e-6  # relative increase below which a step does not count
