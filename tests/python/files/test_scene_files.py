@@ -68,7 +68,8 @@ def test_the_meshes_of_xaml_stand_where_it_puts_them(tmp_path):
         '<ModelVisual3D xmlns="http://schemas.microsoft.com/winfx/2006/xaml/presentation">'
         '<ModelVisual3D.Transform><MatrixTransform3D Matrix="1 0 0 0 0 1 0 0 0 0 1 0 0.2 0 0 1"/>'
         "</ModelVisual3D.Transform><GeometryModel3D><MeshGeometry3D "
-        f'Positions="{text["vertices"]}" Normals="{text["vertex_normals"]}" TriangleIndices="{text["faces"]}"/>'
+        f'Positions="{text["vertices"]}" Normals="{text["vertex_normals"]}" '
+        f'TriangleIndices="{text["faces"]}"/>'
         "</GeometryModel3D></ModelVisual3D>"
     )
     vertices, faces = load_mesh(path)
