@@ -80,8 +80,8 @@ class MeshSurface:
     ------
     InvalidInputError
         The file cannot be read, or has more than 256 separate parts. The mesh is empty, has holes, is inside
-        out, or its faces are oriented differently. Its extent does not fit the unit. No face remains that contacts may touch. If the mesh
-        has several parts, the message names the part.
+        out, or its faces are oriented differently. Its extent does not fit the unit. No face remains that
+        contacts may touch. If the mesh has several parts, the message names the part.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 

@@ -1,6 +1,7 @@
 """Triangles of GLB, GLTF, 3MF and XAML files: scenes of meshes, read by trimesh.
 
-Their claims are checked before. A scene can name one mesh many times, promise more numbers than it holds, and point to other files.
+Their claims are checked before. A scene can name one mesh many times, promise more numbers than it holds, and
+point to other files.
 """
 
 from __future__ import annotations
