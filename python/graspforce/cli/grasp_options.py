@@ -48,7 +48,9 @@ _OTHER_MESHES = (
     "x3d",
 )
 
-GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]
+GraspArgument = Annotated[
+    Path, typer.Argument(metavar="GRASP", help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")
+]
 At = Annotated[
     list[str] | None,
     typer.Option(

@@ -84,6 +84,8 @@ class _Beside:
 
 def _header(content: bytes) -> dict[str, Any]:
     if content[:4] == b"glTF":
+        if len(content) < 20:
+            raise ValueError(f"its header has 20 bytes, the file {len(content)}")
         (length,) = struct.unpack_from("<I", content, 12)
         content = content[20 : 20 + length]
     header = json.loads(content)
