@@ -282,7 +282,7 @@ def test_arrows_are_drawn_where_they_can_be_read(about):
     )
     for arrow in (np.stack([0 * axis, 0.03 * axis]), ring):
         view = views.best_view(positions, normals, corners, [arrow])
-        assert views.side_on(arrow, view) > 0.5
+        assert views.side_on(arrow, view) > 0.45
     assert views.side_on(ring, (0.0, 0.0)) == pytest.approx(float(about == 0), abs=1e-9)
 
 
