@@ -43,6 +43,7 @@ ONE_OF_EACH = """known => {
   }
   return [...seen].slice(size);
 }"""
+DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 AXE = """rules => axe.run(document, {runOnly: {type: "rule", values: rules}, resultTypes: ["violations"]})
   .then(found => found.violations.flatMap(rule => rule.nodes.map(node =>
     rule.id + ": " + node.html.slice(0, 160) + "  " + (node.any[0] || {}).message)))"""
@@ -96,6 +97,7 @@ def faults(pages: list[Path], root: Path, screens: Path | None) -> list[str]:
             looks += new
             for theme in THEMES if new else ():
                 tab.emulate_media(color_scheme=theme)
+                tab.evaluate(DRAWN)
                 found += [f"{name}, {theme}: {each}" for each in tab.evaluate(AXE, ["color-contrast"])]
         browser.close()
     return found

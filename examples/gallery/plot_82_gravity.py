@@ -33,7 +33,7 @@ for place, title in zip(
     place.plot(turns, np.full_like(turns, alone), "--", color="#8a9099", label="no weight")
     place.set_title(title)
     place.set_rlabel_position(75)
-axes[0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8, title="weight")
+axes[0].legend(loc="lower left", bbox_to_anchor=(-0.3, -0.15), frameon=False, fontsize=8, title="weight")
 figure.set_label(
     "Two polar plots: the disturbance that is resisted on top of a weight of 5, 10 and 15 N, by its direction"
 )
