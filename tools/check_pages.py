@@ -43,8 +43,9 @@ ONE_OF_EACH = """known => {
   }
   return [...seen].slice(size);
 }"""
-DRAWN = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-AXE = """rules => axe.run(document, {runOnly: {type: "rule", values: rules}, resultTypes: ["violations"]})
+# A theme is drawn in the second frame after it is chosen.
+AXE = """rules => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))
+  .then(() => axe.run(document, {runOnly: {type: "rule", values: rules}, resultTypes: ["violations"]}))
   .then(found => found.violations.flatMap(rule => rule.nodes.map(node =>
     rule.id + ": " + node.html.slice(0, 160) + "  " + (node.any[0] || {}).message)))"""
 
@@ -67,6 +68,7 @@ def faults(pages: list[Path], root: Path, screens: Path | None) -> list[str]:
         flags = ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=flags)
         scripted = browser.new_page()
+        scripted.add_init_script(axe)
         # The reference has many pages of one template, without pictures: they load faster without scripts.
         plain = browser.new_page(java_script_enabled=False)
         looks: list[str] = []
@@ -87,17 +89,16 @@ def faults(pages: list[Path], root: Path, screens: Path | None) -> list[str]:
                     tab.emulate_media(color_scheme=theme)
                     picture = f"{name.removesuffix('.html').replace('/', '-')}-{width}-{theme}.png"
                     tab.screenshot(path=screens / picture, full_page=True)
-            found += [f"{name}: not loaded: {each}" for each in tab.evaluate(NOT_LOADED)]
-            found += [f"{name}: line cut: {each}" for each in tab.evaluate(CUT)]
+            not_loaded, cut = tab.evaluate(f"() => [({NOT_LOADED})(), ({CUT})()]")
+            found += [f"{name}: not loaded: {each}" for each in not_loaded]
+            found += [f"{name}: line cut: {each}" for each in cut]
             if alike:
                 continue
-            tab.evaluate(axe)
             found += [f"{name}: {each}" for each in tab.evaluate(AXE, RULES)]
             new = tab.evaluate(ONE_OF_EACH, looks)
             looks += new
             for theme in THEMES if new else ():
                 tab.emulate_media(color_scheme=theme)
-                tab.evaluate(DRAWN)
                 found += [f"{name}, {theme}: {each}" for each in tab.evaluate(AXE, ["color-contrast"])]
         browser.close()
     return found
