@@ -26,7 +26,9 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--prefix", type=Path, default=ROOT / "target" / "capi", help="where to install")
-    parser.add_argument("--debug", action="store_true", help="as `make test` compiles it for the tests of Rust")
+    parser.add_argument(
+        "--debug", action="store_true", help="as `make test` compiles it for the tests of Rust"
+    )
     arguments = parser.parse_args()
     if sys.platform not in {"linux", "darwin"}:
         sys.stderr.write(f"build_c_library.py: Linux and macOS only, not {sys.platform}\n")
