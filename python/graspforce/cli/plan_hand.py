@@ -13,7 +13,8 @@ from graspforce.files import load_mesh
 from graspforce.hands import Hand, plan_hand, preset, presets
 from graspforce.surfaces.mesh_checks import metres
 
-from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, save, vector
+from .grasp_options import wrench_of
+from .output import AsJson, Criterion, for_a_file, note, print_json, print_table, save, vector
 from .progress import progress
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ MeshUnit = Annotated[
 
 def plan_hand_command(
     hand: Annotated[
-        str, typer.Argument(help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left.")
+        str,
+        typer.Argument(
+            metavar="HAND", help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left."
+        ),
     ],
     mesh: Annotated[Path, typer.Argument(metavar="OBJECT", help="Mesh of the object (GLB, OBJ, STL, ...).")],
     criterion: Criterion = "max",
@@ -54,12 +58,12 @@ def plan_hand_command(
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the best plan into FILE (json).", callback=in_a_folder),
+        typer.Option(metavar="FILE", help="Write the best plan into FILE (json).", callback=for_a_file),
     ] = None,
     plot: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=in_a_folder
+            metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=for_a_file
         ),
     ] = None,
 ) -> None:
@@ -67,13 +71,14 @@ def plan_hand_command(
 
     Example: `graspforce plan-hand allegro-right mug.obj --unit mm --out plan.json --plot plan.png`
     """
+    load = None if external_wrench is None else wrench_of("--external-wrench", external_wrench, 6)
     made = hand_named(hand)
     vertices, faces = object_mesh(mesh, unit)
     try:
         with progress("planning"):
             found = plan_hand(
                 made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
-                preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds,
+                preload=preload, external_wrench=load, rank=rank, seeds=seeds,
                 starts=starts, best=best, time_limit=time_limit, seed=seed,
             )  # fmt: skip
     except InvalidInputError as error:
@@ -114,16 +119,9 @@ def _numbers(text: str | None) -> list[int] | None:
     try:
         return [int(part) for part in text.split(",")]
     except ValueError:
-        raise InvalidInputError(f"--fingers: {text!r}, expected numbers such as 0,1,2") from None
-
-
-def _wrench(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InvalidInputError(f"--external-wrench: {text!r}, expected six numbers") from None
+        raise typer.BadParameter(
+            f"{text!r}, expected numbers such as 0,1,2", param_hint="--fingers"
+        ) from None
 
 
 def _print(name: str, found: HandPlanSet) -> None:

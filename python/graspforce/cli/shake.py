@@ -20,7 +20,9 @@ _DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 def shake_command(
-    plan: Annotated[Path, typer.Argument(help="Plan of a hand, as plan-hand --out writes it.")],
+    plan: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="Plan of a hand, as plan-hand --out writes it.")
+    ],
     mesh: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The object's mesh in m, in place of the plan's.")
     ] = None,

@@ -16,6 +16,8 @@ _KINDS = {
     "finite_number": "a finite number",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "float_parsing": "a number",
     "string_type": "text",
     "string_unicode": "text",
     "bool_type": "true or false",
@@ -84,6 +86,14 @@ def _words(error: ErrorDetails) -> str:
     if error["type"] in _OWN:
         return error["msg"]
     return _WORDS.get(error["type"], "not what this field may hold").format(**error.get("ctx", {}))
+
+
+def reason(error: ErrorDetails) -> str:
+    """Return why a single value is wrong, and the value."""
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"]).removesuffix(".")
+    words = f"expected {_KINDS[error['type']]}" if error["type"] in _KINDS else _words(error)
+    return words + _given(error)
 
 
 def _given(error: ErrorDetails) -> str:

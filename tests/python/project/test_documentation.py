@@ -45,6 +45,7 @@ NOT_RUN = {
     "python benches/hands.py --objects 10 --only four --ablations": LONG,
     "make build": CI,
     "source .venv/bin/activate": INSTALLS,
+    "python tools/first_steps.py": LONG,
     "cd examples": "is where the test runs commands",
     "make demo": CI,
     "make test": CI,
