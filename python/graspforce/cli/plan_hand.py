@@ -150,5 +150,8 @@ def _print(name: str, found: HandPlanSet) -> None:
     ]
     print_table("best plan", ("fingertip", "position (m)", "presses (N)"), tips)
     print(f"palm at {vector(best.palm[:3, 3])} m; planned in {found.seconds:.2f} s")
+    lost = found.counts.get("lost in simulation", 0)
+    if lost and not found.counts.get("held in simulation"):
+        print(f"none of the {lost} plans that were tried in simulation held every push; see graspforce shake")
     if found.stopped != "done":
         print(f"stopped by {found.stopped}")

@@ -48,7 +48,7 @@ class Finish:
         for plan in self.finished(plans, _TRIED)[:_TRIED]:
             if id(plan) not in self._held and not self._search.ended:
                 self._held[id(plan)] = self._holds(plan)
-                self._search.counts["lost in simulation"] += not self._held[id(plan)]
+                self._search.counts[f"{'held' if self._held[id(plan)] else 'lost'} in simulation"] += 1
             if self._held.get(id(plan), False):
                 return True
         return False

@@ -55,14 +55,12 @@ def limited_forces(
         it, and its message names the joint.
     """
     program = _Program(grasp, torques, limits, external_wrench)
-    share = 1.0
+    share: float | None = 1.0
     found = program.least_sum(preload)
     if found is None:
         share = program.largest_share(preload)
-        if share is None:
-            raise program.refused(joints)
-        found = program.least_sum(share * (1 - _LESS) * preload)
-    if found is None:
+        found = None if share is None else program.least_sum(share * (1 - _LESS) * preload)
+    if found is None or share is None:
         raise program.refused(joints)
     return LimitedForces(found, share)
 

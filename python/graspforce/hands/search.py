@@ -111,7 +111,8 @@ class Search:
         examined = sum(count for count, _ in useless)
         reasons = [f"of {counts['tried']} poses {_listed(lost)}"]
         reasons += [f"of {examined} with contacts {_listed(useless)}"] if examined else []
-        hint = "more starts, other fingers, less preload or a larger time limit may help"
+        stronger = "stronger joints, " if counts["beyond torques"] else ""
+        hint = f"more starts, other fingers, less preload, {stronger}or a larger time limit may help"
         return f"no grasp found: {'; '.join(reasons)}; {'time was over' if self.expired else hint}"
 
     def _snapped(self, poses: Poses, pad: float | None, steps: int) -> Candidates:

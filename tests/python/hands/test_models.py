@@ -219,8 +219,19 @@ def test_a_hand_file_says_all_that_the_arguments_say(tmp_path):
         (
             "torque_limits: 1.5",
             "torque_limits: 0",
-            r":5: torque_limits: must be greater than 0; expected fields",
+            r":5: torque_limits: must be greater than 0, given 0$",
         ),
+        (
+            "torque_limits: 1.5",
+            "torque_limits: {thumb_base: -1}",
+            r":5: torque_limits.thumb_base: must be greater than 0, given -1$",
+        ),
+        (
+            "{thumb_base: [-1, 1]}",
+            "{thumb_base: [1, -1]}",
+            r":6: joint_limits.thumb_base: lower 1.0 is not below upper -1.0",
+        ),
+        ("[1, 0, 0.5]}", "[0, 0, 0]}", r":4: fingertips: entry 1: pad: .* has no direction"),
         ("thumb_base: 4", "thumb: 4", r":7: stiffness: .*'thumb' is no joint"),
         ("palm: palm", "plam: palm", r":3: plam: unknown field"),
         ("hand.xml", "hand.urdf", r":2: model: .*No such file"),
