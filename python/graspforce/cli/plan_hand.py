@@ -48,6 +48,7 @@ def plan_hand_command(
         Literal["palms", "contacts", "both"], typer.Option(help="Where the search begins.")
     ] = "palms",
     starts: Annotated[int, typer.Option(help="Poses that are put onto the surface.")] = 60,
+    simulate: Annotated[bool, typer.Option(help="Try the best plans in simulation.")] = True,
     best: Annotated[int, typer.Option(help="Number of plans to keep.")] = 5,
     time_limit: Annotated[float | None, typer.Option(help="Seconds after which the search ends.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
@@ -74,7 +75,7 @@ def plan_hand_command(
             found = plan_hand(
                 made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
                 preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds,
-                starts=starts, best=best, time_limit=time_limit, seed=seed,
+                starts=starts, simulate=simulate, best=best, time_limit=time_limit, seed=seed,
             )  # fmt: skip
     except InvalidInputError as error:
         raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None

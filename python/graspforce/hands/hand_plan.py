@@ -150,7 +150,7 @@ class HandPlan(Record):
                 return least
         names = [hand.joints[j] for j in hand.driven]
         unit = unit_torques(self.grasp, self.jacobians, hand.coupling)
-        return limited_forces(self.grasp, unit, limits, self.preload, wrench, names).forces
+        return limited_forces(self.grasp, unit, limits, self.preload, wrench, names)[0]
 
     def torques(self, external_wrench: ArrayLike | None = None) -> Array:
         """Return the torques (n,) in N m by which the joints exert `forces` against an external wrench (6,).

@@ -6,7 +6,6 @@ polytope for each contact would hold neither.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,23 +29,14 @@ _OPTIONS = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance":
 _LESS = 1e-9  # of the preload: what the next program may lack of the share that the last one found
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LimitedForces:
-    """Forces within the torque limits."""
-
-    forces: Array
-    """(m, k) in N, in contact frames."""
-    share: float
-    """Of the preload: every finger presses at least so much of it."""
-
-
 def limited_forces(
     grasp: Grasp, torques: Array, limits: Array, preload: float, external_wrench: Array, joints: Sequence[str]
-) -> LimitedForces:
-    """Return the forces of the least sum that balance a wrench (6,), with torques within limits (j,) in N m.
+) -> tuple[Array, float]:
+    """Return the forces (m, k) of the least sum in N that balance a wrench (6,), and a share of the preload.
 
-    `torques` (j, m, 3) are those of unit forces in the contacts' frames. Every finger presses at least
-    `preload` in N, or the largest share of it that the limits allow. `joints` name the torques in errors.
+    The torques are within limits (j,) in N m. `torques` (j, m, 3) are those of unit forces in the contacts'
+    frames. Every finger presses at least `preload` in N, or the largest share of it that the limits allow.
+    `joints` name the torques in errors.
 
     Raises
     ------
@@ -62,7 +52,7 @@ def limited_forces(
         found = None if share is None else program.least_sum(share * (1 - _LESS) * preload)
     if found is None or share is None:
         raise program.refused(joints)
-    return LimitedForces(found, share)
+    return found, share
 
 
 def unit_torques(grasp: Grasp, jacobians: Array, coupling: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -66,14 +67,13 @@ class Maker:
         if (np.abs(joint_torques(J, hand.coupling, world)) > limits).any():
             narrow = grasp.replace(friction_margin=problem.friction_margin)
             unit, names = unit_torques(grasp, J, hand.coupling), [hand.joints[j] for j in driven]
-            try:
-                limited = limited_forces(narrow, unit, limits, preload, problem.external_wrench, names)
-            except InfeasibleWrenchError:
-                limited = None
-            if limited is None or limited.share < _LEAST_SHARE:
+            share = 0.0
+            with contextlib.suppress(InfeasibleWrenchError):
+                forces, share = limited_forces(narrow, unit, limits, preload, problem.external_wrench, names)
+            if share < _LEAST_SHARE:
                 counts["beyond torques"] += 1
                 return None
-            forces, preload = limited.forces, limited.share * preload
+            preload *= share
         K = finger_stiffness(J, hand.coupling, hand.stiffness[hand.driven])
         onset = float(slip_onset(grasp, forces, K, self._pushes).min())
         pose = found.poses[[row]]

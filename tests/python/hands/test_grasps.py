@@ -187,6 +187,31 @@ def test_five_objects_of_the_benchmark_are_held(number, allegro):
     assert trial.success, trial
 
 
+def test_five_fingers_meet_on_a_small_plate_with_their_pads(shadow):
+    """Fingers that nearly reached it tell the next round how to converge."""
+    plan = gf.plan_hand(shadow, trimesh.creation.box((0.05, 0.04, 0.014)), simulate=False, best=1).best
+    assert plan.pad_angle <= np.deg2rad(45.01)
+    assert plan.contact_error < 5e-4
+
+
+def test_plans_that_are_lost_in_simulation_come_last(small_hand, monkeypatch):
+    box, tried = trimesh.creation.box((0.05, 0.05, 0.05)), []
+    options = {"starts": 30, "refine": False, "best": 5, "target": 0.0}
+    before = gf.plan_hand(small_hand, box, simulate=False, **options)
+
+    def stub(plan, *_, **__):
+        tried.append(plan.onset)
+        return type("Result", (), {"success": len(tried) == 3})
+
+    monkeypatch.setattr("graspforce.hands.finishing.shake", stub)
+    found = gf.plan_hand(small_hand, box, **options)
+    onsets = [plan.onset for plan in before]
+    assert tried == onsets[:3]
+    assert [plan.onset for plan in found][-2:] == onsets[:2]
+    assert found.best.onset == onsets[2]
+    assert (found.counts["held in simulation"], found.counts["lost in simulation"]) == (1, 2)
+
+
 def test_a_simulation_that_diverges_loses_the_object_and_writes_no_file(found, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     trial = shake(found.best, cylinder(), acceleration=1e14, seconds=0.1)

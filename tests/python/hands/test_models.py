@@ -125,6 +125,13 @@ def test_torque_limits_of_zero_in_the_model_are_refused():
         Hand(model, TIPS)
 
 
+def test_joints_without_damping_get_some_unless_zero_is_given():
+    np.testing.assert_allclose(Hand(spec(), TIPS).damping, 0.03 * Hand(spec(), TIPS).stiffness)
+    assert not Hand(spec(), TIPS, damping=0.0).damping.any()
+    damped = mjcf(**{'<joint name="thumb_base"': '<joint name="thumb_base" damping="0.7"'})
+    assert Hand(spec(damped), TIPS).damping[0] == 0.7
+
+
 def test_limits_of_actuators_count_with_their_gear():
     motor = '<actuator><motor joint="thumb_base" gear="3" forcerange="-0.5 0.5"/></actuator>'
     assert Hand(spec(mjcf(motor)), TIPS).torque_limits[0] == 1.5
