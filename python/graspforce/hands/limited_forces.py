@@ -62,7 +62,7 @@ def unit_torques(grasp: Grasp, jacobians: Array, coupling: Array) -> Array:
 
 
 class _Program:
-    """Columns are the extreme forces of unit normal components; their multiples are the variables."""
+    """Linear programs whose variables are the multiples of all extreme forces."""
 
     def __init__(self, grasp: Grasp, torques: Array, limits: Array, external_wrench: Array) -> None:
         self._limits, self._grasp = limits, grasp
