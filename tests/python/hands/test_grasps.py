@@ -167,10 +167,9 @@ def test_a_hand_without_a_source_is_given_when_a_plan_is_loaded(found, small_han
         HandPlan.load(tmp_path / "plan.json", small_hand)
 
 
-@pytest.mark.parametrize(("which", "seed"), [("allegro", 0), ("shadow", 1)])
-def test_random_lumps_are_held_from_the_grasp(which, seed, request):
-    mesh = lump(seed)
-    plan = gf.plan_hand(request.getfixturevalue(which), mesh, best=1).best
+def test_a_random_lump_is_held_by_five_fingers(shadow):
+    mesh = lump(1)
+    plan = gf.plan_hand(shadow, mesh, best=1).best
     trial = shake(plan, mesh)
     assert trial.success, trial
     assert trial.normal_error < 0.5 * plan.resting_forces[:, 0].max()
@@ -264,9 +263,9 @@ def test_an_object_wider_than_the_hand_is_refused_with_both_sizes(allegro):
 def test_a_failure_counts_its_reasons(allegro):
     weak = gf.hands.preset("allegro-right", torque_limits=1e-3)
     with pytest.raises(gf.NoGraspError, match=r"of \d+ poses .* press less than a quarter .* torque limits"):
-        gf.plan_hand(weak, cylinder(), starts=20, samples=200, refine=False)
+        gf.plan_hand(weak, cylinder(), starts=10, samples=200, refine=False)
     with pytest.raises(gf.NoGraspError, match="are not force closure"):
-        gf.plan_hand(allegro, cylinder(), [0, 1], starts=20, samples=200, refine=False, torsion=0.0)
+        gf.plan_hand(allegro, cylinder(), [0, 1], starts=10, samples=200, refine=False, torsion=0.0)
 
 
 def test_time_is_kept_and_an_interrupt_keeps_what_was_found(allegro, monkeypatch):
