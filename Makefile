@@ -193,9 +193,11 @@ $(VENV)/lint: $(VENV)/ready
 	$(PY) -m pip install --quiet --group lint
 	touch $@
 
-# Hundreds of megabytes that only the tests of simulator adapters and of the viewer's page need.
+# Hundreds of megabytes that only the tests of simulator adapters, of hands and of the viewer's page need. Where pybullet
+# has no wheel, it would compile for many minutes: the tests of its objects are skipped there.
 $(VENV)/simulators: $(VENV)/ready
 	$(PY) -m pip install --quiet --group simulators --group browser
+	-$(PY) -m pip install --quiet --only-binary pybullet --group objects
 	touch $@
 
 clean:

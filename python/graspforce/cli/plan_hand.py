@@ -52,6 +52,7 @@ def plan_hand_command(
         Literal["palms", "contacts", "both"], typer.Option(help="Where the search begins.")
     ] = "palms",
     starts: Annotated[int, typer.Option(help="Poses that are put onto the surface.")] = 60,
+    simulate: Annotated[bool, typer.Option(help="Try the best plans in simulation.")] = True,
     best: Annotated[int, typer.Option(help="Number of plans to keep.")] = 5,
     time_limit: Annotated[float | None, typer.Option(help="Seconds after which the search ends.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
@@ -79,7 +80,7 @@ def plan_hand_command(
             found = plan_hand(
                 made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
                 preload=preload, external_wrench=load, rank=rank, seeds=seeds,
-                starts=starts, best=best, time_limit=time_limit, seed=seed,
+                starts=starts, simulate=simulate, best=best, time_limit=time_limit, seed=seed,
             )  # fmt: skip
     except InvalidInputError as error:
         raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None
@@ -148,5 +149,8 @@ def _print(name: str, found: HandPlanSet) -> None:
     ]
     print_table("best plan", ("fingertip", "position (m)", "presses (N)"), tips)
     print(f"palm at {vector(best.palm[:3, 3])} m; planned in {found.seconds:.2f} s")
+    lost = found.counts.get("lost in simulation", 0)
+    if lost and not found.counts.get("held in simulation"):
+        print(f"none of the {lost} plans that were tried in simulation held every push; see graspforce shake")
     if found.stopped != "done":
         print(f"stopped by {found.stopped}")

@@ -69,3 +69,5 @@ def shake_command(
         f"{np.degrees(trial.settled_rotation):.2f} degrees; normal forces off by at most "
         f"{trial.normal_error:.2f} N"
     )
+    if not np.isfinite(trial.settled_displacement):
+        print("the simulation diverged before any push; more damping or armature of the joints may help")

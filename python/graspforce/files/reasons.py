@@ -57,10 +57,11 @@ def reasons(data: Any, errors: Sequence[ErrorDetails]) -> Iterator[tuple[tuple[s
     parents = {field[:size] for field in found for size in range(len(field))}
     for field, group in found.items():
         kinds = list(dict.fromkeys(_KINDS[e["type"]] for e in group if e["type"] in _KINDS))
-        if kinds and field in parents and isinstance(group[0]["input"], list):
-            continue  # One of the alternatives; what is wrong with the list is another error.
+        if kinds and field in parents and isinstance(group[0]["input"], list | dict):
+            continue  # One of the alternatives; what is wrong within the list or the fields is another error.
         others = [_words(error) for error in group if error["type"] not in _KINDS]
-        if kinds:
+        # A value of the right kind is wrong by itself: what else could stand there is no help.
+        if kinds and not others:
             kinds += [_NULLABLE[str(field[-1])]] if field and field[-1] in _NULLABLE else []
             others.append(f"expected {' or '.join(kinds)}")
         yield field, "; ".join(dict.fromkeys(others)) + _given(group[0])
