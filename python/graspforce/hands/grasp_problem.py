@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graspforce._internal.checks import chosen, finite_vector, real_number
+from graspforce._internal.checks import chosen, finite_array, finite_vector, real_number
+from graspforce.errors import InvalidInputError
 from graspforce.typing import CRITERIA
 
 if TYPE_CHECKING:
@@ -22,6 +23,14 @@ if TYPE_CHECKING:
 
 PUSHES = np.hstack([np.vstack([np.eye(3), -np.eye(3)])[[0, 3, 1, 4, 2, 5]], np.zeros((6, 3))])
 """(6, 6) unit pushes along +x, -x, +y, -y, +z and -z."""
+
+
+def push_rows(pushes: ArrayLike | None) -> Array:
+    """Return pushes as (W, 6), `PUSHES` where none are given."""
+    rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
+    if rows.ndim != 2 or rows.shape[1] != 6 or not len(rows):
+        raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6) with W >= 1")
+    return rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -138,17 +138,26 @@ class HandPlan(Record):
         InfeasibleWrenchError
             No forces balance the wrench; the message names the joint that limits them. ``error.direction``
             is a unit wrench e that proves it: no such forces reach as far along e as they would have to.
+            Or no wrench is given, and the hand is weaker than the one of the search: its torque limits do not
+            allow the resting forces.
         """
-        if external_wrench is None:
-            return self.resting_forces
-        wrench = finite_vector("external_wrench", external_wrench, 6)
         hand = self.hand
         limits = hand.torque_limits[hand.driven]
+        names = [hand.joints[j] for j in hand.driven]
+        if external_wrench is None:
+            used = np.abs(self._driven_torques(self.resting_forces))
+            if (used <= limits * (1 + 1e-9) + 1e-9).all():
+                return self.resting_forces
+            j = int((used / limits).argmax())
+            raise InfeasibleWrenchError(
+                f"external_wrench: the resting forces need {used[j]:.4g} N m of joint {names[j]}, more than "
+                f"its limit of {limits[j]:.4g} N m; plan with this hand, or give the wrench"
+            )
+        wrench = finite_vector("external_wrench", external_wrench, 6)
         with contextlib.suppress(InfeasibleWrenchError):
             least = least_forces(self.grasp, self.preload, wrench)
             if (np.abs(self._driven_torques(least)) <= limits * (1 + 1e-9)).all():
                 return least
-        names = [hand.joints[j] for j in hand.driven]
         unit = unit_torques(self.grasp, self.jacobians, hand.coupling)
         return limited_forces(self.grasp, unit, limits, self.preload, wrench, names)[0]
 

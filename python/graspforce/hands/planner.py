@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from graspforce._internal.checks import chosen, finite_array, real_number, whole_number
+from graspforce._internal.checks import chosen, real_number, whole_number
 from graspforce._internal.checks import instance as instance_of
 from graspforce.errors import InvalidInputError, NoGraspError
 from graspforce.planning.problem import deadline_after
@@ -16,7 +16,7 @@ from graspforce.planning.progress import reporting
 
 from .distances import Distances
 from .finishing import Finish
-from .grasp_problem import PUSHES, GraspProblem
+from .grasp_problem import GraspProblem, push_rows
 from .grasped_object import grasped_object
 from .hand import Hand
 from .hand_plan_set import HandPlanSet, SearchEnd
@@ -174,9 +174,7 @@ def plan_hand(
         grasped_object(mesh), friction=friction, torsion=torsion, criterion=criterion,
         external_wrench=external_wrench, preload=preload, friction_margin=friction_margin,
     )  # fmt: skip
-    along = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
-    if along.ndim != 2 or along.shape[1] != 6:
-        raise InvalidInputError(f"pushes: shape {along.shape}, expected (W, 6)")
+    along = push_rows(pushes)
     kinematics = HandKinematics(hand, problem.grasped, chosen_fingers)
     distances = Distances(kinematics)
     _refuse_wide(kinematics, problem)
@@ -185,6 +183,10 @@ def plan_hand(
     tried = simulate and rank == "slip onset"
     finish = Finish(maker, search, problem.grasped, along)
     plans: list[HandPlan] = []
+
+    def ranking(plan: HandPlan) -> float:
+        return -plan.quality.epsilon if rank == "quality" else -_worth(plan)
+
     with reporting(progress, "planning", "slip onset") as report:
         try:
             for attempt, (pad, steps) in enumerate(_ROUNDS):
@@ -200,7 +202,7 @@ def plan_hand(
                     report(attempt + 1, len(_ROUNDS), max((p.onset for p in plans), default=np.nan))
                 # Passive fingers with little reserve are worth a second look.
                 enough = max((_worth(p) for p in plans), default=-np.inf) >= target or attempt > 0
-                plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
+                plans.sort(key=ranking)
                 if search.ended or (plans and enough and not tried):
                     break
                 if plans and enough and (finish.some_hold(plans) or attempt >= _LAST_TRIED):
@@ -212,6 +214,8 @@ def plan_hand(
     if not plans:
         raise NoGraspError(search.why())
     stopped: SearchEnd = "interrupted" if search.interrupted else "time" if search.expired else "done"
+    # An interrupt within a round leaves its plans at the end.
+    plans.sort(key=ranking)
     kept = finish.finished(plans, best)[:best]
     return HandPlanSet(tuple(kept), dict(search.counts), stopped, time.monotonic() - began)
 

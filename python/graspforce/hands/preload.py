@@ -73,6 +73,9 @@ def slip_onset(grasp: Grasp, forces: Array, stiffness: Array, wrenches: Array) -
         [np.stack(row, -1) for row in ([zero, -z, y], [z, zero, -x], [-y, x, zero])], axis=1
     )
     total = np.einsum("mij,mjk,mlk->il", lever, stiffness, lever)
+    # Powers of two leave all digits as they are, and keep squares of large wrenches finite.
+    size = 2.0 ** np.frexp(np.abs(wrenches).max(axis=1))[1].astype(float).clip(-1000, 1000)
+    wrenches = wrenches / size[:, None]
     # Three contacts on a line leave a rotation without stiffness: nothing of a push goes there.
     moves = np.linalg.lstsq(total, wrenches.T, rcond=1e-9)[0]
     shares = -np.einsum("mij,mlj,lw->wmi", stiffness, lever, moves)
@@ -89,7 +92,7 @@ def slip_onset(grasp: Grasp, forces: Array, stiffness: Array, wrenches: Array) -
     c = (tangent**2).sum(-1) + twist**2 - (mu * normal) ** 2
     onset = _least_positive_root(a, b, np.broadcast_to(c, a.shape))
     opening = np.where(dn < 0, normal / np.maximum(-dn, 1e-300), np.inf)
-    least: Array = np.minimum(np.minimum(onset, opening).min(axis=1), _LARGEST)
+    least: Array = np.minimum(np.minimum(onset, opening).min(axis=1), _LARGEST * size) / size
     return least
 
 

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from graspforce._internal.checks import chosen, finite_array, real_number
+from graspforce._internal.checks import chosen, real_number, whole_number
 from graspforce._internal.checks import instance as instance_of
-from graspforce.errors import InvalidInputError
 
 from .controllers import Control, controller
-from .grasp_problem import PUSHES
+from .grasp_problem import push_rows
 from .grasped_object import grasped_object
 from .hand_plan import HandPlan
 from .simulation import TIMESTEP, Simulation
@@ -105,9 +104,7 @@ def shake(
     """
     simulation, run = _prepared(plan, mesh, mass, control, known_pushes, closing, friction, torsion)
     size = real_number("mass", mass, positive=True) * real_number("acceleration", acceleration, positive=True)
-    rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
-    if rows.ndim != 2 or rows.shape[1] != 6:
-        raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6)")
+    rows = push_rows(pushes)
     seconds = real_number("seconds", seconds, positive=True)
     settled = simulation.moved()
     arrived = simulation.normal_forces()
@@ -147,10 +144,10 @@ def largest_pushes(
     >>> gf.hands.largest_pushes(plan, mesh)  # doctest: +SKIP
     """
     simulation, run = _prepared(plan, mesh, mass, control, known_pushes, False, friction, torsion)
-    rows = PUSHES if pushes is None else np.atleast_2d(finite_array("pushes", pushes))
-    if rows.ndim != 2 or rows.shape[1] != 6:
-        raise InvalidInputError(f"pushes: shape {rows.shape}, expected (W, 6)")
+    rows = push_rows(pushes)
     most = real_number("most", most, positive=True)
+    halvings = whole_number("halvings", halvings, least=1, most=50)
+    seconds = real_number("seconds", seconds, positive=True)
     state = simulation.state()
     found = np.zeros(len(rows))
     if not _is_held(simulation.moved()):

@@ -70,6 +70,25 @@ def test_forces_beyond_the_joints_name_the_joint(found):
         found.best.torques([0, 0, -40, 0, 0, 0])
 
 
+def test_a_weaker_hand_refuses_the_resting_forces_and_balances_wrenches_within_its_limits(found, tmp_path):
+    found.best.save(tmp_path / "plan.json")
+    weak = gf.hands.preset("allegro-right", torque_limits=0.1)
+    plan = HandPlan.load(tmp_path / "plan.json", weak)
+    for answer in (plan.forces, plan.torques, plan.squeeze):
+        with pytest.raises(gf.InfeasibleWrenchError, match=r"resting forces need .* its limit of 0\.1 N m"):
+            answer()
+    assert np.abs(plan.torques(np.zeros(6))).max() <= 0.1 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("exponent", [-200, 200, 300])
+def test_slip_onset_of_wrenches_of_any_size_is_exact(found, exponent):
+    size = 2.0**exponent
+    push = np.array([[1.0, 0.3, -0.2, 0.01, 0, 0]])
+    expected = found.best.slip_onset(push) / size
+    np.testing.assert_array_equal(found.best.slip_onset(push * size), np.minimum(expected, 1e6))
+    assert found.best.slip_onset(push * 1e300)[0] == pytest.approx(found.best.slip_onset(push)[0] / 1e300)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_torques_answer_as_long_as_any_forces_fit_and_prove_where_none_does(found, allegro, seed):
     """The largest load along a random wrench by HiGHS, over forces of all contacts at once."""
@@ -235,6 +254,18 @@ def test_a_cylinder_is_held_by_every_control_and_from_the_pregrasp(found, contro
     assert again.to_dict() == closing.to_dict()
 
 
+def test_wrong_options_of_a_trial_are_named(found):
+    for trial in (shake, largest_pushes):
+        with pytest.raises(
+            gf.InvalidInputError, match=r"pushes: shape \(0, 6\), expected \(W, 6\) with W >= 1"
+        ):
+            trial(found.best, cylinder(), pushes=np.zeros((0, 6)))
+        with pytest.raises(gf.InvalidInputError, match=r"seconds: -1\.0 must be positive"):
+            trial(found.best, cylinder(), seconds=-1)
+    with pytest.raises(gf.InvalidInputError, match="halvings: 0 must be at least 1"):
+        largest_pushes(found.best, cylinder(), halvings=0)
+
+
 def test_a_push_that_is_too_large_is_not_held(found):
     plan = found.best
     assert not shake(plan, cylinder(), acceleration=400.0, seconds=0.5).held.any()
@@ -280,6 +311,22 @@ def test_time_is_kept_and_an_interrupt_keeps_what_was_found(allegro, monkeypatch
     kept = gf.plan_hand(allegro, cylinder(), starts=30, progress=stop)
     assert kept.stopped == "interrupted"
     assert len(kept) >= 1
+    # Also within a round or a trial in simulation; the best one still comes first.
+    onsets = iter([*np.arange(0.5, 1.0, 0.1), KeyboardInterrupt()])
+
+    def rising(*_):
+        if isinstance(value := next(onsets), KeyboardInterrupt):
+            raise value
+        return np.array([value])
+
+    with monkeypatch.context() as patched:
+        patched.setattr("graspforce.hands.plan_making.slip_onset", rising)
+        kept = gf.plan_hand(allegro, cylinder(), starts=30, best=20)
+    assert kept.stopped == "interrupted"
+    assert [plan.onset for plan in kept] == sorted((plan.onset for plan in kept), reverse=True)
+    with monkeypatch.context() as patched:
+        patched.setattr("graspforce.hands.finishing.shake", stop)
+        assert gf.plan_hand(allegro, cylinder(), starts=30).stopped == "interrupted"
     # Also where the first refinement is interrupted, before there is a plan.
     monkeypatch.setattr("graspforce.hands.search.refined", stop)
     kept = gf.plan_hand(allegro, cylinder(), starts=30)
@@ -341,7 +388,7 @@ def test_the_commands_plan_shake_and_say_what_is_wrong(tmp_path, capsys):
             "no such hand file, and no preset; presets are allegro-left",
         ),
         (["plan-hand", "allegro-right", given[0]], 1, "give its unit by --unit"),
-        (["plan-hand", "allegro-right", *given[:3], "--fingers", "a"], 1, "--fingers: 'a', expected numbers"),
+        (["plan-hand", "allegro-right", *given[:3], "--fingers", "a"], 2, "--fingers: 'a', expected numbers"),
         (["shake", str(tmp_path / "can.stl")], 3, "can.stl"),
     ):
         assert run(arguments) == code, arguments

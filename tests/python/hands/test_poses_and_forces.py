@@ -153,7 +153,12 @@ def test_a_path_is_the_mesh_of_the_file(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"fingers": 0}, "fingers: 0, expected numbers"), ({"target": -1}, "target: -1.0 must be at least 0")],
+    [
+        ({"fingers": 0}, "fingers: 0, expected numbers"),
+        ({"target": -1}, "target: -1.0 must be at least 0"),
+        ({"pushes": np.zeros((0, 6))}, r"pushes: shape \(0, 6\), expected \(W, 6\) with W >= 1"),
+        ({"pushes": [1, 0]}, r"pushes: shape \(1, 2\), expected"),
+    ],
 )
 def test_wrong_options_of_a_plan_are_named(small_hand, options, message):
     with pytest.raises(gf.InvalidInputError, match=message):
