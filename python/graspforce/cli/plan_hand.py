@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -18,6 +19,8 @@ from .output import AsJson, Criterion, for_a_file, note, print_json, print_table
 from .progress import progress
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from graspforce.hands import HandPlanSet
 
 
@@ -75,15 +78,12 @@ def plan_hand_command(
     load = None if external_wrench is None else wrench_of("--external-wrench", external_wrench, 6)
     made = hand_named(hand)
     vertices, faces = object_mesh(mesh, unit)
-    try:
-        with progress("planning"):
-            found = plan_hand(
-                made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
-                preload=preload, external_wrench=load, rank=rank, seeds=seeds,
-                starts=starts, simulate=simulate, best=best, time_limit=time_limit, seed=seed,
-            )  # fmt: skip
-    except InvalidInputError as error:
-        raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None
+    with errors_of_mesh(mesh, "give its unit by --unit"), progress("planning"):
+        found = plan_hand(
+            made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
+            preload=preload, external_wrench=load, rank=rank, seeds=seeds,
+            starts=starts, simulate=simulate, best=best, time_limit=time_limit, seed=seed,
+        )  # fmt: skip
     if as_json:
         print_json({"mesh": str(mesh), **found.to_dict()})
     else:
@@ -105,7 +105,27 @@ def hand_named(name: str) -> Hand:
         raise InvalidFileError(
             Path(name), f"no such hand file, and no preset; presets are {', '.join(presets())}"
         )
-    return Hand.load(name)
+    try:
+        return Hand.load(name)
+    except InvalidFileError:
+        raise
+    except InvalidInputError:
+        message = "not a hand file (YAML, JSON), which names a model and its fingertips"
+        raise InvalidFileError(Path(name), message) from None
+
+
+@contextmanager
+def errors_of_mesh(path: Path, unit: str) -> Iterator[None]:
+    """Make errors of the argument `mesh` those of its file; `unit` says how to give the unit."""
+    try:
+        yield
+    except InvalidInputError as error:
+        where, _, message = str(error).partition(": ")
+        argument, _, part = where.partition(", ")
+        if isinstance(error, InvalidFileError) or argument != "mesh":
+            raise
+        message = message.replace("scale it to m", unit)
+        raise InvalidFileError(path, f"{part}: {message}" if part else message) from None
 
 
 def object_mesh(path: Path, unit: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:

@@ -13,7 +13,7 @@ from graspforce.hands import shake
 from graspforce.hands.hand_plan import loaded_plan
 
 from .output import AsJson, print_json, print_table
-from .plan_hand import hand_named, object_mesh
+from .plan_hand import errors_of_mesh, hand_named, object_mesh
 from .progress import progress
 
 _DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -49,7 +49,7 @@ def shake_command(
     if mesh is None and named is None:
         raise InvalidFileError(plan, "names no mesh of the object; pass --mesh")
     path, unit = (mesh, "m") if mesh is not None else named  # type: ignore[misc] # one of them is there
-    with progress("shaking"):
+    with errors_of_mesh(path, "scale it to m"), progress("shaking"):
         trial = shake(
             loaded, object_mesh(path, unit), mass, control=control, closing=closing, acceleration=acceleration
         )

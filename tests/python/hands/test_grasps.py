@@ -387,7 +387,10 @@ def test_the_commands_plan_shake_and_say_what_is_wrong(tmp_path, capsys):
             3,
             "no such hand file, and no preset; presets are allegro-left",
         ),
-        (["plan-hand", "allegro-right", given[0]], 1, "give its unit by --unit"),
+        (["plan-hand", "allegro-right", given[0]], 3, "can.stl: the mesh would be 90 m long"),
+        (["plan-hand", "allegro-right", given[0]], 3, "give its unit by --unit"),
+        (["plan-hand", str(tmp_path), given[0]], 3, "not a hand file (YAML, JSON), which names a model"),
+        (["shake", str(out), "--mesh", given[0]], 3, "can.stl: the mesh would be 90 m long"),
         (["plan-hand", "allegro-right", *given[:3], "--fingers", "a"], 2, "--fingers: 'a', expected numbers"),
         (["shake", str(tmp_path / "can.stl")], 3, "can.stl"),
     ):
