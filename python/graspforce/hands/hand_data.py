@@ -59,9 +59,11 @@ class HandData:
             joint_numbers("stiffness", options.get("stiffness"), self.joints, model_servo, positive=True)
         )
         own = [j.damping or _RELAXATION * s for j, s in zip(joints, self.stiffness.tolist(), strict=True)]
-        self.damping = read_only(joint_numbers("damping", options.get("damping"), self.joints, own))
+        self.damping = read_only(joint_numbers("damping", options.get("damping"), self.joints, own, least=0))
         self.armature = read_only(
-            joint_numbers("armature", options.get("armature"), self.joints, [j.armature for j in joints])
+            joint_numbers(
+                "armature", options.get("armature"), self.joints, [j.armature for j in joints], least=0
+            )
         )
         self.fingertips = find_fingertips(self._model, fingertips, options.get("pads"))
         self.posture = read_only(self._posture(options.get("posture")))

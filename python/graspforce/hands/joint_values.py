@@ -21,16 +21,22 @@ if TYPE_CHECKING:
 
 
 def joint_numbers(
-    argument: str, given: Any, joints: Sequence[str], known: Sequence[float], *, positive: bool = False
+    argument: str,
+    given: Any,
+    joints: Sequence[str],
+    known: Sequence[float],
+    *,
+    positive: bool = False,
+    least: float = -np.inf,
 ) -> Array:
     """(n,) the known values, replaced by one number for all joints or by a mapping from joints to numbers."""
     values = np.array(known, dtype=np.float64)
     if isinstance(given, Mapping):
         for name, value in given.items():
             at = named(argument, name, joints, "joint")
-            values[at] = real_number(f"{argument}, {name}", value, positive=positive)
+            values[at] = real_number(f"{argument}, {name}", value, positive=positive, least=least)
     elif given is not None:
-        values[:] = real_number(argument, given, positive=positive)
+        values[:] = real_number(argument, given, positive=positive, least=least)
     # What the model itself states is checked, too.
     bad = [int(j) for j in np.flatnonzero(values <= 0)] if positive else []
     if bad:

@@ -102,6 +102,8 @@ def test_a_hand_without_limits_is_refused_by_joint():
             "'thumb_bent' is no joint of the model; there are thumb_bend",
         ),
         ({"stiffness": -1}, "stiffness: -1.0 must be positive"),
+        ({"damping": -1}, "damping: -1.0 must be at least 0"),
+        ({"armature": {"thumb_bend": -1e-3}}, "armature, thumb_bend: -0.001 must be at least 0"),
         ({"joint_limits": {"thumb_bend": (1, 0)}}, "thumb_bend: lower 1.0 is not below upper 0.0"),
         ({"palm": "plam"}, "palm: 'plam' is no body of the model; there are palm"),
         ({"root": "thumb"}, "root: 'thumb' is not 'palm' or a body above it"),
