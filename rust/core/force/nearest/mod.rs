@@ -8,6 +8,7 @@
 //! - [`answer`]: the least forces among those that reach the nearest wrench, with [`options`] and a [`workspace`].
 
 pub(crate) mod answer;
+pub(crate) mod by_price;
 pub(crate) mod exposed_face;
 pub(crate) mod face_newton;
 pub(crate) mod limited_sum;
