@@ -1,8 +1,9 @@
 """What a solver of linear constraints costs where its pyramids come near to true cones.
 
-``python -m benches.compare.fine_pyramids`` solves least squares and nearest forces of the tile over true cones, and gives
-the same wrenches to DAQP over inscribed pyramids of more and more edges and to Clarabel over true cones. All take turns
-in blocks of 50 wrenches, each once untimed and once timed; the figures are medians of processor time.
+``python -m benches.compare.fine_pyramids`` solves least squares and nearest forces of the tile over true
+cones. DAQP gets the same wrenches over inscribed pyramids of more and more edges, Clarabel over true cones.
+All take turns in blocks of 50 wrenches, each once untimed and once timed. The figures are medians of
+processor time.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Nearest forces of grasps that are degenerate but for noise, for wrenches on the border of what contacts exert.
+"""Nearest forces of grasps that are degenerate but for noise, also for wrenches on their borders.
 
-Rings, boxes, feet, pinches and parallel normals with noise of 1e-12 to 1e-7 on positions and normals; hard, soft and
-frictionless contacts; pyramids and true cones; limits over orders; wrenches inside, on the border, beyond and tiny.
+Rings, boxes, feet, pinches and parallel normals with noise of 1e-12 to 1e-7 on positions and normals; hard,
+soft and frictionless contacts; pyramids and true cones; limits over orders; wrenches inside, on the border,
+beyond and tiny.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from benches.trust.nearest import Geometry
+from benches.trust.nearest import CERTIFIED, Geometry
 from benches.trust.row import Row
 
 import graspforce as gf
@@ -150,13 +151,20 @@ def reach(grasp: gf.Grasp, h: np.ndarray) -> np.ndarray:
     return grasp.max_normal_force * (h[:, 0] + np.sqrt(((scales * h[:, 1:]) ** 2).sum(axis=1)))
 
 
+def witnesses(residual: np.ndarray, scale: np.ndarray, found: list[gf.ForceSolution]) -> list[np.ndarray]:
+    """Return directions that may prove how near forces come; each counts only for what it proves."""
+    residuals = [residual, *(answer.residual.astype(np.longdouble) for answer in found)]
+    return [-rest * scale**2 for rest in residuals] + [answer.dual.astype(np.longdouble) for answer in found]
+
+
 def contradiction(
     grasp: gf.Grasp, wrench: np.ndarray, objective: str, options: dict[str, Any], found: gf.ForceSolution
 ) -> str:
     """Say which claim of an answer is not proven; nothing if all are.
 
-    No forces come nearer by more than the gap, as the direction of the residual or the multiplier proves. If
-    32 digits gave the answer, no forces that come as near have a smaller objective, as the multiplier proves.
+    The forces balance the wrench, or no forces come nearer by more than the gap, as some direction proves:
+    that of the residual, the multiplier, or those of the other objectives. If 32 digits gave the answer, no
+    forces that come as near have a smaller objective, as the multiplier proves.
     """
     wide = np.longdouble
     matrix, forces = grasp.grasp_matrix.astype(wide), found.forces.astype(wide)
@@ -165,15 +173,16 @@ def contradiction(
     distance, size = np.linalg.norm(residual * scale), np.linalg.norm(wrench * scale)
     shape = (grasp.num_contacts, grasp.force_dim)
     lower, terms = wide(0), wide(0)
-    for z in (-residual * scale**2, found.dual.astype(wide)):
+    others = [gf.ForceDistributor(grasp, other).nearest(wrench) for other in ("max", "sum", "squares")]
+    for z in witnesses(residual, scale, [found, *others]):
         length = np.linalg.norm(z / scale)
         if length > 0:
             along = np.maximum(reach(grasp, (z @ matrix).reshape(shape)), 0).sum()
             lower = max(lower, (-(wrench @ z) - along) / length)
     # What rounding of the forces themselves leaves of the residual.
     rounded = 1e-15 * (size + np.linalg.norm((np.abs(matrix) @ np.abs(forces.ravel())) * scale))
-    allowed = max(found.gap, GAP) * size + rounded
-    if not distance - lower <= allowed and not distance <= allowed:
+    allowed = max(found.gap, CERTIFIED) * size + rounded
+    if not distance - lower <= allowed and not found.balanced:
         return f"others may come nearer by {(distance - lower) / size:.1e}, gap {found.gap:.1e}"
     if Geometry(grasp).outside(found.forces[None])[0] > 1e-8:
         return "forces outside their cones or limits"
@@ -192,7 +201,8 @@ def contradiction(
         value = of_sum * found.sigma_sum + (found.sigma_max if objective == "max" else 0)
         gain = np.maximum(reach(grasp, h) - of_sum, 0).sum()
         excess = value + near + wrench @ z + (max(gain - 1, 0) if objective == "max" else gain)
-    terms = near + np.abs(wrench * z).sum() + np.abs(h * forces).sum()
+    sizes = (np.abs(z) @ np.abs(matrix)).reshape(shape).sum(axis=1)
+    terms = near + np.abs(wrench * z).sum() + (sizes * grasp.max_normal_force).sum()
     far = excess > max(found.gap, GAP) * value + 1e-14 * terms
     return f"the objective may be less by {excess / value:.1e}, gap {found.gap:.1e}" if far else ""
 

@@ -8,13 +8,13 @@
 //! Least squares are minimised at once. Shares need proximal steps, because they are linear in the forces. The least
 //! maximum is the cap of all shares at which a larger cap costs as much as it saves.
 
-use crate::force::certificate::{Certificate, ContactForces, exact_rest};
+use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::answer::Found;
 use crate::force::nearest::limited_sum::is_linear_in_forces;
-use crate::force::nearest::wrench_projection::{STRONGER, WrenchProjection};
+use crate::force::nearest::wrench_projection::WrenchProjection;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
-use crate::force::squares::dual::{Dual, DualContact, ForceSet};
+use crate::force::squares::dual::{Dual, ForceSet};
 use crate::force::squares::newton::minimise;
 use crate::force::squares::projection::Force;
 use crate::grasp::contact::ContactForce;
@@ -55,7 +55,7 @@ const MAX_CAPS: usize = 40;
 /// Newton's steps of one wrench: a hundred are usual.
 const MAX_NEWTON_STEPS: usize = 6000;
 
-type Vector<const D: usize> = SVector<DoubleDouble, D>;
+pub(super) type Vector<const D: usize> = SVector<DoubleDouble, D>;
 
 /// The weight of the objective, the largest share, and the gap of the objective at which no further step is worth it.
 struct Trial {
@@ -65,7 +65,7 @@ struct Trial {
 }
 
 /// What is minimised beside the residual.
-enum Cost {
+pub(super) enum Cost {
     /// Half the squares of forces less their references, with weights relative to the heaviest.
     Squares { weights: Vec<f64>, heaviest: f64, reference: Vec<ContactForce> },
     /// The sum of shares times a factor, and the largest share if it counts.
@@ -73,18 +73,20 @@ enum Cost {
 }
 
 /// Forces at one weight, with what their multiplier proves.
-struct Point<const D: usize> {
-    y: Vector<D>,
-    forces: ContactForces,
+pub(super) struct Point<const D: usize> {
+    pub(super) y: Vector<D>,
+    /// The multiplier that proves the excess.
+    pub(super) proof: Vector<D>,
+    pub(super) forces: ContactForces,
     /// The same forces in 32 digits.
-    exact: Vec<Force<DoubleDouble>>,
+    pub(super) exact: Vec<Force<DoubleDouble>>,
     /// What the objective may be above the least, times the weight, and the objective times the weight.
-    excess: f64,
-    cost: f64,
+    pub(super) excess: f64,
+    pub(super) cost: f64,
     /// The excess over forces up to the same cap.
-    capped: f64,
-    distance: f64,
-    lower: f64,
+    pub(super) capped: f64,
+    pub(super) distance: f64,
+    pub(super) lower: f64,
 }
 
 impl<const D: usize> Point<D> {
@@ -95,18 +97,18 @@ impl<const D: usize> Point<D> {
     }
 }
 
-struct Pricing<'a, const D: usize> {
-    grasp: &'a Grasp<D>,
-    projection: &'a WrenchProjection<D>,
-    dual: Dual<D>,
-    cost: Cost,
-    b: &'a Wrench<D>,
-    target: Wrench<D>,
-    size: f64,
+pub(super) struct Pricing<'a, const D: usize> {
+    pub(super) grasp: &'a Grasp<D>,
+    pub(super) projection: &'a WrenchProjection<D>,
+    pub(super) dual: Dual<D>,
+    pub(super) cost: Cost,
+    pub(super) b: &'a Wrench<D>,
+    pub(super) target: Wrench<D>,
+    pub(super) size: f64,
     /// Bounds of the shares, and the largest upper bound or infinity.
-    bounds: Vec<(f64, f64)>,
-    linear: bool,
-    steps: usize,
+    pub(super) bounds: Vec<(f64, f64)>,
+    pub(super) linear: bool,
+    pub(super) steps: usize,
 }
 
 impl<const D: usize> Problem<D> {
@@ -140,7 +142,7 @@ impl<const D: usize> Problem<D> {
         let (point, weight) = pricing.search()?;
         let gap = point.gap(pricing.size);
         let unit = if let Cost::Squares { heaviest, .. } = pricing.cost { heaviest } else { 1.0 };
-        let multiplier = pricing.dual.physical(&values(&point.y)) * (unit / weight);
+        let multiplier = pricing.dual.physical(&values(&point.proof)) * (unit / weight);
         *forces = point.forces;
         forces.unique = matches!(pricing.cost, Cost::Squares { .. });
         let answer = Certificate {
@@ -305,94 +307,6 @@ impl<const D: usize> Pricing<'_, D> {
         }
     }
 
-    /// The forces at a multiplier, and what it proves.
-    fn point(&self, weight: f64, y: Vector<D>, forces: &ContactForces) -> Point<D> {
-        let project = |contact: &DualContact<D>| {
-            let pull = contact.pull(&y).map(|x| x.times(1.0 / contact.weight));
-            contact.project(&(contact.reference.map(DoubleDouble::from) + pull)).force
-        };
-        let exact: Vec<_> = self.dual.contacts.iter().map(project).collect();
-        let maps = self.grasp.maps().iter().zip(forces.forces.iter().copied());
-        let distance = self.projection.metric.norm(&exact_rest(self.b, maps));
-        let (excess, capped, cost) = self.excess(weight, &y, &exact, forces);
-        let lower = self.lower(&y, forces).clamp(0.0, distance);
-        Point { y, forces: forces.clone(), exact, excess, cost, capped, distance, lower }
-    }
-
-    /// Shares up to which a bound holds.
-    fn top(&self, i: usize, largest: f64) -> f64 {
-        let high = self.bounds[i].1;
-        if high.is_finite() { high } else { STRONGER * largest }
-    }
-
-    /// No forces leave less of `b` than this.
-    fn lower(&self, y: &Vector<D>, forces: &ContactForces) -> f64 {
-        let (largest, _) = forces.totals();
-        let mut along = dot(&self.target.map(DoubleDouble::from), y);
-        for (i, contact) in self.dual.contacts.iter().enumerate() {
-            let reach = contact.furthest(&contact.pull(y)).times(contact.unit);
-            let zero = DoubleDouble::ZERO;
-            along -= reach.times(if reach > zero { self.top(i, largest) } else { self.bounds[i].0 });
-        }
-        let square = self.dual.slack.map_or(DoubleDouble::ZERO, |slack| {
-            dot(
-                &(0..D).fold(Vector::repeat(DoubleDouble::ZERO), |sum, c| {
-                    sum + slack.column(c).map(|x| y[c].times(x))
-                }),
-                y,
-            )
-        });
-        if square > DoubleDouble::ZERO { (along / square.sqrt()).value() } else { 0.0 }
-    }
-
-    /// How far the cost of the forces is above what `y` proves, over all forces and over those up to the cap, and the cost,
-    /// all times the weight.
-    fn excess(
-        &self,
-        weight: f64,
-        y: &Vector<D>,
-        exact: &[Force<DoubleDouble>],
-        forces: &ContactForces,
-    ) -> (f64, f64, f64) {
-        let Cost::Shares { of_sum, max } = self.cost else { return (0.0, 0.0, 0.0) };
-        let zero = DoubleDouble::ZERO;
-        let (largest, sum) = forces.totals();
-        let own = weight * (of_sum * sum + if max { largest } else { 0.0 });
-        let least = self.bounds.iter().map(|(low, _)| *low).fold(0.0, f64::max);
-        let mut rest = -self.target.map(DoubleDouble::from);
-        let (mut along, mut capped, mut most, mut most_at_least) = (zero, zero, zero, zero);
-        for (i, (contact, force)) in self.dual.contacts.iter().zip(exact).enumerate() {
-            let h = contact.pull(y);
-            rest += contact.wrench(force);
-            along += dot(&h, force) - DoubleDouble::from(weight * of_sum * forces.shares[i]);
-            let gain = contact.furthest(&h).times(contact.unit) - DoubleDouble::from(weight * of_sum);
-            let (low, top) = (self.bounds[i].0, self.top(i, largest));
-            capped += gain.times(if gain > zero {
-                contact.bounds().1.min(top * contact.unit) / contact.unit
-            } else {
-                low
-            });
-            most += gain.times(if gain > zero { top } else { low });
-            most_at_least += gain.times(if gain > zero { least.min(top) } else { low });
-        }
-        let mut excess = most - along;
-        if max {
-            // At the largest cap, or at the smallest one.
-            let top = (0..exact.len()).map(|i| self.top(i, largest)).fold(0.0, f64::max);
-            let highest = most - DoubleDouble::from(weight).times(top);
-            let lowest = most_at_least - DoubleDouble::from(weight).times(least);
-            let reach = if highest > lowest { highest } else { lowest };
-            excess = reach + DoubleDouble::from(weight).times(largest) - along;
-        }
-        // What the residual is away from that of the multiplier.
-        if let Some(slack) = &self.dual.slack {
-            (0..D).for_each(|c| rest += slack.column(c).map(|x| y[c].times(x)));
-        }
-        let mismatch = values(&rest).zip_map(&self.dual.whitening.map.diagonal(), |x, unit| x / unit);
-        let mismatch = 0.5 * self.projection.metric.norm(&mismatch).powi(2);
-        (excess.value() + mismatch, (capped - along).value() + mismatch, own)
-    }
-
     /// The least maximum: the cap of all shares that costs as much as it saves.
     fn lower_cap(&mut self, weight: f64, point: Point<D>) -> Point<D> {
         let Cost::Shares { of_sum, max: true } = self.cost else { return point };
@@ -434,7 +348,7 @@ impl<const D: usize> Pricing<'_, D> {
                 let (excess, ..) = self.excess(weight, &y, &best.exact, &best.forces);
                 let lower = self.lower(&y, &best.forces);
                 if excess < best.excess {
-                    best.excess = excess;
+                    (best.excess, best.proof) = (excess, y);
                     best.lower = best.lower.max(lower);
                 }
             }
