@@ -145,9 +145,14 @@ impl<const D: usize> Query<'_, D> {
         if self.memory.apart.is_none()
             && let Ok(answer) = self.least(b)
         {
-            let distance = self.memory.projection.metric.norm(&self.residual());
-            let found = Found { answer, distance };
+            let metric = &self.memory.projection.metric;
+            let (distance, size) = (metric.norm(&self.residual()), metric.norm(b));
+            let mut found = Found { answer, distance };
             if found.answer.gap <= tight {
+                // The tolerance of the balance is none of the distance.
+                if distance > tight * size {
+                    found.answer.gap = (distance / size).min(1.0);
+                }
                 return found;
             }
             // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
