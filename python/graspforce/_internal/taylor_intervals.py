@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _F = TypeVar("_F", bound="Callable[..., Any]")
 _FORMULAS: WeakSet[Any] = WeakSet()
+_EPS = float(np.finfo(float).eps)
 _ROUNDED_DIRECTION = 4e-15  # more than a quotient, a root and the squares beneath it are rounded by
 
 
@@ -163,10 +164,7 @@ def real_numbers(values: Any) -> Any:
 # Intervals: pairs of arrays.
 def _outward(low: Array, high: Array) -> Interval:
     """Widen by the rounding of one operation; zeros are exact, or too small to matter."""
-    return (
-        np.where(low == 0, low, np.nextafter(low, -np.inf)),
-        np.where(high == 0, high, np.nextafter(high, np.inf)),
-    )
+    return low - _EPS * np.abs(low), high + _EPS * np.abs(high)
 
 
 def _times(a: Interval, b: Interval) -> Interval:
@@ -219,7 +217,7 @@ def _power(a: Interval, exponent: int) -> Interval:
         return _constant(a, 1.0)
     low, high = a if exponent % 2 else _square(a)
     low, high = (end ** (exponent if exponent % 2 else exponent // 2) for end in (low, high))
-    rounded = 2 * exponent * np.finfo(float).eps
+    rounded = 2 * exponent * _EPS
     return low - rounded * np.abs(low), high + rounded * np.abs(high)
 
 
@@ -232,7 +230,7 @@ def _cosine(a: Interval) -> Interval:
         return np.floor(last) >= np.ceil(first)
 
     # Of the functions of NumPy, which are off by a few units in the last place, and of the phase of a sine.
-    rounded = 8 * np.finfo(float).eps * (1 + np.maximum(np.abs(a[0]), np.abs(a[1])))
+    rounded = 8 * _EPS * (1 + np.maximum(np.abs(a[0]), np.abs(a[1])))
     low = np.where(passes(np.pi), -1.0, np.maximum(np.minimum(*ends) - rounded, -1.0))
     return low, np.where(passes(0.0), 1.0, np.minimum(np.maximum(*ends) + rounded, 1.0))
 
@@ -314,7 +312,7 @@ def _linear(one: Any, matrix: Any) -> Any:
         return NotImplemented
     above, below = np.maximum(matrix, 0), np.minimum(matrix, 0)
     low, high = one.low @ above + one.high @ below, one.high @ above + one.low @ below
-    rounded = 8 * np.finfo(float).eps * (np.maximum(np.abs(one.low), np.abs(one.high)) @ np.abs(matrix))
+    rounded = 8 * _EPS * (np.maximum(np.abs(one.low), np.abs(one.high)) @ np.abs(matrix))
     return TaylorIntervals(low - rounded, high + rounded)
 
 

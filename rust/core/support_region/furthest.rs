@@ -167,10 +167,16 @@ impl<'a> Simplex<'a> {
     }
 
     /// Newton's method from the basis of the last direction asked for.
-    pub(super) fn polish(&self, newton: &mut Newton, direction: &Point, enough: f64) -> Option<(Furthest, Optimum)> {
+    pub(super) fn polish(
+        &self,
+        newton: &mut Newton,
+        direction: &Point,
+        enough: f64,
+    ) -> Option<(Furthest, Optimum)> {
         let costs = Rows::from_fn(|at, _| direction.dot(&self.columns[at].place));
         let y = self.inverse.tr_mul(&costs);
-        let mixture = self.columns.iter().zip(self.shares.iter()).map(|(column, share)| (column.along, *share));
+        let mixture =
+            self.columns.iter().zip(self.shares.iter()).map(|(column, share)| (column.along, *share));
         newton.polish(direction, -y.fixed_rows::<4>(0), mixture, enough.max(self.rounding))
     }
 

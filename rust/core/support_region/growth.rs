@@ -59,9 +59,14 @@ struct Oracle<'s, 'a> {
 impl Oracle<'_, '_> {
     /// Asks along a direction, which may lie between two that were asked for.
     fn ask(&mut self, direction: Point, ends: Option<[usize; 2]>, enough: f64) -> Result<Furthest> {
-        let known = |at: usize| self.asked[at].optimum.as_ref().map(|optimum| (&self.asked[at].direction, optimum));
+        let known =
+            |at: usize| self.asked[at].optimum.as_ref().map(|optimum| (&self.asked[at].direction, optimum));
         let ends = ends.and_then(|[a, b]| Some([known(a)?, known(b)?]));
-        let near = self.newton.as_mut().zip(ends).and_then(|(newton, ends)| newton.between(&direction, ends, enough));
+        let near = self
+            .newton
+            .as_mut()
+            .zip(ends)
+            .and_then(|(newton, ends)| newton.between(&direction, ends, enough));
         let (found, optimum) = if let Some((found, optimum)) = near {
             (found, Some(optimum))
         } else {
@@ -149,12 +154,7 @@ impl PartialEq for Open {
 impl Eq for Open {}
 
 /// The region where it is a point or a segment: where places span a line, and the bounds across it leave no width.
-fn flat(
-    simplex: &mut Simplex<'_>,
-    found: &[Asked],
-    size: f64,
-    enough: f64,
-) -> Result<Option<Grown>> {
+fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> Result<Option<Grown>> {
     let places: Vec<Point> = found.iter().map(|one| one.found.place).collect();
     let described = |shape, inner, outer, directions| {
         let reached = most_reached(found);

@@ -135,7 +135,8 @@ impl Newton {
     ) -> Option<(Furthest, Optimum)> {
         let mut forces = vec![Vector4::zeros(); self.cones.len()];
         for (along, share) in mixture {
-            let reaches: Vec<(f64, Vector4<f64>)> = self.cones.iter().map(|cone| cone.furthest(&along)).collect();
+            let reaches: Vec<(f64, Vector4<f64>)> =
+                self.cones.iter().map(|cone| cone.furthest(&along)).collect();
             let most = reaches.iter().map(|one| one.0).fold(0.0, f64::max);
             for (force, (reach, x)) in forces.iter_mut().zip(&reaches) {
                 if *reach > 0.0 && (self.criterion == Criterion::Max || *reach >= most) {
@@ -274,7 +275,9 @@ impl Newton {
             let (reach, beyond) = (held.v[0] + load(&held.v), load(&x) - x[0]);
             let above = each && x[0] > 1.0 + small;
             let (status, slope) = match held.status {
-                Status::Idle if reach > flat && cone.dim > 1 && load(&held.v) <= flat => (Status::Sticking, 0.0),
+                Status::Idle if reach > flat && cone.dim > 1 && load(&held.v) <= flat => {
+                    (Status::Sticking, 0.0)
+                }
                 Status::Idle if reach > flat => (Status::Sliding, 0.0),
                 Status::Sliding if x[0] < -small => (Status::Idle, 0.0),
                 Status::Sliding if above => (Status::FullSliding, 0.0),

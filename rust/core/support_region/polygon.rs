@@ -73,10 +73,8 @@ pub(super) fn clipped(vertices: &[Point], mut half_planes: Vec<(Point, f64)>) ->
             let (inside, outside) = (beyond(&kept), beyond(&cut));
             (inside < 0.0).then(|| kept + (cut - kept) * (inside / (inside - outside)))
         };
-        let corners = [
-            crossing(ring[last], ring[(last + 1) % count]),
-            crossing(ring[ahead], ring[ahead - 1]),
-        ];
+        let corners =
+            [crossing(ring[last], ring[(last + 1) % count]), crossing(ring[ahead], ring[ahead - 1])];
         ring.truncate(last + 1);
         ring.drain(..ahead);
         ring.extend(corners.into_iter().flatten());
