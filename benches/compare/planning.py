@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 GAP = 1e-3
 SAMPLES = 100  # a parameter
-CANDIDATES = 30  # for each contact
+CANDIDATES = 20  # for each contact
 DIFFERENT = 0.05  # what grids may miss
 
 
@@ -29,10 +29,10 @@ def questions(run: Run) -> Iterator[Question]:
     yield Question(
         "Which grasp is the best of all?",
         f"Three contacts on the racket of the paper. `plan_global` proves its answer to {GAP:.1%} over all "
-        f"parameters. Dense sampling measures {SAMPLES:,} places of each contact in all combinations. The mixed-"
-        f"integer program chooses one of {CANDIDATES} places for each contact: HiGHS maximises the least support "
-        "along a set of directions, which grows by the worst direction of each choice until it is as good as its "
-        "bound. Both know nothing of what is between their places.",
+        f"parameters. Dense sampling measures all combinations of {SAMPLES:,} places of each contact. The "
+        f"mixed-integer program chooses one of {CANDIDATES} places for each contact. HiGHS maximises the "
+        "least support along a set of directions. The set grows by the worst direction of each choice until "
+        "the choice is as good as its bound. Both know nothing of what is between their places.",
         best_grasp(run),
     )
 
@@ -100,7 +100,8 @@ def chosen(problem: PlanningProblem) -> float:
 def wrenches_of(positions: Array, normals: Array, problem: PlanningProblem) -> Array:
     """Extreme wrenches (candidate, contact, edge, 3) of all places."""
     across = np.stack([-normals[..., 1], normals[..., 0]], axis=-1)
-    forces = np.stack([normals + sign * problem.friction * across for sign in (1, -1)], axis=-2)
+    friction = np.broadcast_to(problem.friction, positions.shape[1])[:, None]
+    forces = np.stack([normals + sign * friction * across for sign in (1, -1)], axis=-2)
     forces = forces * np.broadcast_to(problem.max_normal_force, positions.shape[1])[:, None, None]
     places = positions[..., None, :]
     torques = places[..., 0] * forces[..., 1] - places[..., 1] * forces[..., 0]

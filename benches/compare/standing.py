@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,10 +28,10 @@ EDGES = 8
 def questions(run: Run) -> Iterator[Question]:
     yield Question(
         "Where may the centre of mass be?",
-        f"Four feet on uneven ground, friction 0.6, {EDGES} edges, no limits: the support polygon to an area gap "
-        f"of {GAP:g}, answered by its area. HiGHS gets one linear program a direction, by the same method of "
-        "Bretl and Lall. The robustness of hpp-centroidal-dynamics is the largest force that all generators of "
-        "its pyramids can exert at once. This library's is the margin of the polygon.",
+        f"Four feet on uneven ground, friction 0.6, {EDGES} edges, no limits: the support polygon to an "
+        f"area gap of {GAP:g}, answered by its area. HiGHS gets one linear program a direction, by the same "
+        "method of Bretl and Lall. The robustness of hpp-centroidal-dynamics is the largest force that all "
+        "generators of its pyramids can exert at once. This library's is the margin of the polygon.",
         standing(run),
     )
 
@@ -126,4 +127,4 @@ def _turn(a: Array, b: Array, c: Array) -> float:
 
 
 def _area(places: list[Array]) -> float:
-    return 0.5 * sum(_turn(places[0], one, other) for one, other in zip(places[1:], places[2:], strict=False))
+    return 0.5 * sum(_turn(places[0], one, other) for one, other in itertools.pairwise(places))

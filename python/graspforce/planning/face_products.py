@@ -45,6 +45,7 @@ _PER_SECOND = 1e7  # combinations that additions discard, in order of magnitude
 _SAMPLE = 4096  # random grasps, for a first good one
 _FIRST_DIRECTIONS = 400
 _SLICE = 8192  # products that are asked for between two looks at the clock
+_PART_OF_PLANS = 0.15  # of the time: for plans from many starts
 _TURN = 1.0  # s between two looks at grasps that the core has met
 
 
@@ -70,11 +71,12 @@ class FaceProducts:
         wrenches: ContactWrenches,
         meshes: tuple[MeshSurface, ...],
         max_opening: float,
+        plans: Callable[[float], Array],
         *,
         adopt: bool,
         limited: bool,
     ) -> None:
-        self._wrenches, self._adopt = wrenches, adopt
+        self._wrenches, self._adopt, self._plans = wrenches, adopt, plans
         self._faces = [mesh.flat_faces() for mesh in meshes]
         self._whole = tuple(np.concatenate([mesh.bounds for mesh in meshes]).T)
         count = len(meshes)
@@ -127,6 +129,9 @@ class FaceProducts:
         random = np.random.default_rng(0)
         sample = self._sample(random)
         attempt(sample)
+        if len(self._faces) > 2 and left():
+            # Where bounds stay wide, all depends on the grasp that is known.
+            attempt(self._plans(_PART_OF_PLANS * left()))
         polish(self._whole, random, attempt, lambda: incumbent.best, left)
         for contact in range(len(self._faces)):
             self._plant(contact)
