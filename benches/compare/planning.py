@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def best_grasp(run: Run) -> Iterator[Answers]:
     yield run.ask("best grasp of three fingers, maximum", calls, [problem], headline=True, warm_up=False)
 
 
-def options(problem: PlanningProblem) -> dict[str, float]:
+def options(problem: PlanningProblem) -> dict[str, Any]:
     return {"friction": problem.friction, "max_normal_force": problem.max_normal_force}
 
 

@@ -32,7 +32,7 @@ from .incumbent import Incumbent
 from .multistart import plan_multistart
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
-from .search_scales import longest_wrench, parameter_rates
+from .search_scales import force_ceiling, longest_wrench, parameter_rates
 from .separable_bounds import SeparableBounds
 from .wrench_curvature import (
     Departures,
@@ -201,6 +201,7 @@ def plan_global(
         search = FaceProducts(
             wrenches, meshes, opening,
             lambda seconds: _planned(surface, box, problem, seconds, feasible, min_distance, grasp_options),
+            ceiling=force_ceiling(first, problem.quality_options["metric"], criterion),
             adopt=free, limited=np.isfinite(deadline),
         )  # fmt: skip
         proven = True

@@ -73,6 +73,7 @@ class FaceProducts:
         max_opening: float,
         plans: Callable[[float], Array],
         *,
+        ceiling: float,
         adopt: bool,
         limited: bool,
     ) -> None:
@@ -88,13 +89,13 @@ class FaceProducts:
         self._bound.restrict(max_opening, alike and adopt)
         self._face_of: list[Indices] = []
         self._max_opening = max_opening
-        self.proven = np.inf
+        self._ceiling = self.proven = ceiling
         self.boxes = 0
 
     @property
     def top(self) -> float:
         """No grasp exceeds it."""
-        return self._bound.top
+        return min(self._bound.top, self._ceiling)
 
     def run(self, incumbent: Incumbent, max_boxes: int, deadline: float, report: Report | None) -> Ended:
         """Discard products until nothing is left, no time is, or memory would not hold more."""
@@ -135,7 +136,8 @@ class FaceProducts:
         polish(self._whole, random, attempt, lambda: incumbent.best, left)
         for contact in range(len(self._faces)):
             self._plant(contact)
-        self._bound.learn(self._wrenches.critical_directions(sample[:_FIRST_DIRECTIONS]))
+        first = sample[: _FIRST_DIRECTIONS if left() else 1]
+        self._bound.learn(self._wrenches.critical_directions(first))
         self._bound.descend(enough(), _MAX_PRODUCTS // 16, left())
         while True:
             ask_samples(self._bound, random, enough, left, middles, _MAX_PRODUCTS // 16)
