@@ -212,7 +212,9 @@ impl Grasp<6> {
     /// The maps under which the longest force of each contact is so many times the load's.
     fn with_common_limit(&self, maps: &[ContactMap<6>], limit: f64) -> Vec<ContactMap<6>> {
         let longest = |i: usize| match self.edges(i) {
-            Some(range) => self.finite_forces()[range].iter().map(|force| force.norm()).fold(0.0, f64::max),
+            Some(range) => {
+                self.finite_forces()[range].iter().map(nalgebra::Vector4::norm).fold(0.0, f64::max)
+            }
             None => self.contacts()[i].max_normal_force,
         };
         let scaled = |(i, map): (usize, &ContactMap<6>)| {

@@ -259,7 +259,9 @@ impl Newton {
                 if cone.dim == 3 {
                     system.bend(turned(&Vector4::new(0.0, -held.turn[2], held.turn[1], 0.0)) * size);
                 } else {
-                    two_across(&held.turn).iter().for_each(|t| system.bend(turned(t) * size));
+                    for t in &two_across(&held.turn) {
+                        system.bend(turned(t) * size);
+                    }
                 }
             }
         }
