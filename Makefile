@@ -21,11 +21,15 @@ comma := ,
 demo: build
 	$(PY) -m graspforce reproduce racket --out out --json out/racket.json
 
+# The tests of Rust, without the example, which `make capi` builds. All name the same packages, for cargo compiles what
+# they depend on with the features that those named need.
+RUST_TESTED := --package graspforce --package graspforce-c
+
 # The release build links on one core: the tests of Rust are built beside it.
 test:
 	$(MAKE) --jobs 2 python-tests-ready rust-tests-ready
-	cargo test
-	cargo test --package graspforce-c
+	cargo test --tests $(RUST_TESTED)
+	cargo test --doc $(RUST_TESTED)
 	$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadfile
 	$(PY) -m pytest -m alone
 
@@ -33,8 +37,7 @@ python-tests-ready: build
 	$(MAKE) $(VENV)/simulators
 
 rust-tests-ready:
-	MAKEFLAGS= cargo test --no-run --quiet
-	MAKEFLAGS= cargo test --no-run --quiet --package graspforce-c
+	MAKEFLAGS= cargo build --lib --tests --quiet $(RUST_TESTED)
 
 # Seconds for each target, and inputs (-1: as many as fit); past failures, in fuzz/corpus, are always run first.
 FUZZ_SECONDS ?= 60
@@ -190,9 +193,11 @@ $(VENV)/lint: $(VENV)/ready
 	$(PY) -m pip install --quiet --group lint
 	touch $@
 
-# Hundreds of megabytes that only the tests of simulator adapters and of the viewer's page need.
+# Hundreds of megabytes that only the tests of simulator adapters, of hands and of the viewer's page need. Where pybullet
+# has no wheel, it would compile for many minutes: the tests of its objects are skipped there.
 $(VENV)/simulators: $(VENV)/ready
 	$(PY) -m pip install --quiet --group simulators --group browser
+	-$(PY) -m pip install --quiet --only-binary pybullet --group objects
 	touch $@
 
 clean:

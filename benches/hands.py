@@ -1,14 +1,17 @@
 """Does a planned grasp hold? Random objects, both hands, six pushes each, in simulation.
 
 Run by ``python benches/hands.py``; one row by ``python benches/hands.py --only shadow``. The objects are
-fifty of the thousand random ones of pybullet. A seed drew them before any run; they are scaled to one size.
-An object that cannot be read or planned for counts as a failure. ``--ablations`` leaves out one part of the
+fifty of the thousand random ones of pybullet. A seed drew them before any run; they are scaled to 5, 8 and
+12 cm.
+An object that cannot be read or planned for counts as a failure. The search itself tries its best plans in
+simulation, for a shorter time, unless ``--untried`` is given. ``--ablations`` leaves out one part of the
 search at a time, and also pushes three times as hard. ``--servo 1`` changes the stiffness of the servos.
 """
 
 import argparse
 import dataclasses
 import functools
+import sys
 import time
 import warnings
 
@@ -87,6 +90,7 @@ def ablations(hand, fingers, size, objects):
     whole = {"seeds": "contacts"}
     cases = {
         "whole pipeline": {},
+        "no trial within the search": {"simulate": False},
         "no refinement": {"refine": False},
         "chosen by quality, not by slip onset": {"rank": "quality"},
         "no balanced preload: all fingers press alike": {"change": pressed_alike},
@@ -103,7 +107,7 @@ def ablations(hand, fingers, size, objects):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--objects", type=int, default=50)
-    parser.add_argument("--sizes", default="8", help="largest extents in cm")
+    parser.add_argument("--sizes", default="5,8,12", help="largest extents in cm")
     parser.add_argument("--only", default="", help="rows whose names hold this word")
     parser.add_argument("--trials", default="squeeze,closing", help=", ".join(TRIALS))
     parser.add_argument(
@@ -111,9 +115,12 @@ def main():
     )
     parser.add_argument("--seed", type=int, default=1, help="of the choice of objects")
     parser.add_argument("--ablations", action="store_true")
+    parser.add_argument("--untried", action="store_true", help="no trial within the search")
     parser.add_argument("--verbose", action="store_true", help="a line for each object")
     given = parser.parse_args()
     warnings.simplefilter("ignore", gf.GraspWarning)
+    # A long run that is cut short keeps what it printed into a file.
+    sys.stdout.reconfigure(line_buffering=True)
     objects = numbers(given.objects, given.seed)
     for size in given.sizes.split(","):
         for name, (which, fingers) in ROWS.items():
@@ -126,7 +133,7 @@ def main():
             else:
                 run(
                     hand, fingers, float(size) / 100, objects, trials=given.trials.split(","),
-                    verbose=given.verbose,
+                    verbose=given.verbose, simulate=not given.untried,
                 )  # fmt: skip
 
 

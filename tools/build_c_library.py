@@ -26,17 +26,23 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--prefix", type=Path, default=ROOT / "target" / "capi", help="where to install")
+    parser.add_argument("--debug", action="store_true", help="compiled like the tests of Rust")
     arguments = parser.parse_args()
     if sys.platform not in {"linux", "darwin"}:
         sys.stderr.write(f"build_c_library.py: Linux and macOS only, not {sys.platform}\n")
         return 1
-    # The flags of the extension module, so that both share what is compiled, and no file names this machine.
-    environment = {**os.environ, "CARGO_ENCODED_RUSTFLAGS": SEPARATOR.join(rust_flags(os.environ))}
-    command = ["cargo", "build", "--release", "--locked", "--package", "graspforce-c"]
+    environment = dict(os.environ)
+    command = ["cargo", "build", "--locked", "--lib", "--package", "graspforce-c"]
+    if arguments.debug:
+        command += ["--tests", "--package", "graspforce"]
+    else:
+        # The flags of the extension module, so that no file names this machine.
+        environment["CARGO_ENCODED_RUSTFLAGS"] = SEPARATOR.join(rust_flags(os.environ))
+        command += ["--release"]
     built = subprocess.run(command, cwd=ROOT, env=environment, check=False)
     if built.returncode == 0:
         target = Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target")
-        install(target / "release", arguments.prefix)
+        install(target / ("debug" if arguments.debug else "release"), arguments.prefix)
     return built.returncode
 
 

@@ -59,4 +59,5 @@ with sync_playwright() as playwright:
     take(browser, egg, "viewer.png", dark=False)
     take(browser, egg, "viewer-dark.png", dark=True)
     take(browser, hand, "viewer-hand.png", dark=False)
+    take(browser, hand, "viewer-hand-dark.png", dark=True)
     browser.close()

@@ -40,7 +40,9 @@ class GraspMaker:
     def planned(self):
         """Return the plan of `plan_hand`, or None."""
         try:
-            return plan_hand(self.hand, self.mesh, friction_margin=MARGIN, preload=PRELOAD).best
+            # A search that tries its plans in simulation would leave out those that fail.
+            options = {"friction_margin": MARGIN, "preload": PRELOAD, "simulate": False}
+            return plan_hand(self.hand, self.mesh, **options).best
         except GraspForceError as error:
             print(f"    no plan: {error}")
             return None

@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 
 import graspforce as gf
-from graspforce.plotting import draw_forces, draw_spatial_grasp
+from graspforce.plotting import draw_forces
 
 # %%
 # The grasp
@@ -25,13 +25,12 @@ grasp = gf.Grasp(0.04 * outward, -outward, friction=0.5, max_normal_force=20.0, 
 print(grasp)
 
 # %%
-# ``grasp.plot()`` draws it in one call; forces and plans have ``plot``, too. Here the cup is drawn with it.
+# ``plot`` draws it, here with the cup. Qualities, forces and plans have ``plot``, too.
 
 cup = trimesh.creation.cylinder(radius=0.04, height=0.1, sections=64)
-figure = plt.figure(figsize=(5, 4.4), layout="constrained")
-axes = figure.add_subplot(projection="3d")
-draw_spatial_grasp(axes, grasp, mesh=(cup.vertices, cup.faces), labels=True)
-figure.set_label("Three contacts on a cup, each with its friction cone")
+picture = grasp.plot(mesh=cup)
+picture.set_label("Three contacts on a cup, each with its friction cone")
+picture
 
 # %%
 # How good is it?
@@ -41,6 +40,9 @@ figure.set_label("Three contacts on a cup, each with its friction cone")
 quality = grasp.quality("max")
 print(quality.closure, f"{quality.epsilon:.2f} N")
 print("weakest along the wrench", quality.direction.round(2))
+picture = quality.plot(mesh=cup)
+picture.set_label("The cup with its contacts, and the weakest wrench as a straight and a curved arrow")
+picture
 
 # %%
 # How hard must each finger press?
@@ -49,6 +51,9 @@ print("weakest along the wrench", quality.direction.round(2))
 
 hold = gf.ForceDistributor(grasp).solve([0, 0, -5, 0, 0, 0])
 print("normal forces", hold.forces[:, 0].round(2), "N: at most", f"{hold.sigma_max:.0%} of a limit")
+picture = hold.plot(mesh=cup)
+picture.set_label("The cup with the contact forces that hold its weight of 5 N")
+picture
 
 # %%
 # The cup is shaken sideways for a second, at 1 kHz. ``solve_many`` gives the forces of every moment.
@@ -86,12 +91,9 @@ print(f"from {quality.epsilon:.2f} N to {found.quality.epsilon:.2f} N, at", np.r
 
 # %%
 
-figure = plt.figure(figsize=(8, 4), layout="constrained")
-for place, shown, name in ((121, grasp, "before"), (122, found.grasp, "after")):
-    axes = figure.add_subplot(place, projection="3d")
-    draw_spatial_grasp(axes, shown, mesh=(cup.vertices, cup.faces), labels=True)
-    axes.set_title(f"{name}: {shown.quality('max').epsilon:.2f} N")
-figure.set_label("The cup from the side: contacts before the search and, evenly spread, after it")
+picture = found.plot(mesh=cup)
+picture.set_label("Left: epsilon over the iterations. Right: the cup with evenly spread contacts")
+picture
 
 # %%
 # From here: :doc:`/guides/which_number` lists what else can be asked. :doc:`/guides/mesh_planning` plans on

@@ -10,7 +10,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import graspforce as gf
-from graspforce.plotting import draw_planar_grasp, draw_wrench_polytopes
 
 
 def fingers_on_disc(count):
@@ -25,14 +24,10 @@ def fingers_on_disc(count):
 # is the quality by the maximum. The ball touches the nearest facet at the red point.
 
 grasp = fingers_on_disc(3)
-figure = plt.figure(figsize=(9, 4.4), layout="constrained")
-axes = figure.add_subplot(121)
 turn = np.linspace(0, 2 * np.pi, 100)
-draw_planar_grasp(axes, grasp, outline=np.stack([np.cos(turn), np.sin(turn)], axis=1))
-axes.autoscale_view()
-axes.axis("off")
-draw_wrench_polytopes(figure.add_subplot(122, projection="3d"), grasp)
-figure.set_label("Three fingers on a disc; beside it two nested polytopes and the ball that touches a facet")
+picture = grasp.quality("max").plot(outline=np.stack([np.cos(turn), np.sin(turn)], axis=1))
+picture.set_label("Three fingers on a disc; beside it two nested polytopes and the ball that touches a facet")
+picture
 
 # %%
 # More fingers make the grasp stronger. Only the maximum shows it.

@@ -5,11 +5,9 @@ Contact planning on a disc
 Three fingers are placed on an elliptic disc. Each is searched on its own third of the rim.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import graspforce as gf
-from graspforce.plotting import draw_plan_history, draw_planar_grasp
 
 rim = gf.surfaces.ellipse(0.12, 0.08)
 found = gf.plan(
@@ -24,9 +22,6 @@ found = gf.plan(
 )
 print(found)
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.6), layout="constrained")
-draw_plan_history(left, found)
-draw_planar_grasp(right, found.grasp, outline=rim.point(np.linspace(0, 2 * np.pi, 200)))
-right.autoscale_view()
-right.axis("off")
-figure.set_label("Left: the quality over the iterations. Right: three fingers on an elliptic disc")
+picture = found.plot(outline=rim.point(np.linspace(0, 2 * np.pi, 200)))
+picture.set_label("Left: the quality over the iterations. Right: three fingers on an elliptic disc")
+picture

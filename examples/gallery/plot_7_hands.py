@@ -38,14 +38,14 @@ OBJECTS = {
 }
 HANDS = {"Allegro": gf.hands.preset("allegro-right"), "Shadow": gf.hands.preset("shadow")}
 
-figure = plt.figure(figsize=(12, 5.4), layout="constrained")
+figure = plt.figure(figsize=(12, 6), layout="constrained")
 for row, (name, hand) in enumerate(HANDS.items()):
     for column, (kind, mesh) in enumerate(OBJECTS.items()):
         plan = gf.plan_hand(hand, mesh, best=1).best
         trial = gf.hands.shake(plan, mesh, seconds=1.0)
         axes = figure.add_subplot(2, 5, 5 * row + column + 1, projection="3d")
         draw_hand(axes, plan, (mesh.vertices, mesh.faces))
-        axes.set_title(f"{name}, {kind}: {int(trial.held.sum())} of 6 held", fontsize=8)
+        axes.set_title(f"{name}, {kind}\n{int(trial.held.sum())} of 6 pushes held", fontsize=11)
         print(
             f"{name}, {kind}: slips at {plan.onset:.2f} N, off by {plan.contact_error * 1e3:.2f} mm, "
             f"moved at most {trial.displacement.max() * 1e3:.1f} mm"

@@ -24,20 +24,21 @@ plate = gf.Grasp(
 
 
 def draw(axes, grasp, region, title):
-    feet = grasp.positions[:, :2]
-    for polygon, style in ((region.outer, "--"), (region.inner, "-")):
-        closed = np.vstack([polygon, polygon[:1]])
-        axes.plot(*closed.T, style, color="#1f5f99", linewidth=1)
     axes.fill(*region.inner.T, color="#1f5f99", alpha=0.15)
-    axes.plot(*feet.T, "o", color="#b5402c")
-    axes.set(title=title, aspect="equal", xlabel="x in m", ylabel="y in m")
+    for polygon, style, name in ((region.outer, "--", "outer polygon"), (region.inner, "-", "inner polygon")):
+        closed = np.vstack([polygon, polygon[:1]])
+        axes.plot(*closed.T, style, color="#1f5f99", linewidth=1, label=name)
+    axes.plot(*grasp.positions[:, :2].T, "o", color="#30343b", label="contacts")
+    axes.set(title=title, aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    axes.spines[["top", "right"]].set_visible(False)
 
 
-figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), layout="constrained")
+figure, axes = plt.subplots(1, 2, figsize=(8, 4), layout="constrained")
 walking = gf.support_region(walker, weight=300.0, gap=1e-2)
 draw(axes[0], walker, walking, "A walker of 300 N, 200 N a foot")
 served = gf.support_region(plate, weight=10.0)
 draw(axes[1], plate, served, "A plate of 10 N on three fingers")
+figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
 figure.set_label("Seen from above: contacts, and the region where the centre of mass may be")
 print(walking)
 print(served)

@@ -29,7 +29,7 @@ turn = np.linspace(0, 2 * np.pi, 200)
 for gamma, colour in ((0.002, "#3b8ea5"), (0.005, "#1f5f99"), (0.01, "#d1762b")):
     right.plot(0.6 * np.cos(turn), 1e3 * gamma * np.sin(turn), color=colour, label=f"{1e3 * gamma:.0f} mm")
 right.set(xlabel="friction force (N)", ylabel="torque (N mm)", title="one contact at 1 N")
-right.legend(frameon=False, title="coefficient", loc="upper right", fontsize=8)
+right.legend(frameon=False, title="coefficient", loc="center left", bbox_to_anchor=(1, 0.5))
 for axes in (left, right):
     axes.spines[["top", "right"]].set_visible(False)
 figure.set_label(

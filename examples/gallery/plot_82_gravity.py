@@ -27,11 +27,13 @@ for weight, colour in ((5, "#3b8ea5"), (10, "#1f5f99"), (15, "#d1762b")):
         pull = np.stack([x * np.cos(turns), y * np.sin(turns), z * np.sin(turns), *3 * [0 * turns]], axis=1)
         left = [pan.quality("max", external_wrench=weight * along).epsilon for along in pull]
         place.plot(turns, left, color=colour, label=f"{weight} N")
-for place, title in zip(axes, ("weight in the plane of the pan", "weight across the pan"), strict=True):
+for place, title in zip(
+    axes, ("epsilon (N), weight in the plane of the pan", "epsilon (N), weight across the pan"), strict=True
+):
     place.plot(turns, np.full_like(turns, alone), "--", color="#8a9099", label="no weight")
     place.set_title(title)
     place.set_rlabel_position(75)
-axes[0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8)
+axes[0].legend(loc="lower left", bbox_to_anchor=(-0.3, -0.15), frameon=False, fontsize=8, title="weight")
 figure.set_label(
     "Two polar plots: the disturbance that is resisted on top of a weight of 5, 10 and 15 N, by its direction"
 )

@@ -17,7 +17,11 @@ A plan of a hand moves from the pregrasp to the squeeze: ``graspforce view plan.
 plan-hand`` has written the plan. :doc:`/guides/own_hand` tells how.
 
 .. image:: /_static/viewer-hand.png
-   :class: photo
+   :class: only-light
+   :alt: The Allegro hand around a box, with numbered contacts, a slider of its closing and forces by finger
+
+.. image:: /_static/viewer-hand-dark.png
+   :class: only-dark
    :alt: The Allegro hand around a box, with numbered contacts, a slider of its closing and forces by finger
 """
 

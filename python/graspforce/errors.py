@@ -122,7 +122,8 @@ class InfeasibleWrenchError(GraspForceError):
     direction : numpy.ndarray
         (d,) unit vector e that proves it: ``w_ih . e <= 0`` for every primitive wrench, and
         ``-w_ext . e > 0`` by more than the feasibility tolerance. With ``min_normal`` c the second inequality
-        is ``-w_ext . e > sum_i c_i max_h w_ih . e``.
+        is ``-w_ext . e > sum_i c_i max_h w_ih . e``. Of the plan of a hand: no forces within friction and
+        torque limits exert as much along e as ``-w_ext . e``.
     """
 
     direction: NDArray[np.float64]

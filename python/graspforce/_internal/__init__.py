@@ -1,6 +1,7 @@
 """Helpers that several packages share.
 
-- `checks`: arguments; `restored`: fields of pickles; `optional_imports`: packages of an extra.
+- `checks`: arguments; `restored`: fields of pickles; `safe_read`: files of limited size;
+  `optional_imports`: packages of an extra.
 - `to_dict`, `html`: results as dictionaries and as tables of notebooks; `printable`: text that is safe to
   print.
 - `differentiable`: what PyTorch and JAX call.

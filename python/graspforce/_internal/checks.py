@@ -136,11 +136,11 @@ def finite_vector(
 
 
 def triangles(argument: str, mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Check a pair of vertices (V, 3) and triangles (F, 3) for pictures."""
+    """Check vertices (V, 3) and triangles (F, 3) for pictures: of a pair, or of a mesh that has both."""
     try:
-        given, corners = mesh
+        given, corners = (mesh.vertices, mesh.faces) if hasattr(mesh, "faces") else mesh
     except (TypeError, ValueError):
-        message = f"{argument}: {reprlib.repr(mesh)} is not a pair of vertices and faces"
+        message = f"{argument}: {reprlib.repr(mesh)} is no mesh and no pair of vertices and faces"
         raise InvalidInputError(message) from None
     vertices, faces = finite_array(argument, given), np.asarray(corners)
     if vertices.ndim != 2 or vertices.shape[1] != 3:

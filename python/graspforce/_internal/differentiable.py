@@ -34,6 +34,7 @@ __all__ = [
     "Layout",
     "forces",
     "quality",
+    "smooth_minimum",
 ]
 
 ROWS = ("friction", "max_normal_force", "torsion", "tangents", "origin", "length_scale")
@@ -142,7 +143,7 @@ def quality(
     flat, positions, normals, kept = _flattened(layout, positions, normals, rows, kept)
     if smoothing > 0:
         batch = quality_many(positions, normals, **kept, bundle=SMOOTHED_DIRECTIONS)
-        values, derivatives = _smoothed(batch, smoothing, flat.owners)
+        values, derivatives = smooth_minimum(batch, smoothing, flat.owners)
     else:
         batch = quality_many(positions, normals, **kept, gradient=True)
         values, derivatives = batch.epsilon, {name: getattr(batch.gradient, name) for name in _DERIVATIVES}
@@ -245,7 +246,7 @@ def _flattened(
     )
 
 
-def _smoothed(
+def smooth_minimum(
     batch: QualityBatch, smoothing: float, owners: NDArray[np.int64] | None
 ) -> tuple[Array, dict[str, Array]]:
     """Return the smooth minimum of the supports along critical directions, and its derivatives.

@@ -12,6 +12,7 @@ from graspforce._internal.printable import printable
 from graspforce.errors import GraspForceError, InfeasibleWrenchError, InvalidFileError
 
 from . import forces, grade, info, plan, plan_hand, quality, reproduce, shake, view
+from .command import Command
 from .exit_codes import BAD_FILE, FAILED, INFEASIBLE, MEANINGS
 
 _EXIT_CODES = "Exit codes: " + "; ".join(f"{code} {meaning}" for code, meaning in MEANINGS.items()) + "."
@@ -24,15 +25,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 # A further command is one module with a function that Typer can read, and one line here.
-app.command("quality")(quality.quality)
-app.command("forces")(forces.forces)
-app.command("plan")(plan.plan)
-app.command("plan-hand")(plan_hand.plan_hand_command)
-app.command("shake")(shake.shake_command)
-app.command("grade")(grade.grade)
-app.command("view")(view.view)
-app.command("reproduce")(reproduce.reproduce)
-app.command("info")(info.info)
+app.command("quality", cls=Command)(quality.quality)
+app.command("forces", cls=Command)(forces.forces)
+app.command("plan", cls=Command)(plan.plan)
+app.command("plan-hand", cls=Command)(plan_hand.plan_hand_command)
+app.command("shake", cls=Command)(shake.shake_command)
+app.command("grade", cls=Command)(grade.grade)
+app.command("view", cls=Command)(view.view)
+app.command("reproduce", cls=Command)(reproduce.reproduce)
+app.command("info", cls=Command)(info.info)
 
 
 def run(arguments: list[str]) -> int:

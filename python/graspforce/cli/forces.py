@@ -15,7 +15,7 @@ from graspforce.files import GraspFile, load_wrenches
 
 from .exit_codes import INFEASIBLE, PAST_LIMITS
 from .grasp_options import about_a_grasp, wrench_of
-from .output import AsJson, Objective, Plot, in_a_folder, note, print_json, print_table, rounded, save, vector
+from .output import AsJson, Objective, Plot, for_a_file, note, print_json, print_table, rounded, save, vector
 from .progress import progress
 from .trajectory import Trajectory, solve_trajectory
 
@@ -51,7 +51,7 @@ def forces(
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write all contact forces into FILE (npz).", callback=in_a_folder),
+        typer.Option(metavar="FILE", help="Write all contact forces into FILE (npz).", callback=for_a_file),
     ] = None,
     plot: Plot = None,
 ) -> None:

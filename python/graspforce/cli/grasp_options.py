@@ -15,11 +15,11 @@ from graspforce._internal.printable import printable
 from graspforce.errors import InvalidFileError, InvalidInputError
 from graspforce.files import GraspFile, MeshPlanFile, load_grasp
 from graspforce.files.grasp_file import grasp_of
-from graspforce.files.mesh_file import FORMATS
 from graspforce.files.mesh_plan_file import mesh_problem
 from graspforce.files.schema import GraspModel
 from graspforce.files.wrench_file import numbers_of, parse_wrench
 from graspforce.files.yaml_document import Document
+from graspforce.surfaces.mesh_file import FORMATS, unreadable_kind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -48,7 +48,9 @@ _OTHER_MESHES = (
     "x3d",
 )
 
-GraspArgument = Annotated[Path, typer.Argument(help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")]
+GraspArgument = Annotated[
+    Path, typer.Argument(metavar="GRASP", help="Grasp file (YAML, JSON, NPZ), or a mesh with --at.")
+]
 At = Annotated[
     list[str] | None,
     typer.Option(
@@ -140,8 +142,7 @@ def is_mesh(path: Path, *, as_mesh: bool = False) -> bool:
     if kind in FORMATS:
         return True
     if kind in _OTHER_MESHES or (as_mesh and kind not in _DOCUMENTS):
-        known = ", ".join(FORMATS)
-        raise InvalidFileError(path, f"a mesh of the kind {kind!r} cannot be read; these can: {known}")
+        raise InvalidFileError(path, unreadable_kind(kind))
     return False
 
 

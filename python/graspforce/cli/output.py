@@ -69,10 +69,19 @@ def note(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
-def in_a_folder(path: Path | None, option: typer.CallbackParam) -> Path | None:
-    """Refuse an output path without a folder, or a picture of unknown format, before any work is done."""
+def in_a_folder(path: Path | None) -> Path | None:
+    """Refuse an output path without a folder before any work is done."""
     if path is not None:
         has_folder(path)
+    return path
+
+
+def for_a_file(path: Path | None, option: typer.CallbackParam) -> Path | None:
+    """Refuse an output file without a folder, or a picture of unknown format, before any work is done."""
+    if path is not None:
+        has_folder(path)
+        if path.is_dir():
+            raise typer.BadParameter(printable(f"{path} is a folder; name a file in it"))
         if option.name == "plot":
             known = optional("matplotlib.figure", "plot").Figure().canvas.get_supported_filetypes()
             if path.suffix.lower().removeprefix(".") not in known:
@@ -83,7 +92,7 @@ def in_a_folder(path: Path | None, option: typer.CallbackParam) -> Path | None:
 
 Plot = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=in_a_folder),
+    typer.Option(metavar="FILE", help="Draw the result into FILE (png, pdf, svg).", callback=for_a_file),
 ]
 
 

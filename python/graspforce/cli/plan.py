@@ -21,13 +21,16 @@ from .grasp_options import (
     mesh_problem_from,
     refuse_with_a_file,
 )
-from .output import AsJson, Criterion, Plot, in_a_folder, print_json, print_table, save, save_best, vector
+from .output import AsJson, Criterion, Plot, for_a_file, print_json, print_table, save, save_best, vector
 from .plan_mesh import plan_on_mesh
 from .progress import progress
 
 
 def plan(
-    problem: Annotated[Path, typer.Argument(help="Plan file (YAML, JSON), or a mesh (GLB, OBJ, STL, ...).")],
+    problem: Annotated[
+        Path,
+        typer.Argument(metavar="PROBLEM", help="Plan file (YAML, JSON), or a mesh (GLB, OBJ, STL, ...)."),
+    ],
     criterion: Criterion = "max",
     as_json: AsJson = False,
     out: Annotated[
@@ -35,7 +38,7 @@ def plan(
         typer.Option(
             metavar="FILE",
             help="Write the best grasp into FILE as a grasp file (json).",
-            callback=in_a_folder,
+            callback=for_a_file,
         ),
     ] = None,
     plot: Plot = None,

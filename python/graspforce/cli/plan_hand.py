@@ -13,7 +13,8 @@ from graspforce.files import load_mesh
 from graspforce.hands import Hand, plan_hand, preset, presets
 from graspforce.surfaces.mesh_checks import metres
 
-from .output import AsJson, Criterion, in_a_folder, note, print_json, print_table, save, vector
+from .grasp_options import wrench_of
+from .output import AsJson, Criterion, for_a_file, note, print_json, print_table, save, vector
 from .progress import progress
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ MeshUnit = Annotated[
 
 def plan_hand_command(
     hand: Annotated[
-        str, typer.Argument(help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left.")
+        str,
+        typer.Argument(
+            metavar="HAND", help="Hand file (YAML, JSON), or shadow, allegro-right, allegro-left."
+        ),
     ],
     mesh: Annotated[Path, typer.Argument(metavar="OBJECT", help="Mesh of the object (GLB, OBJ, STL, ...).")],
     criterion: Criterion = "max",
@@ -48,18 +52,19 @@ def plan_hand_command(
         Literal["palms", "contacts", "both"], typer.Option(help="Where the search begins.")
     ] = "palms",
     starts: Annotated[int, typer.Option(help="Poses that are put onto the surface.")] = 60,
+    simulate: Annotated[bool, typer.Option(help="Try the best plans in simulation.")] = True,
     best: Annotated[int, typer.Option(help="Number of plans to keep.")] = 5,
     time_limit: Annotated[float | None, typer.Option(help="Seconds after which the search ends.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
     as_json: AsJson = False,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the best plan into FILE (json).", callback=in_a_folder),
+        typer.Option(metavar="FILE", help="Write the best plan into FILE (json).", callback=for_a_file),
     ] = None,
     plot: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=in_a_folder
+            metavar="FILE", help="Draw the best plan into FILE (png, pdf, svg).", callback=for_a_file
         ),
     ] = None,
 ) -> None:
@@ -67,14 +72,15 @@ def plan_hand_command(
 
     Example: `graspforce plan-hand allegro-right mug.obj --unit mm --out plan.json --plot plan.png`
     """
+    load = None if external_wrench is None else wrench_of("--external-wrench", external_wrench, 6)
     made = hand_named(hand)
     vertices, faces = object_mesh(mesh, unit)
     try:
         with progress("planning"):
             found = plan_hand(
                 made, (vertices, faces), _numbers(fingers), criterion, friction=friction, torsion=torsion,
-                preload=preload, external_wrench=_wrench(external_wrench), rank=rank, seeds=seeds,
-                starts=starts, best=best, time_limit=time_limit, seed=seed,
+                preload=preload, external_wrench=load, rank=rank, seeds=seeds,
+                starts=starts, simulate=simulate, best=best, time_limit=time_limit, seed=seed,
             )  # fmt: skip
     except InvalidInputError as error:
         raise InvalidInputError(str(error).replace("scale it to m", "give its unit by --unit")) from None
@@ -114,16 +120,9 @@ def _numbers(text: str | None) -> list[int] | None:
     try:
         return [int(part) for part in text.split(",")]
     except ValueError:
-        raise InvalidInputError(f"--fingers: {text!r}, expected numbers such as 0,1,2") from None
-
-
-def _wrench(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InvalidInputError(f"--external-wrench: {text!r}, expected six numbers") from None
+        raise typer.BadParameter(
+            f"{text!r}, expected numbers such as 0,1,2", param_hint="--fingers"
+        ) from None
 
 
 def _print(name: str, found: HandPlanSet) -> None:
@@ -150,5 +149,8 @@ def _print(name: str, found: HandPlanSet) -> None:
     ]
     print_table("best plan", ("fingertip", "position (m)", "presses (N)"), tips)
     print(f"palm at {vector(best.palm[:3, 3])} m; planned in {found.seconds:.2f} s")
+    lost = found.counts.get("lost in simulation", 0)
+    if lost and not found.counts.get("held in simulation"):
+        print(f"none of the {lost} plans that were tried in simulation held every push; see graspforce shake")
     if found.stopped != "done":
         print(f"stopped by {found.stopped}")

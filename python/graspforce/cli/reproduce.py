@@ -18,7 +18,10 @@ _Example = StrEnum("_Example", list(reproduction.EXAMPLES))  # type: ignore[misc
 
 def reproduce(
     example: Annotated[
-        _Example, typer.Argument(help="racket: Example 1, in the plane; tile: Example 2, planning in space.")
+        _Example,
+        typer.Argument(
+            metavar="EXAMPLE", help="racket: Example 1, in the plane; tile: Example 2, planning in space."
+        ),
     ],
     json_file: Annotated[
         Path | None,

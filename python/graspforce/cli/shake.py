@@ -20,7 +20,9 @@ _DIRECTIONS = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
 def shake_command(
-    plan: Annotated[Path, typer.Argument(help="Plan of a hand, as plan-hand --out writes it.")],
+    plan: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="Plan of a hand, as plan-hand --out writes it.")
+    ],
     mesh: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The object's mesh in m, in place of the plan's.")
     ] = None,
@@ -67,3 +69,5 @@ def shake_command(
         f"{np.degrees(trial.settled_rotation):.2f} degrees; normal forces off by at most "
         f"{trial.normal_error:.2f} N"
     )
+    if not np.isfinite(trial.settled_displacement):
+        print("the simulation diverged before any push; more damping or armature of the joints may help")

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from graspforce._internal.safe_read import limited_bytes
 from graspforce.errors import InvalidInputError
 from graspforce.files import GraspFile, load_mesh, load_wrenches
-from graspforce.files.safe_read import limited_bytes
 
 from .grasp_options import about_a_grasp, grasp_from, refuse_with_a_file
 from .output import note

@@ -6,13 +6,13 @@ files hold no pickles, and a mesh lies beside the file that names it. A wrong fi
 
 - `grasp_file`, `plan_file`, `mesh_plan_file`, `wrench_file`, `save_grasp`: one kind of file each; `schema`:
   their fields.
-- `mesh_file`, `triangles` and `scene_file`: meshes; `contacts_on_mesh`: contacts of a file on its mesh.
-- `yaml_document`: YAML and JSON with lines; `safe_read`: limits of size; `reasons`: error messages about
-  fields.
+- `contacts_on_mesh`: contacts of a file on its mesh, which `graspforce.surfaces` reads.
+- `yaml_document`: YAML and JSON with lines; `reasons`: error messages about fields.
 """
 
+from graspforce.surfaces.mesh_file import load_mesh
+
 from .grasp_file import GraspFile, load_grasp
-from .mesh_file import load_mesh
 from .mesh_plan_file import MeshPlanFile
 from .plan_file import PlanFile, load_problem
 from .save_grasp import save_grasp

@@ -7,13 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graspforce._internal.optional_imports import optional
+from graspforce._internal.safe_read import beside
 from graspforce.errors import InvalidFileError, InvalidInputError, MissingExtraError
 from graspforce.surfaces import MeshSurface
-from graspforce.surfaces.mesh_parts import components
-
-from .mesh_file import load_mesh
-from .safe_read import beside
+from graspforce.surfaces.mesh_file import few_parts
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,9 +19,6 @@ if TYPE_CHECKING:
 
     from .schema import ContactModel, GraspModel, MeshModel
     from .yaml_document import Document
-
-MAX_PARTS = 256
-"""Largest number of closed parts of a mesh. Each pair of parts is checked for overlap, which takes time."""
 
 
 def mesh_path(document: Document, model: MeshModel) -> Path:
@@ -44,17 +38,12 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
     """
     path = mesh_path(document, model)
     try:
-        vertices, faces = load_mesh(path)
+        mesh = few_parts(path)
     except InvalidFileError as error:
         if document.mesh is not None:
             raise
         raise document.error(("mesh", "file"), str(error)) from None
-    if (parts := _num_parts(faces)) > MAX_PARTS:
-        message = f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
-        raise document.error(("mesh", "file"), message)
     try:
-        # STL repeats the corners of every triangle; merging keeps the triangles and their order.
-        mesh = optional("trimesh", "mesh").Trimesh(vertices, faces, process=True)
         return MeshSurface(
             mesh,
             unit=model.unit,
@@ -69,12 +58,6 @@ def load_surface(document: Document, model: MeshModel, *, closed: bool = True) -
             "pass check_watertight=False", "set `check_watertight: false` in a file"
         )
         raise document.error(("mesh", field), message) from None
-
-
-def _num_parts(faces: NDArray[np.int64]) -> int:
-    """Count groups of faces (F, 3) that share no vertex."""
-    labels = components(int(faces.max()) + 1, np.concatenate([faces[:, :2], faces[:, 1:]]))
-    return len(np.unique(labels[faces[:, 0]]))
 
 
 def contact_places(

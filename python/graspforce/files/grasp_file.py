@@ -13,14 +13,14 @@ import numpy as np
 
 from graspforce._core import Grasp, unwarned_grasp
 from graspforce._internal.checks import real_number
+from graspforce._internal.safe_read import limited_bytes
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidFileError, InvalidGraspError, InvalidInputError
 from graspforce.surfaces.mesh_checks import metres
+from graspforce.surfaces.mesh_file import load_mesh
 from graspforce.typing import GRASP_ARGUMENTS
 
 from .contacts_on_mesh import contact_places, mesh_path
-from .mesh_file import load_mesh
-from .safe_read import limited_bytes
 from .schema import GraspArgumentsModel, GraspModel, of_each_contact
 from .yaml_document import Document, is_plan, read_document
 

@@ -16,6 +16,8 @@ _KINDS = {
     "finite_number": "a finite number",
     "int_type": "a whole number",
     "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "float_parsing": "a number",
     "string_type": "text",
     "string_unicode": "text",
     "bool_type": "true or false",
@@ -55,10 +57,11 @@ def reasons(data: Any, errors: Sequence[ErrorDetails]) -> Iterator[tuple[tuple[s
     parents = {field[:size] for field in found for size in range(len(field))}
     for field, group in found.items():
         kinds = list(dict.fromkeys(_KINDS[e["type"]] for e in group if e["type"] in _KINDS))
-        if kinds and field in parents and isinstance(group[0]["input"], list):
-            continue  # One of the alternatives; what is wrong with the list is another error.
+        if kinds and field in parents and isinstance(group[0]["input"], list | dict):
+            continue  # One of the alternatives; what is wrong within the list or the fields is another error.
         others = [_words(error) for error in group if error["type"] not in _KINDS]
-        if kinds:
+        # A value of the right kind is wrong by itself: what else could stand there is no help.
+        if kinds and not others:
             kinds += [_NULLABLE[str(field[-1])]] if field and field[-1] in _NULLABLE else []
             others.append(f"expected {' or '.join(kinds)}")
         yield field, "; ".join(dict.fromkeys(others)) + _given(group[0])
@@ -84,6 +87,14 @@ def _words(error: ErrorDetails) -> str:
     if error["type"] in _OWN:
         return error["msg"]
     return _WORDS.get(error["type"], "not what this field may hold").format(**error.get("ctx", {}))
+
+
+def reason(error: ErrorDetails) -> str:
+    """Return why a single value is wrong, and the value."""
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"]).removesuffix(".")
+    words = f"expected {_KINDS[error['type']]}" if error["type"] in _KINDS else _words(error)
+    return words + _given(error)
 
 
 def _given(error: ErrorDetails) -> str:

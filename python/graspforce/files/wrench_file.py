@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graspforce._internal.checks import finite_array, whole_number
+from graspforce._internal.safe_read import limited_bytes
 from graspforce._internal.to_dict import ReadOnly
 from graspforce.errors import InvalidFileError, InvalidInputError
 
 from .grasp_file import MAX_ARRAY_BYTES
-from .safe_read import limited_bytes
 
 if TYPE_CHECKING:
     import os

@@ -11,10 +11,10 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from graspforce._internal.safe_read import limited_bytes
 from graspforce.errors import InvalidFileError, MissingExtraError
 
 from .reasons import reasons, shortened, spelled
-from .safe_read import limited_bytes
 
 try:
     import yaml

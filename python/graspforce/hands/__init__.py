@@ -7,7 +7,8 @@ trimesh and manifold3d for meshes. They are imported when first used.
   `model_file`, `model_relations`, `couplings`, `joint_values`, `fingertips`: what its model says.
 - Planning: `planner`: `plan_hand`; `grasp_problem`: what is asked for; `grasped_object`, `convex_parts`: the
   object; `search`, `seeds`, `snap`, `distances`, `candidates`, `refinement`: poses; `plan_making`, `preload`,
-  `torque_polytopes`, `closing`: from poses to plans; `hand_plan`, `hand_plan_set`, `plan_file`: the plans.
+  `limited_forces`, `torque_polytopes`, `closing`, `finishing`: from poses to plans; `hand_plan`,
+  `hand_plan_set`, `plan_file`: the plans.
 - `reaching` with `reach_seeds`: a pose for given contacts; `pose`: the result; `poses`, `kinematics`: many.
 - `trial`: `shake`; `simulation`, `scene`, `controllers`: how; `trial_result`: what became of the object.
 - `surface`: triangles for pictures.

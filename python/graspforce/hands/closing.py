@@ -29,8 +29,7 @@ def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses
     to open, the one is kept whose tips stay furthest from the object on the joints' straight motion, with
     links and fingers clear of everything. Fingers that arrive together do not push a free object away.
     """
-    _, touches, _ = distances.measure(poses, 5e-4)
-    best, clear = poses, np.full(len(poses), -np.inf)
+    best, clear = poses.copy(), np.full(len(poses), -np.inf)
     for share in (1.0, 0.5, 0.25):
         way = share * retreat
         options = SnapOptions(
@@ -42,17 +41,20 @@ def pregrasps(distances: Distances, poses: Poses, retreat: float) -> tuple[Poses
             gap=way,
             margin=min(1e-3, way / 2),
         )
-        along_normals = snap(distances, poses, options, targets=touches.centers + way * touches.outward)
+        left = np.flatnonzero(clear <= _ENOUGH * retreat)
+        if not len(left):
+            break
+        closed = poses[left]
+        _, touches, _ = distances.measure(closed, 5e-4)
+        opened = snap(distances, closed, options, targets=touches.centers + way * touches.outward)
         # The second way keeps only the distance, and lets tips slide along the surface.
         for free in (False, True):
-            opened = snap(distances, along_normals, options) if free else along_normals
-            kept = _clearance(distances, poses, opened, way)
-            better = np.flatnonzero(kept > clear + 1e-5)
-            best = best.copy()
-            best.put(better, opened[better])
-            clear[better] = kept[better]
-            if (clear > _ENOUGH * retreat).all():
-                return best, clear
+            if free:
+                opened = snap(distances, opened, options)
+            kept = _clearance(distances, closed, opened, way)
+            better = np.flatnonzero(kept > clear[left] + 1e-5)
+            best.put(left[better], opened[better])
+            clear[left[better]] = kept[better]
     return best, clear
 
 

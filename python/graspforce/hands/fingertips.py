@@ -164,11 +164,12 @@ def _round_shape(model: HandModel, where: str, name: str, body: int, near: Array
         if s.body == body and s.collides and s.kind in (_SPHERE, _CAPSULE)
     ]
     if not found:
+        own, others = model.bodies[body].name, ", ".join(n for n in _candidates(model) if n)
         raise InvalidInputError(
-            f"{where}: body {model.bodies[body].name!r} of {name!r} has no sphere or capsule that collides; "
-            f"give `radius` and `position` of the tip in m, or another name; tips could be "
-            f"{', '.join(n for n in _candidates(model) if n) or 'none of the model'}"
-        )  # fmt: skip
+            f"{where}: body {own!r}{f' of {name!r}' if name != own else ''} has no sphere or capsule that "
+            "collides; give `radius` and `position` of the tip in m"
+            + (f", or another name; tips could be {others}" if others else "")
+        )
     if near is not None:
         return min(found, key=lambda k: _distance(model.shapes[k], near))
     return max(found, key=lambda k: float(np.linalg.norm(model.shapes[k].position)))

@@ -109,7 +109,8 @@ def grasped_object(mesh: Any) -> GraspedObject:
             argument, _, message = str(error).partition(": ")
             if argument == "unit":
                 message = f"{message.rpartition(';')[0]}; scale it to m"
-            message = message.replace(", or pass check_watertight=False", "")
+            hull = "take its convex hull"
+            message = message.replace(f", {hull}, or pass check_watertight=False", f" or {hull}")
             raise InvalidInputError(f"{'mesh' if argument == 'unit' else argument}: {message}") from None
     boundary = checked.boundary
     triangles = boundary.vertices[boundary.faces]

@@ -51,7 +51,8 @@ class Hand(HandData):
     torque_limits, stiffness, damping, armature : float or mapping, optional
         Torque limit in N m, stiffness of the position servo in N m/rad, damping in N m s/rad and armature in
         kg m^2: one for all joints or by joint, in place of the model's. A servo of unknown stiffness reaches
-        its torque limit at 0.25 rad.
+        its torque limit at 0.25 rad. A joint without damping gets 0.03 s times its stiffness: undamped
+        fingers diverge in simulation.
     posture : mapping, optional
         Joint positions in rad of an open, preshaped hand. The search for grasps starts around it. Other
         joints are at a third of their range from the end nearest to 0.

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 _FULL_TORQUE = 0.25  # rad: a servo of unknown stiffness reaches its torque limit at this error
+_RELAXATION = 0.03  # s: damping of joints without any, as a multiple of the stiffness; undamped hands diverge
 
 
 class HandData:
@@ -57,7 +58,7 @@ class HandData:
         self.stiffness = read_only(
             joint_numbers("stiffness", options.get("stiffness"), self.joints, model_servo, positive=True)
         )
-        own = [joint.damping for joint in joints]
+        own = [j.damping or _RELAXATION * s for j, s in zip(joints, self.stiffness.tolist(), strict=True)]
         self.damping = read_only(joint_numbers("damping", options.get("damping"), self.joints, own))
         self.armature = read_only(
             joint_numbers("armature", options.get("armature"), self.joints, [j.armature for j in joints])

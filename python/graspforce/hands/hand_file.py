@@ -31,9 +31,13 @@ class HandFile:
 
     def error(self, error: InvalidInputError) -> InvalidFileError:
         """Return the error of an argument as one of the file, with line and field."""
-        argument = str(error).partition(":")[0].partition(",")[0]
-        field = (argument,) if argument in HandFileModel.model_fields else ()
-        return self._document.error(field, str(error).partition(": ")[2] if field else str(error))
+        where, _, message = str(error).partition(": ")
+        argument, _, part = where.partition(", ")
+        if argument not in HandFileModel.model_fields:
+            return self._document.error((), str(error))
+        if (argument, part) in self._document.lines:
+            return self._document.error((argument, part), message)
+        return self._document.error((argument,), f"{part}: {message}" if part else message)
 
 
 def read_hand_file(path: Path) -> HandFile:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from graspforce._internal.to_dict import Record
 from graspforce.errors import InfeasibleWrenchError, InvalidFileError, InvalidInputError
 
 from .hand import Hand
+from .limited_forces import limited_forces, unit_torques
 from .preload import finger_stiffness, joint_torques, least_forces, slip_onset
 from .torque_polytopes import torque_limited_grasp
 
@@ -127,29 +129,39 @@ class HandPlan(Record):
     def forces(self, external_wrench: ArrayLike | None = None) -> Array:
         """Return the least forces (m, k) in N, in contact frames, that balance an external wrench (6,).
 
-        Every finger presses at least the preload. Without a wrench these are the resting forces.
+        They are within the friction cones, and their torques within the joints' limits. Every finger presses
+        at least the preload, or as much of it as the torque limits allow. Without a wrench these are the
+        resting forces.
 
         Raises
         ------
         InfeasibleWrenchError
-            No forces within the friction cones balance it.
+            No forces balance the wrench; the message names the joint that limits them. ``error.direction``
+            is a unit wrench e that proves it: no such forces reach as far along e as they would have to.
         """
         if external_wrench is None:
             return self.resting_forces
         wrench = finite_vector("external_wrench", external_wrench, 6)
-        return least_forces(self.grasp, self.preload, wrench)
+        hand = self.hand
+        limits = hand.torque_limits[hand.driven]
+        with contextlib.suppress(InfeasibleWrenchError):
+            least = least_forces(self.grasp, self.preload, wrench)
+            if (np.abs(self._driven_torques(least)) <= limits * (1 + 1e-9)).all():
+                return least
+        names = [hand.joints[j] for j in hand.driven]
+        unit = unit_torques(self.grasp, self.jacobians, hand.coupling)
+        return limited_forces(self.grasp, unit, limits, self.preload, wrench, names)[0]
 
     def torques(self, external_wrench: ArrayLike | None = None) -> Array:
-        """Return the torques (n,) in N m by which the joints hold the object against an external wrench (6,).
+        """Return the torques (n,) in N m by which the joints exert `forces` against an external wrench (6,).
 
         A driven joint also carries the joints that follow it, whose own entries are 0. The hand's own weight
-        is left out.
+        is left out, and so are the moments of soft contacts about their normals.
 
         Raises
         ------
         InfeasibleWrenchError
-            No forces within the friction cones balance the wrench, or they need more than the torque limits;
-            the message names the joint.
+            As for `forces`.
 
         Examples
         --------
@@ -157,20 +169,14 @@ class HandPlan(Record):
         >>> hand = gf.hands.preset("allegro-right")  # doctest: +SKIP
         >>> gf.plan_hand(hand, mesh).best.torques([0, 0, -1, 0, 0, 0])  # doctest: +SKIP
         """
-        hand = self.hand
-        world = np.einsum("mij,mi->mj", self.grasp.frames, self.forces(external_wrench)[:, :3])
-        driven = joint_torques(self.jacobians, hand.coupling, world)
-        limits = hand.torque_limits[hand.driven]
-        over = np.abs(driven) / limits
-        if over.max() > 1 + 1e-9:
-            k = int(over.argmax())
-            raise InfeasibleWrenchError(
-                f"external_wrench: joint {hand.joints[hand.driven[k]]} would need {driven[k]:.4g} N m, more "
-                f"than its limit of {limits[k]:.4g} N m"
-            )
-        torques = np.zeros(len(hand.joints))
-        torques[hand.driven] = driven
+        torques = np.zeros(len(self.hand.joints))
+        torques[self.hand.driven] = self._driven_torques(self.forces(external_wrench))
         return torques
+
+    def _driven_torques(self, forces: Array) -> Array:
+        """(k,) torques in N m of the driven joints that exert forces (m, k) in contact frames."""
+        world = np.einsum("mij,mi->mj", self.grasp.frames, forces[:, :3])
+        return joint_torques(self.jacobians, self.hand.coupling, world)
 
     def squeeze(self, external_wrench: ArrayLike | None = None, stiffness: ArrayLike | None = None) -> Array:
         """Return joint positions (n,) in rad that position servos are sent to exert `torques`.

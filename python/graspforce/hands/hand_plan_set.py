@@ -30,7 +30,8 @@ class HandPlanSet(Record):
     counts : dict of str to int
         What became of the poses that the search tried: ``tried``, ``unreached`` (some tip did not come to the
         surface), ``colliding``, ``open`` (no closure), ``without preload`` (no forces press all fingers
-        within friction and torque limits), ``usable``.
+        within friction), ``beyond torques`` (none within the torque limits), ``usable``. Of the plans tried:
+        ``held in simulation`` (every push), ``lost in simulation``.
     stopped : {"done", "time", "interrupted"}
         Why the search ended.
     seconds : float

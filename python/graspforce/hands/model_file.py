@@ -36,6 +36,8 @@ def spec_from_file(path: Path, package_dirs: Sequence[Path] = ()) -> Any:
         if root.tag == "mujoco":
             return mujoco.MjSpec.from_file(str(path))
         return mujoco.MjSpec.from_string(_urdf_for_mujoco(path, root, package_dirs))
+    except InvalidFileError:
+        raise
     except (ValueError, RuntimeError) as error:
         raise InvalidFileError(path, f"MuJoCo cannot read the model: {error}") from None
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graspforce._core import unwarned_grasp
-from graspforce.errors import GraspForceError
+from graspforce.errors import GraspForceError, InfeasibleWrenchError
 
 from .closing import pregrasps
 from .hand_plan import HandPlan
 from .kinematics import Poses
+from .limited_forces import limited_forces, unit_torques
 from .preload import finger_stiffness, joint_torques, resting_forces, slip_onset
 
 if TYPE_CHECKING:
@@ -59,15 +61,19 @@ class Maker:
             counts["without preload"] += 1
             return None
         J = self._jacobians(found, row)
-        limits = hand.torque_limits[hand.driven]
+        driven = hand.driven
+        limits = hand.torque_limits[driven]
         world = np.einsum("mij,mi->mj", grasp.frames, forces[:, :3])
-        excess = float((np.abs(joint_torques(J, hand.coupling, world)) / limits).max())
-        if excess > 1:
-            share = 1 / excess
-            if share < _LEAST_SHARE or problem.external_wrench.any():
+        if (np.abs(joint_torques(J, hand.coupling, world)) > limits).any():
+            narrow = grasp.replace(friction_margin=problem.friction_margin)
+            unit, names = unit_torques(grasp, J, hand.coupling), [hand.joints[j] for j in driven]
+            share = 0.0
+            with contextlib.suppress(InfeasibleWrenchError):
+                forces, share = limited_forces(narrow, unit, limits, preload, problem.external_wrench, names)
+            if share < _LEAST_SHARE:
                 counts["beyond torques"] += 1
                 return None
-            forces, preload = forces * share, preload * share
+            preload *= share
         K = finger_stiffness(J, hand.coupling, hand.stiffness[hand.driven])
         onset = float(slip_onset(grasp, forces, K, self._pushes).min())
         pose = found.poses[[row]]

@@ -15,6 +15,7 @@ from graspforce.planning.problem import deadline_after
 from graspforce.planning.progress import reporting
 
 from .distances import Distances
+from .finishing import Finish
 from .grasp_problem import PUSHES, GraspProblem
 from .grasped_object import grasped_object
 from .hand import Hand
@@ -40,7 +41,10 @@ if TYPE_CHECKING:
 # Least cosine of pads and steps onto the surface, round by round. Small objects need more steps than large
 # ones; pads may look aside only where no plan was found.
 _45, _70 = np.cos(np.deg2rad(45.0)), np.cos(np.deg2rad(70.0))
-_ROUNDS: tuple[tuple[float | None, int], ...] = (_45, 25), (_45, 60), (_45, 120), (_70, 25), (None, 25)
+_ROUNDS: tuple[tuple[float | None, int], ...] = (
+    (_45, 25), (_45, 40), (_45, 60), (_45, 100), (_45, 100), (_70, 25), (None, 25),
+)  # fmt: skip
+_LAST_TRIED = 2  # round after which plans are kept though all were lost in simulation
 _POOL = 16
 _HARD = 4.0  # of the preload
 _ROOM = 1.1  # of the hand's opening: a wider object is not tried
@@ -63,6 +67,7 @@ def plan_hand(
     starts: int = 60,
     samples: int = 2000,
     refine: bool = True,
+    simulate: bool = True,
     best: int = 5,
     target: float = 1.2,
     retreat: float = 0.01,
@@ -112,6 +117,10 @@ def plan_hand(
         Random palms, or sets of contacts, from which the starts are chosen.
     refine : bool
         Whether the best poses are improved by random moves.
+    simulate : bool
+        Whether the best plans are closed and pushed in simulation, as by `graspforce.hands.shake` with the
+        pushes of the ranking. The first that holds them all comes first, lost ones come last, and the search
+        goes on where all are lost. Only passive fingers are simulated: not with ``rank="quality"``.
     best : int
         Largest number of plans to keep.
     target : float
@@ -173,6 +182,8 @@ def plan_hand(
     _refuse_wide(kinematics, problem)
     maker = Maker(distances, problem, along, retreat)
     search = Search(distances, problem, seed, deadline)
+    tried = simulate and rank == "slip onset"
+    finish = Finish(maker, search, problem.grasped, along)
     plans: list[HandPlan] = []
     with reporting(progress, "planning", "slip onset") as report:
         try:
@@ -189,7 +200,10 @@ def plan_hand(
                     report(attempt + 1, len(_ROUNDS), max((p.onset for p in plans), default=np.nan))
                 # Passive fingers with little reserve are worth a second look.
                 enough = max((_worth(p) for p in plans), default=-np.inf) >= target or attempt > 0
-                if search.ended or (plans and enough):
+                plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
+                if search.ended or (plans and enough and not tried):
+                    break
+                if plans and enough and (finish.some_hold(plans) or attempt >= _LAST_TRIED):
                     break
         except KeyboardInterrupt:
             if not plans:
@@ -198,10 +212,7 @@ def plan_hand(
     if not plans:
         raise NoGraspError(search.why())
     stopped: SearchEnd = "interrupted" if search.interrupted else "time" if search.expired else "done"
-    plans.sort(key=lambda p: -_worth(p) if rank == "slip onset" else -p.quality.epsilon)
-    kept = maker.with_pregrasps(plans[:best])
-    # A plan whose pregrasp is not free can be held, but not reached.
-    kept.sort(key=lambda p: p.pregrasp_clearance <= 0)
+    kept = finish.finished(plans, best)[:best]
     return HandPlanSet(tuple(kept), dict(search.counts), stopped, time.monotonic() - began)
 
 

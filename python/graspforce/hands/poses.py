@@ -73,3 +73,10 @@ def rotation_vectors(rotation: Array) -> Array:
     q = quaternion_of(rotation)
     length = float(np.linalg.norm(q[1:]))
     return np.zeros(3) if length < 1e-15 else q[1:] / length * 2 * np.arctan2(length, q[0])
+
+
+def turned_to(axis: Array) -> Array:
+    """Return the quaternion (4,) that turns the z axis to a unit axis (3,)."""
+    half = np.array([1 + axis[2], -axis[1], axis[0], 0.0])
+    length = float(np.linalg.norm(half))
+    return np.array([0.0, 1.0, 0.0, 0.0]) if length < 1e-9 else half / length

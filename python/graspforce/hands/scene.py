@@ -8,6 +8,8 @@ import numpy as np
 
 from graspforce._internal.optional_imports import optional
 
+from .poses import turned_to
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -132,15 +134,8 @@ def _tip_options(mujoco: Any, tip: Fingertip, share: float) -> dict[str, Any]:
         "type": mujoco.mjtGeom.mjGEOM_SPHERE if sphere else mujoco.mjtGeom.mjGEOM_CAPSULE,
         "size": [share * tip.radius, 0 if sphere else tip.half_length, 0],
         "pos": tip.position,
-        "quat": _turned_to(tip.axis),
+        "quat": turned_to(tip.axis),
     }
-
-
-def _turned_to(axis: Array) -> Array:
-    """Return the quaternion (4,) that turns the z axis to a unit axis (3,)."""
-    half = np.array([1 + axis[2], -axis[1], axis[0], 0.0])
-    length = float(np.linalg.norm(half))
-    return np.array([0.0, 1.0, 0.0, 0.0]) if length < 1e-9 else half / length
 
 
 def _colliding(geom: Any, collides: bool) -> None:

@@ -15,6 +15,8 @@ from .seeds import contact_seeds, palm_seeds
 from .snap import SnapOptions, snap
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .distances import Distances
     from .grasp_problem import GraspProblem
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 _REFINED = 6
 _ROUNDS, _MOVES = 6, 8
 _AT_ONCE = 120
+_NEARLY = 15
+_PER_METRE, _PER_COSINE = 1e3, 10.0  # what a pose lacks to be usable; 1 mm counts like 0.1 of a pad's cosine
 
 
 class Search:
@@ -32,6 +36,8 @@ class Search:
         self._rng = np.random.default_rng(seed)
         self.counts: Counter[str] = Counter()
         self.interrupted = False
+        self._nearly: list[tuple[float, NDArray[np.float64]]] = []
+        """Driven joints at which poses ended, with what they lack to be usable; the nearest ones."""
 
     @property
     def expired(self) -> bool:
@@ -44,11 +50,17 @@ class Search:
         return self.interrupted or self.expired
 
     def starts(self, seeds: str, samples: int, count: int, spread: float) -> Poses:
-        """Return poses to begin with; see `graspforce.plan_hand`."""
+        """Return poses to begin with; see `graspforce.plan_hand`.
+
+        Fingers that bent towards a small object, but not onto it, tell the next round how to be preshaped.
+        """
+        nearly = np.array([joints for _, joints in self._nearly]) if self._nearly else None
         share = -(-count // 2) if seeds == "both" else count
         parts = []
         if seeds != "contacts":
-            parts.append(palm_seeds(self._distances, self._problem, self._rng, samples, share, spread))
+            parts.append(
+                palm_seeds(self._distances, self._problem, self._rng, samples, share, spread, nearly)
+            )
         if seeds != "palms":
             parts.append(contact_seeds(self._distances, self._problem, self._rng, samples, share))
         return Poses.joined(parts)
@@ -99,7 +111,8 @@ class Search:
         examined = sum(count for count, _ in useless)
         reasons = [f"of {counts['tried']} poses {_listed(lost)}"]
         reasons += [f"of {examined} with contacts {_listed(useless)}"] if examined else []
-        hint = "more starts, other fingers, less preload or a larger time limit may help"
+        stronger = "stronger joints, " if counts["beyond torques"] else ""
+        hint = f"more starts, other fingers, less preload, {stronger}or a larger time limit may help"
         return f"no grasp found: {'; '.join(reasons)}; {'time was over' if self.expired else hint}"
 
     def _snapped(self, poses: Poses, pad: float | None, steps: int) -> Candidates:
@@ -113,7 +126,16 @@ class Search:
         counts["colliding"] += int((reached & ~free).sum())
         counts["off their pads"] += int((free & ~usable).sum())
         counts["usable"] += int(usable.sum())
+        self._remember(found, pad)
         return found[np.flatnonzero(usable)]
+
+    def _remember(self, found: Candidates, pad: float | None) -> None:
+        lacks = _PER_METRE * (found.gap + found.overlap + found.own_overlap)
+        if pad is not None:
+            lacks += _PER_COSINE * np.maximum(pad - found.facing, 0)
+        self._nearly += zip(lacks.tolist(), found.poses.driven, strict=True)
+        self._nearly.sort(key=lambda pair: pair[0])
+        del self._nearly[_NEARLY:]
 
 
 def _listed(reasons: list[tuple[int, str]]) -> str:

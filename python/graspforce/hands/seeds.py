@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _SHAPES = 48
 _JITTER = 0.25  # rad, of joints about the hand's posture in the first round
+_NEARLY = 0.1  # rad, of joints about those at which earlier poses ended near the surface
 _REACH = 0.04  # m: a tip that is further from the surface is not brought there
 _MEASURED = 400  # of the samples that come nearest
 _PER_GAP = 2.0  # 1/m: what a gap costs, in units of quality
@@ -31,16 +32,16 @@ _FAR_PAIR = 1.2  # of the hand's opening: contacts further apart are not tried
 
 def palm_seeds(
     distances: Distances, problem: GraspProblem, rng: np.random.Generator, samples: int, keep: int,
-    spread: float = 1.0,
+    spread: float = 1.0, nearly: Array | None = None,
 ) -> Poses:  # fmt: skip
     """Return the best of random palms about the object in preshaped hands.
 
     The middle of the tips is placed near the object's centre. A palm is judged by the quality of the contacts
     nearest to its tips, by the largest gap there, and by how its pads face them. `spread` widens the choice
-    of preshaped hands.
+    of preshaped hands; three quarters are near the driven joints `nearly` (N, k), where given.
     """
     kinematics, grasped = distances.kinematics, problem.grasped
-    driven, tips, pads, links = _shapes(distances, rng, spread)
+    driven, tips, pads, links = _shapes(distances, rng, spread, nearly)
     chosen = rng.integers(len(driven), size=samples)
     quaternions = rng.normal(size=(samples, 4))
     quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
@@ -120,12 +121,15 @@ def fitted_pose(tips: Array, centers: Array) -> tuple[Array, Array]:
 
 
 def _shapes(
-    distances: Distances, rng: np.random.Generator, spread: float = 1.0
+    distances: Distances, rng: np.random.Generator, spread: float = 1.0, nearly: Array | None = None
 ) -> tuple[Array, Array, Array, Array]:
     """Preshaped hands: driven joints, and in the palm's frame tips, pads and the middles of links."""
     kinematics = distances.kinematics
     hand, count = kinematics.hand, _SHAPES
     z = hand.posture[hand.driven] + spread * _JITTER * rng.normal(size=(count, len(hand.driven)))
+    if nearly is not None:
+        rows = rng.integers(len(nearly), size=3 * count // 4)
+        z[: len(rows)] = nearly[rows] + _NEARLY * rng.normal(size=(len(rows), z.shape[1]))
     driven = np.clip(z, *hand.driven_limits.T)
     palms = Poses(np.zeros((count, 3)), np.tile([1.0, 0, 0, 0], (count, 1)), driven)
     places = kinematics.places(palms)

@@ -10,13 +10,13 @@ from graspforce._internal.checks import finite_array, finite_vector
 from graspforce._internal.optional_imports import optional
 from graspforce.errors import InvalidInputError
 
-from .poses import matrix_of, rotation_of, rotations
+from .hand_model import Shape
+from .poses import matrix_of, rotation_of, rotations, turned_to
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from .hand_data import HandData
-    from .hand_model import Shape
 
     Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def body_surfaces(hand: HandData) -> dict[int, tuple[Array, NDArray[np.int64]]]:
     # A body that has meshes to be seen hides the shapes that it collides by.
     seen = {shape.body for shape in model.shapes if not shape.collides and shape.kind == _MESH}
     parts: dict[int, tuple[Array, NDArray[np.int64]]] = {}
-    for shape in model.shapes:
+    for shape in (*model.shapes, *_given_tips(hand, seen)):
         made = None if shape.collides and shape.body in seen else _triangles(shape)
         if made is None:
             continue
@@ -57,6 +57,20 @@ def body_surfaces(hand: HandData) -> dict[int, tuple[Array, NDArray[np.int64]]]:
             points, numbers = np.vstack([before, points]), np.vstack([known, numbers + len(before)])
         parts[shape.body] = points, numbers
     return parts
+
+
+def _given_tips(hand: HandData, seen: set[int]) -> list[Shape]:
+    """Return the tips that are given by numbers, on bodies without meshes to be seen."""
+    shapes = []
+    for tip in hand.fingertips:
+        if tip.shape is None and tip.body not in seen:
+            kind, size = (
+                (_CAPSULE if tip.half_length else _SPHERE),
+                np.array([tip.radius, tip.half_length, 0]),
+            )
+            turn = turned_to(tip.axis)
+            shapes.append(Shape(tip.name, tip.body, kind, size, tip.position, turn, True))
+    return shapes
 
 
 def _behind_the_wrist(hand: HandData, bodies: list[Array], palm: ArrayLike) -> set[int]:

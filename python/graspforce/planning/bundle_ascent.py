@@ -5,8 +5,8 @@ gives the gradients along the most critical directions, with the supports there.
 for the linear pieces that they are (see `linear_pieces`).
 
 A step that fails shows that a piece is missing, as beyond an edge of a mesh: the bundle there joins that of
-the grasp. Where no step succeeds, random grasps nearby are tried. A few further ascents start from random
-grasps around the best one.
+the grasp. Where no step succeeds, random grasps nearby are tried. Further ascents start from random grasps
+around the best one, as long as grasps are cheap to measure.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ _SHORT = (3e-4, 1e-4, 3e-5, 1e-5, 1e-6)  # the same after a failure, as close to
 _SAMPLED = 3  # random places whose bundles join that of the grasp after a failure
 _RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
 _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
-_FAILURES = 6  # iterations in a row without an increase that end an ascent
-_HOPS, _HOPPED = 6, (0.01, 0.3)  # further ascents, from the best of random grasps this far away
-_QUICK = 400  # grasps measured within which a stationary grasp was found too early to end there
+_FAILURES = 6  # iterations in a row without an increase that end an ascent; one ends it below the best grasp
+_HOPS, _HOPPED = 32, ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # further ascents; how far away they start
+_WORK = 1e8  # and none after so many grasps, times the square of the points that a polytope takes
 _JUMP, _COARSE_JUMP = 1e-2, 0.3  # rad: a normal or a frame that turns so far has no derivative
 _ALIKE = 1e-3  # slopes that differ by less, relative to the longest, lead the same way
 _WORTHWHILE = 1e-6  # relative increase below which a step does not count
@@ -129,7 +129,7 @@ def refine(
     min_distance: float = 0.0,
     target: float | None = None,
     time_limit: float | None = None,
-    max_iterations: int = 100,
+    max_iterations: int = 300,
     tolerance: float = 1e-3,
     seed: int = 0,
     **grasp_options: Unpack[GraspOptions],
@@ -258,15 +258,15 @@ class _Ascent:
                     best = better if quality.epsilon > best[1].epsilon else best
                     continue
                 failures += 1
-                if failures < (_FAILURES // 2 if flat else _FAILURES):
+                if quality is best[1] and failures < (_FAILURES // 2 if flat else _FAILURES):
                     radius = _RADII[(failures - 1) % len(_RADII)]
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
                     pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))
                     continue
-                if hops == _HOPS or (stationary and self.evaluations > _QUICK):
+                if hops == _HOPS or self.evaluations * best[1].supports ** 2 > _WORK:
                     break
+                params, quality = hopped = self._hopped(best[0], _HOPPED[hops % len(_HOPPED)])
                 hops += 1
-                params, quality = hopped = self._hopped(best[0])
                 pieces, failures = None, 0
                 best = hopped if quality.epsilon > best[1].epsilon else best
         except _TimeOverError:
@@ -301,9 +301,9 @@ class _Ascent:
                 return end, found
         return None
 
-    def _hopped(self, params: Array) -> tuple[Array, Quality]:
+    def _hopped(self, params: Array, distances: tuple[float, float]) -> tuple[Array, Quality]:
         """Return the best of random places around the parameters, and its quality."""
-        places = self._nearby(params, 4 * (len(self._free) + 2), _HOPPED)
+        places = self._nearby(params, len(self._free) + 2, distances)
         self._count(len(places))
         choice = self._source.best(places, 0, None, self._score)
         place = params if choice is None else places[choice.index]

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-HEAD = "-|>,head_length=0.45,head_width=0.2"
+_HEAD_LENGTH = 0.45
+HEAD = f"-|>,head_length={_HEAD_LENGTH},head_width=0.2"
 _LARGEST_SWEEP = np.deg2rad(290)
 _LEAST = 0.03
 """Smallest share of a wrench's norm that is drawn."""
@@ -28,12 +29,16 @@ class Arrow3D(FancyArrowPatch):
     def __init__(self, points: Array, **style: Any) -> None:
         options = {"arrowstyle": HEAD, "mutation_scale": 16, "shrinkA": 0, "shrinkB": 0, **style}
         super().__init__(path=Path([(0.0, 0.0), (1.0, 0.0)]), **options)
-        self.points = points
+        self.points, self._head = points, options["mutation_scale"]
 
     def do_3d_projection(self) -> float:
         """Put the arrow where the axes show its points; return its distance from the viewer."""
         x, y, z = proj3d.proj_transform(*self.points.T, self.axes.M)  # type: ignore[union-attr] # it has axes when drawn
         self._path_original = Path(np.column_stack([x, y]))
+        # A head as long as its arrow would be a lone triangle.
+        seen = self.axes.transData.transform(self._path_original.vertices)  # type: ignore[union-attr]
+        points = 72 / self.figure.dpi * float(np.linalg.norm(np.diff(seen, axis=0), axis=1).sum())
+        self.set_mutation_scale(min(self._head, max(points / (2 * _HEAD_LENGTH), 1.0)))
         return float(np.min(z))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from graspforce._core import ForceSolution, Grasp, Quality
 from graspforce._internal.checks import instance
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike, NDArray
 
-    Mesh = tuple[ArrayLike, ArrayLike]
+    Mesh = tuple[ArrayLike, ArrayLike] | Any
 
 _MAX_DRAWN_CONTACTS = 7
 _SIDE = 5.2
@@ -54,8 +54,8 @@ def grasp_figure(
         Above the picture.
     outline : array_like, optional
         (n, 2) corners of a planar object in m.
-    mesh : tuple of array_like, optional
-        Vertices (v, 3) in m and triangles (t, 3) of a spatial object.
+    mesh : tuple of array_like, MeshSurface or trimesh.Trimesh, optional
+        A spatial object: vertices (v, 3) in m and triangles (t, 3), or what has ``vertices`` and ``faces``.
 
     Examples
     --------
@@ -91,7 +91,8 @@ def solution_figure(
     """
     instance("solution", solution, ForceSolution)
     if title is None:
-        title = f"least {solution.objective} against {vector(solution.external_wrench)}"
+        sought = f"least {solution.objective}" if solution.balanced else "nearest forces"
+        title = f"{sought} against {vector(solution.external_wrench)}"
     if not solution.balanced:
         title += f"\nnot balanced: {solution.distance:.4g} from it"
     wrench = DrawnWrench.external(solution.external_wrench)

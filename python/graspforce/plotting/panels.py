@@ -12,6 +12,7 @@ from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from graspforce._internal.checks import triangles
 from graspforce._internal.normal_limits import normal_limits
 
 from .arrows import HEAD, Arrow3D, wrench_lines
@@ -77,7 +78,7 @@ def draw_panel(
     forces: ArrayLike | None = None,
     wrench: DrawnWrench | None = None,
     outline: ArrayLike | None = None,
-    mesh: tuple[ArrayLike, ArrayLike] | None = None,
+    mesh: Any = None,
     curves: Sequence[Array] = (),
 ) -> tuple[list[Artist], Array]:
     """Draw a grasp into a place of a figure.
@@ -98,12 +99,15 @@ def draw_panel(
         )
         extent = np.array([np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())])
         return entries, np.maximum(extent / extent.max(), 0.4)
+    mesh = None if mesh is None else triangles("mesh", mesh)
     solid = cast("Axes3D", figure.add_subplot(position, projection="3d"))
-    _, (shown, view), behind = draw_contacts(solid, grasp, forces, mesh, None, True, CONE, view=None)
+    lines = _lines(grasp, wrench, grasp.positions if mesh is None else mesh[0])
+    _, (shown, view), behind = draw_contacts(
+        solid, grasp, forces, mesh, None, True, CONE, view=None, arrows=lines
+    )
     if mesh is None:
         hull = Poly3DCollection(hull_faces(grasp.positions), **_HULL, linewidths=0.8, zorder=1)
         solid.add_collection3d(hull)
-    lines = _lines(grasp, wrench, grasp.positions if mesh is None else np.asarray(mesh[0], dtype=np.float64))
     for line in lines:
         solid.add_artist(Arrow3D(line, color=wrench.color, lw=2.2, zorder=13))  # type: ignore[union-attr] # lines are of one
     used = fill_view(solid, np.vstack([shown, *lines]), view)

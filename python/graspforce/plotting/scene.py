@@ -167,12 +167,18 @@ class Arms(Artist):
         frame = axes_of(axes.elev, axes.azim)
         # Arms that point left or down begin further right or up.
         at = self._at + self._share * np.maximum(0.0, -frame[:2].min(axis=1))
-        for name, arm in zip(self._names, self._share * frame[:2].T, strict=True):
+        labels: list[Any] = []
+        arms = zip(self._names, self._share * frame[:2].T, strict=True)
+        for name, arm in sorted(arms, key=lambda each: -float(np.hypot(*each[1]))):
             length = float(np.hypot(*arm))
             if length < 0.2 * self._share:
                 continue  # It points at the viewer.
             self._show(Line2D(*np.stack([at, at + arm]).T, color=INK, lw=1.0), renderer)
-            x, y = at + arm + 0.025 * arm / length
+            place = at + arm + 0.025 * arm / length
+            if any(np.hypot(*(place - other)) < 0.04 for other in labels):
+                place = at + arm + 0.025 * np.array([-arm[1], arm[0]]) / length  # beside a longer arm
+            labels.append(place)
+            x, y = place
             self._show(Text(x, y, name, fontsize=7, color=INK, ha="center", va="center"), renderer)
         x, y = self._at[0] + 0.3 * self._share, self._at[1] - 0.06
         self._show(Text(x, y, self._text, fontsize=7, color=INK, ha="center", va="center"), renderer)

@@ -18,6 +18,8 @@ from .style import CONE, FORCE, INK
 from .views import best_view, hidden
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.artist import Artist
     from mpl_toolkits.mplot3d.axes3d import Axes3D
     from numpy.typing import ArrayLike, NDArray
@@ -102,16 +104,24 @@ def draw_contacts(
     labels: bool,
     color: str,
     view: tuple[float, float] | None,
+    arrows: Sequence[Array] = (),
 ) -> tuple[list[Artist], tuple[Array, tuple[float, float]], NDArray[np.bool_]]:
-    """Draw without framing. Return artists, arguments of `fill_view`, and which contacts are behind."""
+    """Draw without framing, so that other `arrows` can be read.
+
+    Return artists, arguments of `fill_view`, and which contacts are behind.
+    """
     where = grasp.positions
     skin = None if mesh is None else triangles("mesh", mesh)
     solid = None if skin is None else skin[0][skin[1]]
     shown = [where] if solid is None else [where, solid.reshape(-1, 3)]
-    view = best_view(where, grasp.normals, solid) if view is None else view
-    behind = hidden(where, grasp.normals, solid, view)
     fans = cone_fans(grasp)
     scale = lengths_per_newton(grasp, forces, fans, size_of(np.vstack(shown)), _CONE_SHARE, metres_per_newton)
+    pressing = list(force_lines(grasp, forces, scale))
+    if view is None:
+        longest = max((float(np.linalg.norm(point - tail)) for _, point, tail, _ in pressing), default=0.0)
+        long = [np.stack([tail, p]) for _, p, tail, _ in pressing if np.linalg.norm(p - tail) > longest / 3]
+        view = best_view(where, grasp.normals, solid, [*arrows, *long])
+    behind = hidden(where, grasp.normals, solid, view)
     # What is behind is drawn first.
     axes.computed_zorder = False
     artists: list[Artist] = [] if skin is None else [draw_mesh(axes, *skin, alpha=0.72)]
@@ -132,7 +142,7 @@ def draw_contacts(
             )
         # Points along the sides tell where the cone leaves room.
         shown += [rim, (rim + point) / 2, tip[None]]
-    for i, point, tail, colour in force_lines(grasp, forces, scale):
+    for i, point, tail, colour in pressing:
         line = {"linestyle": (0, (3, 2)) if behind[i] else "-", "color": colour, "lw": 2.0, "zorder": 10}
         artists.append(axes.add_artist(Arrow3D(np.stack([tail, point]), **line)))
         shown.append(tail[None])

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import ArrayLike, NDArray
 
+    Array = NDArray[np.float64]
+
 _PERIOD = 10.0
 """Length of one dash of each contact, in line widths."""
 
@@ -28,7 +30,7 @@ def draw_forces(
 ) -> list[Artist]:
     """Draw each contact's normal force over time, and the limits as thin dashed lines.
 
-    Contacts whose forces are equal, as of symmetric grasps, share one line of dashes in their colours.
+    While forces of several contacts are equal, they share one line of dashes in their colours.
 
     For one thread at a time, as all of matplotlib.
 
@@ -46,7 +48,7 @@ def draw_forces(
     Returns
     -------
     list of matplotlib.artist.Artist
-        A line for each contact, then one for each limit.
+        A line for each contact, of most of its rows, then one for each limit.
 
     Raises
     ------
@@ -73,9 +75,14 @@ def draw_forces(
         shape = np.shape(max_normal_force)
         raise InvalidInputError(f"max_normal_force: shape {shape}, expected {forces.shape[1:]}") from None
     artists: list[Artist] = []
-    for i, (column, dashes) in enumerate(zip(forces.T, _dashes(forces), strict=True)):
-        colour = CONTACTS[i % len(CONTACTS)]
-        artists += axes.plot(moments, column, lw=1.8, ls=dashes, color=colour, label=f"contact {i}")
+    for i, (column, parts) in enumerate(zip(forces.T, _styles(forces), strict=True)):
+        style: dict[str, Any] = {"lw": 1.8, "color": CONTACTS[i % len(CONTACTS)]}
+        (dashes, rows), *others = parts or [("-", np.ones(len(moments), dtype=bool))]
+        artists += axes.plot(
+            moments, np.where(rows, column, np.nan), ls=dashes, label=f"contact {i}", **style
+        )
+        for dashes, rows in others:
+            axes.plot(moments, np.where(rows, column, np.nan), ls=dashes, **style)
     for k, value in enumerate(np.unique(limits)):
         owners = np.flatnonzero(limits == value)
         colour = CONTACTS[owners[0] % len(CONTACTS)] if len(owners) == 1 else MUTED
@@ -93,21 +100,42 @@ def draw_forces(
     return artists
 
 
-def _dashes(forces: NDArray[np.float64]) -> list[Any]:
-    """Line styles of columns (T, m). Columns that run together share the line: each has its dashes of it."""
+def _styles(forces: Array) -> list[list[tuple[Any, NDArray[np.bool_]]]]:
+    """Line styles of columns (T, m), each with the rows (T,) that it is for.
+
+    While several columns run together, the first is solid, and the others have their dashes of its line.
+    """
+    count, contacts = forces.shape
     scale = max(float(np.nanmax(np.abs(forces), initial=0.0)), 1e-300)
-    together: list[list[int]] = []
-    for i, column in enumerate(forces.T):
-        for group in together:
-            apart = np.abs(column - forces[:, group[0]])
-            if (apart < 0.01 * scale).sum() > 0.5 * np.isfinite(apart).sum():
-                group.append(i)
-                break
-        else:
-            together.append([i])
-    styles: list[Any] = ["-"] * forces.shape[1]
-    for group in together:
-        for place, i in enumerate(group[1:], start=1):
-            dash = _PERIOD / len(group)
-            styles[i] = (dash * place, (dash, _PERIOD - dash))
+    place, sharing = np.zeros(forces.shape, dtype=int), np.ones(forces.shape, dtype=int)
+    for j in range(contacts):
+        for i in range(j):
+            near = np.abs(forces[:, i] - forces[:, j]) < 0.01 * scale
+            together = _runs(near, max(1, count // 40))
+            place[:, j] += together
+            sharing[:, i] += together
+            sharing[:, j] += together
+    styles = []
+    for j in range(contacts):
+        solid = place[:, j] == 0
+        # Solid parts reach to the dashes beside them.
+        reach = solid.copy()
+        reach[1:] |= solid[:-1]
+        reach[:-1] |= solid[1:]
+        parts: list[tuple[Any, NDArray[np.bool_]]] = [("-", reach)] if solid.any() else []
+        for at, size in sorted(set(zip(place[~solid, j].tolist(), sharing[~solid, j].tolist(), strict=True))):
+            dash = _PERIOD / size
+            parts.append(
+                ((dash * at, (dash, _PERIOD - dash)), (place[:, j] == at) & (sharing[:, j] == size) & ~solid)
+            )
+        styles.append(sorted(parts, key=lambda part: -int(part[1].sum())))
     return styles
+
+
+def _runs(rows: NDArray[np.bool_], longer_than: int) -> NDArray[np.bool_]:
+    """Keep the runs of True that are longer than a number of rows: lines that cross do not run together."""
+    steps = np.diff(np.concatenate([[False], rows, [False]]).astype(int))
+    kept = np.zeros_like(rows)
+    for start, end in zip(np.flatnonzero(steps > 0), np.flatnonzero(steps < 0), strict=True):
+        kept[start:end] = end - start > longer_than
+    return kept

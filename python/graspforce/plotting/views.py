@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -17,6 +19,8 @@ DEFAULT_VIEW = (25.0, -60.0)
 _ELEVATIONS = (25.0, 10.0, 40.0, 60.0, 80.0, -15.0, -40.0)
 _AZIMUTHS = np.arange(-180.0, 180.0, 15.0)
 _EXAMINED = 16
+_LEGIBLE = 2.0
+"""Weight of an arrow that is seen from its end."""
 
 
 def axes_of(elevation: float, azimuth: float) -> Array:
@@ -57,15 +61,20 @@ def hidden(
     return found
 
 
-def best_view(positions: Array, normals: Array, corners: Array | None = None) -> tuple[float, float]:
+def best_view(
+    positions: Array, normals: Array, corners: Array | None = None, arrows: Sequence[Array] = ()
+) -> tuple[float, float]:
     """Elevation and azimuth in degrees from which triangles (F, 3, 3) hide the fewest contacts (m, 3).
 
-    Among those, contacts face the viewer, lie apart in the picture, and the view is near the usual one.
+    Among those, arrows along points (n, 3) are seen from the side, contacts face the viewer and lie apart in
+    the picture, and the view is near the usual one.
     """
     views = [(float(e), float(a)) for e in _ELEVATIONS for a in _AZIMUTHS]
     views.insert(0, DEFAULT_VIEW)
     turn = 0.25 if corners is None else 1.0
     scores = np.array([_score(view, positions, normals, turn) for view in views])
+    for arrow in arrows:
+        scores -= _LEGIBLE * np.array([max(0.0, 0.6 - side_on(arrow, view)) for view in views])
     if corners is None:
         return views[int(np.argmax(scores))]
     first = np.argsort(-scores, kind="stable")[:_EXAMINED]
@@ -73,10 +82,19 @@ def best_view(positions: Array, normals: Array, corners: Array | None = None) ->
     return views[int(first[np.argmax(scores[first])])]
 
 
+def side_on(arrow: Array, view: tuple[float, float]) -> float:
+    """Return the share of its size that an arrow shows: a straight one of its length, an arc of its width."""
+    across = arrow - arrow.mean(axis=0)
+    sizes = np.linalg.svd(across, compute_uv=False)
+    last = 0 if sizes[1] < 1e-6 * sizes[0] else 1
+    seen = np.linalg.svd(across @ axes_of(*view)[:2].T, compute_uv=False)
+    return float(seen[last] / max(float(sizes[last]), 1e-300))
+
+
 def _score(view: tuple[float, float], positions: Array, normals: Array, turn: float) -> float:
     frame = axes_of(*view)
     toward = -normals @ frame[2]
-    facing = np.clip(toward, -1.0, 0.4)
+    facing = np.clip(toward, -0.3, 0.4)
     # A force along the line of sight is a point.
     ends_on = max(float(np.abs(toward).max()) - 0.6, 0.0)
     flat = positions @ frame[:2].T

@@ -6,6 +6,7 @@ other. `graspforce.plan` takes any function of this form, not only these surface
 
 - `curves`, `parametric`: curves and surfaces; `finite_differences`: their normals; `contact_layouts`:
   arrangements.
+- `mesh_file`, `triangles`, `scene_file`: meshes of files, read within limits.
 - `mesh`: `MeshSurface`; `mesh_checks`: its checks; `mesh_parts` and `mesh_union`: its parts and the boundary
   of their union; `mesh_normals`; `mesh_sharpness`: places too sharp for a contact.
 """

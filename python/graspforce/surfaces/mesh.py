@@ -41,7 +41,7 @@ class MeshSurface:
     Parameters
     ----------
     mesh : path-like or trimesh.Trimesh
-        The object: a file of any kind that trimesh reads, its parts joined to one mesh, or anything that has
+        The object: a file, read within the limits of `graspforce.files.load_mesh`, or anything that has
         ``vertices`` (V, 3) and ``faces`` (F, 3). The corners of a face are ordered so that its normal points
         out of the object. Normals of contacts point into the object.
     unit : {"m", "dm", "cm", "mm", "in", "ft"} or float
@@ -79,9 +79,9 @@ class MeshSurface:
     Raises
     ------
     InvalidInputError
-        The file cannot be read. The mesh is empty, has holes, is inside out, or its faces are oriented
-        differently. Its extent does not fit the unit. No face remains that contacts may touch. If the mesh
-        has several parts, the message names the part.
+        The file cannot be read, or has more than 256 separate parts. The mesh is empty, has holes, is inside
+        out, or its faces are oriented differently. Its extent does not fit the unit. No face remains that
+        contacts may touch. If the mesh has several parts, the message names the part.
     MissingExtraError
         SciPy is not installed, or manifold3d, if several parts have to be joined.
 

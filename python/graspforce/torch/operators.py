@@ -155,7 +155,9 @@ class _Operator:
         ctx.set_materialize_grads(False)
         ctx.save_for_backward(*output[1:])
         ctx.wanted = [self.names.index(name) for name in self.gradients]
-        ctx.layout = self.layout(dict(zip(self.names, inputs, strict=True)))
+        given = dict(zip(self.names, inputs, strict=True))
+        ctx.devices = [given[name].device for name in self.gradients]
+        ctx.layout = self.layout(given)
 
     def backward(self, ctx: Any, by_value: Any, _solved: Any, *by_derivatives: Any) -> tuple[Any, ...]:
         """Multiply by the derivatives; a value that is no answer passes nothing on, not even NaN."""
@@ -170,7 +172,8 @@ class _Operator:
         solved, *derivatives = ctx.saved_tensors
         by_value = torch.where(solved, by_value, torch.zeros_like(by_value))
         by_contact = ctx.layout.spread(by_value)
-        for position, name, derivative in zip(ctx.wanted, self.gradients, derivatives, strict=True):
+        parts = zip(ctx.wanted, self.gradients, derivatives, ctx.devices, strict=True)
+        for position, name, derivative, device in parts:
             if ctx.needs_input_grad[position]:
                 by = by_value[..., None] if name == "external_wrenches" else by_contact
                 by = by.to(derivative.dtype)
@@ -178,7 +181,7 @@ class _Operator:
                 product = derivative * by
                 # Contacts are shared by the K wrenches of a grasp.
                 shared = "external_wrenches" in self.names and name != "external_wrenches"
-                found[position] = product.sum(-3) if shared else product
+                found[position] = (product.sum(-3) if shared else product).to(device)
         return tuple(found)
 
     def refuse(self, *_: Any) -> None:

@@ -43,7 +43,9 @@ def _bound(host: str, port: int) -> int:
     try:
         found = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except (OSError, UnicodeError) as error:
-        raise InvalidInputError(f"host: {host!r} is no address: {error}") from None
+        raise InvalidInputError(
+            f"host: {host!r} is no address: {getattr(error, 'strerror', None) or error}"
+        ) from None
     for family, *_, address in found:
         try:
             with socket.create_server((address[0], port, *address[2:]), family=family) as bound:

@@ -141,10 +141,7 @@ class Viewer:
             self._server = viser.ViserServer(host=guarded_host, port=chosen, label=title, verbose=False)
         self.port = self._server.get_port()
         self.address = self._guard.address(self.port)
-        if not self._guard.applied:
-            self._server.stop()
-            raise GraspForceError(f"viser {viser.__version__}: its server cannot be guarded; use viser 1.1")
-        self._size = self._extent()
+        self._threads: list[threading.Thread] = []
         self._stopped = threading.Event()
         self._changed = threading.Event()
         self._noting = threading.Lock()
@@ -152,16 +149,27 @@ class Viewer:
         self._released: set[int] = set()
         self._asking: set[Any] = set()
         self._asked = threading.Event()
+        try:
+            self._start()
+        except BaseException:
+            # The server would keep the port.
+            self.stop()
+            raise
+
+    def _start(self) -> None:
+        if not self._guard.applied:
+            raise GraspForceError(f"viser {viser.__version__}: its server cannot be guarded; use viser 1.1")
+        self._size = self.state.extent()
         self._add_panel()
         self._add_object()
         self._drawing = Drawing(
-            self._server.scene, state.grasp, self._size, polytopes=not self.state.has_cones
+            self._server.scene, self.state.grasp, self._size, polytopes=not self.state.has_cones
         )
         self.update()
-        work = (self._play, self._follow, self._share)
-        self._threads = [threading.Thread(target=each, daemon=True) for each in work]
-        for thread in self._threads:
+        for each in (self._play, self._follow, self._share):
+            thread = threading.Thread(target=each, daemon=True)
             thread.start()
+            self._threads.append(thread)
 
     def stop(self) -> None:
         """Close the page."""
@@ -307,6 +315,10 @@ class Viewer:
             yield
         except (GraspForceError, ValueError, ArithmeticError) as error:
             self._controls.message.content = str(error)
+        except Exception as error:  # noqa: BLE001 - what goes wrong once must not end the thread
+            self._controls.message.content = f"{type(error).__name__}: {error}; the terminal shows where"
+            # As the thread's end would do: its traceback goes to the terminal.
+            threading.excepthook(threading.ExceptHookArgs((type(error), error, error.__traceback__, None)))
 
     def _follow(self) -> None:
         """Apply what clients have changed. Changes that arrive meanwhile are applied together."""
@@ -372,13 +384,8 @@ class Viewer:
         seconds = 1 / _FRAMES_PER_SECOND
         while not self._stopped.wait(seconds):
             if self._controls.playing.value:
-                self._controls.advance(self.state, seconds)
-
-    def _extent(self) -> float:
-        points = self.state.grasp.positions
-        if self.state.mesh is not None:
-            points = np.vstack([points, self.state.mesh[0]])
-        return float(np.ptp(points, axis=0).max()) or 1.0
+                with self._errors_on_page():
+                    self._controls.advance(self.state, seconds)
 
 
 def serve(viewer: Viewer, announce: Callable[[], object]) -> None:

@@ -150,6 +150,13 @@ class ViewState:
         except InfeasibleWrenchError:
             return distributor.nearest(self.wrenches[row])
 
+    def extent(self) -> float:
+        """Return the largest extent of contacts and mesh in m; 1 where they are in one place."""
+        points = self.grasp.positions
+        if self.mesh is not None:
+            points = np.vstack([points, self.mesh[0]])
+        return float(np.ptp(points, axis=0).max()) or 1.0
+
     def row_at(self, value: float) -> int:
         """Return the row of the wrench at a time in s, or the row itself where wrenches have no times."""
         if self.times is None:

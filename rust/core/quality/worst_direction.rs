@@ -37,6 +37,7 @@ impl<const D: usize> QualityQuery<'_, D> {
         } else {
             Self { limits, ..self.clone() }.answer(workspace)
         };
+        let sharp = self.next_local_minimum(sharp);
         // Where symmetries gave the answer, the images of the minimiser are as bad.
         let rival = workspace.symmetric || (sharp.rho < 0.0 && self.has_rival(&workspace.polytope, &sharp));
         (sharp, rival)
@@ -73,6 +74,21 @@ impl<const D: usize> QualityQuery<'_, D> {
         let rival =
             found.iter().any(|(value, other)| *value <= as_low && (other - z).norm() > RIVAL_DIRECTION);
         Some((self.at_minimum(quality, least, &z), rival))
+    }
+
+    /// Of true cones: the answer at the local minimum beside its worst direction, where Newton's method finds that.
+    fn next_local_minimum(&self, sharp: Quality<D>) -> Quality<D> {
+        if self.grasp.is_finite() || sharp.rho >= 0.0 {
+            return sharp;
+        }
+        let z = self.metric.to_euclidean(&sharp.direction);
+        let found = LocalMinima::new(self, -sharp.rho).and_then(|mut minima| minima.near(&z));
+        match found {
+            Some((value, minimum)) if (minimum - z).norm() <= RIVAL_DIRECTION => {
+                self.at_minimum(&sharp, value, &minimum)
+            }
+            _ => sharp,
+        }
     }
 
     /// The polytope that gave the answer, grown on; `None` where something else gave it, or it grows too large.

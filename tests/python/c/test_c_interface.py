@@ -42,7 +42,8 @@ def run(*command, **options):
 def prefix(tmp_path_factory):
     """Return a folder into which the library was installed, and which was moved afterwards."""
     built, moved = (tmp_path_factory.mktemp("capi") / name for name in ("built", "moved"))
-    run(sys.executable, ROOT / "tools" / "build_c_library.py", "--prefix", built)
+    # As the tests of Rust have it, which saves compiling it twice.
+    run(sys.executable, ROOT / "tools" / "build_c_library.py", "--debug", "--prefix", built)
     built.rename(moved)
     return moved
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 import graspforce as gf
-from graspforce.files.mesh_file import load_mesh
+from graspforce.files import load_mesh
 
 pytest.importorskip("trimesh", reason="trimesh is not installed: pip install 'graspforce[mesh]'")
 

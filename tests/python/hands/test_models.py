@@ -125,6 +125,13 @@ def test_torque_limits_of_zero_in_the_model_are_refused():
         Hand(model, TIPS)
 
 
+def test_joints_without_damping_get_some_unless_zero_is_given():
+    np.testing.assert_allclose(Hand(spec(), TIPS).damping, 0.03 * Hand(spec(), TIPS).stiffness)
+    assert not Hand(spec(), TIPS, damping=0.0).damping.any()
+    damped = mjcf(**{'<joint name="thumb_base"': '<joint name="thumb_base" damping="0.7"'})
+    assert Hand(spec(damped), TIPS).damping[0] == 0.7
+
+
 def test_limits_of_actuators_count_with_their_gear():
     motor = '<actuator><motor joint="thumb_base" gear="3" forcerange="-0.5 0.5"/></actuator>'
     assert Hand(spec(mjcf(motor)), TIPS).torque_limits[0] == 1.5
@@ -219,8 +226,19 @@ def test_a_hand_file_says_all_that_the_arguments_say(tmp_path):
         (
             "torque_limits: 1.5",
             "torque_limits: 0",
-            r":5: torque_limits: must be greater than 0; expected fields",
+            r":5: torque_limits: must be greater than 0, given 0$",
         ),
+        (
+            "torque_limits: 1.5",
+            "torque_limits: {thumb_base: -1}",
+            r":5: torque_limits.thumb_base: must be greater than 0, given -1$",
+        ),
+        (
+            "{thumb_base: [-1, 1]}",
+            "{thumb_base: [1, -1]}",
+            r":6: joint_limits.thumb_base: lower 1.0 is not below upper -1.0",
+        ),
+        ("[1, 0, 0.5]}", "[0, 0, 0]}", r":4: fingertips: entry 1: pad: .* has no direction"),
         ("thumb_base: 4", "thumb: 4", r":7: stiffness: .*'thumb' is no joint"),
         ("palm: palm", "plam: palm", r":3: plam: unknown field"),
         ("hand.xml", "hand.urdf", r":2: model: .*No such file"),

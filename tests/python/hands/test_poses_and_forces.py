@@ -131,7 +131,7 @@ def test_convex_parts_cover_the_object_and_little_more():
     [
         (trimesh.Trimesh(box(1, 1, 1).vertices, box(1, 1, 1).faces[1:]), "mesh: not watertight: 3 of"),
         (box(60, 60, 60), "mesh: the mesh would be 60 m long, .*; scale it to m"),
-        ("mug.obj", "mesh: mug.obj does not exist"),
+        ("mug.obj", "mug.obj: No such file"),
         (None, "mesh: None has no triangles; give a trimesh.Trimesh"),
         (trimesh.Scene(box(1, 1, 1)), r"has no triangles; give scene.to_mesh\(\)"),
         (trimesh.Trimesh(), "mesh: a Trimesh with 0 vertices and 0 faces has no triangles"),

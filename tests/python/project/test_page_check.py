@@ -31,6 +31,18 @@ def check():
     return module
 
 
+@pytest.mark.parametrize("ci", ["", "true"])
+def test_without_a_browser_nothing_is_checked_and_ci_fails(monkeypatch, capsys, ci):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "tools"))
+        module = importlib.import_module("check_pages")
+    monkeypatch.setattr(module, "chromium", lambda: None)
+    monkeypatch.setattr("sys.argv", ["check_pages.py", "docs"])
+    monkeypatch.setenv("CI", ci)
+    assert module.main() == bool(ci)
+    assert "NOT CHECKED" in capsys.readouterr().err
+
+
 def test_each_kind_of_fault_is_found_and_a_good_page_has_none(check, tmp_path):
     for kind, body in {**FAULTS, "good": ""}.items():
         (tmp_path / f"{kind}.html").write_text(PAGE.format(body=body))

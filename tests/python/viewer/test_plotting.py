@@ -215,7 +215,7 @@ def test_a_spatial_grasp_fills_the_canvas_and_names_what_is_behind(count, on_mes
     assert "max" in figure.get_suptitle()
     assert "sum" in figure.get_suptitle()
     assert {t.get_text() for t in figure.axes[0].texts} == {str(i) for i in range(count)}
-    view = views.best_view(positions, normals, None if mesh is None else mesh[0][mesh[1]])
+    view = figure.axes[0].elev, figure.axes[0].azim
     behind = np.flatnonzero(views.hidden(positions, normals, mesh and mesh[0][mesh[1]], view))
     assert ("behind the object" in legend_of(figure)) == (len(behind) > 0)
 
@@ -255,6 +255,35 @@ def test_equal_forces_over_time_share_a_line_of_dashes():
     lines = plotting.draw_forces(axes, columns, 3.0)[:4]
     assert [line.get_linestyle() for line in lines] == ["-", "--", "-", "--"]
     assert all(line.get_linestyle() == "-" for line in axes.get_legend().get_lines()[:4])
+
+
+def test_forces_that_are_equal_for_a_while_share_dashes_for_that_while():
+    turn = np.linspace(0, 6, 200)
+    apart = np.where(turn < 2, 0.0, (turn - 2) * 0.3)
+    axes = flat_axes()
+    lines = plotting.draw_forces(axes, np.stack([1 + turn, 1 + turn + apart], axis=1), 9.0)
+    solid, dashed = [line for line in axes.lines if line.get_color() == lines[1].get_color()]
+    assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
+    shown = np.isfinite(dashed.get_ydata())
+    assert shown[turn < 2].all()
+    assert not shown[turn > 2.5].any()
+    assert (shown | np.isfinite(solid.get_ydata())).all()
+
+
+@pytest.mark.parametrize("about", [0, 1, 2])
+def test_arrows_are_drawn_where_they_can_be_read(about):
+    pytest.importorskip("trimesh")
+    corners = BALL[0].vertices[BALL[0].faces]
+    positions, normals = fibonacci(3)
+    axis = np.eye(3)[about]
+    turn = np.linspace(0, 5, 40)
+    ring = 0.02 * (
+        np.outer(np.cos(turn), np.eye(3)[about - 2]) + np.outer(np.sin(turn), np.eye(3)[about - 1])
+    )
+    for arrow in (np.stack([0 * axis, 0.03 * axis]), ring):
+        view = views.best_view(positions, normals, corners, [arrow])
+        assert views.side_on(arrow, view) > 0.45
+    assert views.side_on(ring, (0.0, 0.0)) == pytest.approx(float(about == 0), abs=1e-9)
 
 
 def test_notebooks_show_figures_of_grasps_qualities_forces_and_plans():

@@ -4,6 +4,7 @@ import dataclasses
 import http.client
 import math
 import resource
+import threading
 import time
 
 import numpy as np
@@ -33,6 +34,7 @@ from websockets.sync.client import connect as websocket
 
 from graspforce.viewer import guard, messages, view
 from graspforce.viewer.controls import identifier
+from graspforce.viewer.ports import free_port
 
 
 @pytest.mark.parametrize(
@@ -288,6 +290,33 @@ def test_a_viser_that_cannot_be_guarded_is_not_started(monkeypatch):
     monkeypatch.setattr(guard, "websockets_server", type("Elsewhere", (), {"serve": serve}))
     with pytest.raises(gf.GraspForceError, match=f"viser {viser.__version__}.*cannot be guarded"):
         view(gf.Grasp(np.eye(3), -np.eye(3)), port=18095)
+    assert free_port("127.0.0.1", 18095) == 18095
+
+
+def test_a_viewer_that_fails_while_it_starts_leaves_its_port(monkeypatch):
+    monkeypatch.setattr(viser.SceneApi, "add_mesh_simple", lambda *_, **__: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        view(gf.Grasp(np.eye(3), -np.eye(3)), port=18098)
+    assert free_port("127.0.0.1", 18098) == 18098
+
+
+@pytest.mark.parametrize("broken", ["html", "update"])
+def test_what_goes_wrong_unexpectedly_is_shown_and_the_page_lives_on(viewer, monkeypatch, broken):
+    reported = []
+    monkeypatch.setattr(threading, "excepthook", reported.append)
+    control = viewer._controls.share if broken == "html" else viewer._controls.limits
+    with client(viewer) as opened:
+        with monkeypatch.context() as failing:
+            failing.setattr(viewer, broken, lambda: {}["gone"])
+            say(opened, slide(control, True if broken == "html" else 1.2))
+            wait_for(lambda: reported)
+        assert "KeyError" in viewer._controls.message.content
+        assert isinstance(reported[0].exc_value, KeyError)
+        say(opened, slide(viewer._controls.limits, 1.5))
+        wait_for(lambda: not viewer._controls.message.content)
+        say(opened, slide(viewer._controls.limits, 1.0))
+        wait_for(lambda: viewer._controls.limits.value == 1.0)
+    assert all(thread.is_alive() for thread in viewer._threads)
 
 
 def test_servers_of_others_are_left_alone():

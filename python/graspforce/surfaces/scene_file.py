@@ -1,6 +1,7 @@
-"""Triangles of GLB, GLTF and 3MF files: scenes of meshes, read by trimesh after a look at what they claim.
+"""Triangles of GLB, GLTF, 3MF and XAML files: scenes of meshes, read by trimesh.
 
-A scene can name one mesh many times, promise more numbers than it holds, and point to other files.
+Their claims are checked before. A scene can name one mesh many times, promise more numbers than it holds, and
+point to other files.
 """
 
 from __future__ import annotations
@@ -16,16 +17,15 @@ from urllib.parse import unquote
 import numpy as np
 
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.safe_read import beside, limited_bytes
 from graspforce.errors import InvalidFileError, MissingExtraError
-
-from .safe_read import beside, limited_bytes
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-SCENES = ("3mf", "glb", "gltf")
+SCENES = ("3mf", "glb", "gltf", "xaml")
 _MAX_BYTES = 256 * 1024 * 1024
 _MAX_TRIANGLES = 5_000_000
 _MAX_PLACES = 10_000
@@ -38,11 +38,13 @@ def scene_triangles(path: Path, kind: str, content: bytes) -> tuple[NDArray[np.f
     trimesh = optional("trimesh", "mesh")
     beside_it = _Beside(path)
     try:
+        if kind in ("3mf", "xaml"):
+            _need_xml()
         if kind == "3mf":
             _check_3mf(path, content)
-        else:
+        elif kind != "xaml":
             _check_gltf(path, _header(content), len(content), beside_it)
-        options: dict[str, Any] = {} if kind == "3mf" else {"skip_materials": True}
+        options: dict[str, Any] = {"skip_materials": True} if kind in ("glb", "gltf") else {}
         scene = trimesh.load_scene(io.BytesIO(content), file_type=kind, resolver=beside_it, **options)
         _check_size(path, scene)
         mesh = scene.to_mesh()
@@ -82,6 +84,8 @@ class _Beside:
 
 def _header(content: bytes) -> dict[str, Any]:
     if content[:4] == b"glTF":
+        if len(content) < 20:
+            raise ValueError(f"its header has 20 bytes, the file {len(content)}")
         (length,) = struct.unpack_from("<I", content, 12)
         content = content[20 : 20 + length]
     header = json.loads(content)
@@ -107,14 +111,18 @@ def _check_gltf(path: Path, header: dict[str, Any], size: int, beside_it: _Besid
         raise InvalidFileError(path, f"{rows} vertices and indices of all parts, more than {_MAX_ROWS}")
 
 
-def _check_3mf(path: Path, content: bytes) -> None:
-    """Refuse an archive that unpacks without bound, and objects that contain each other many times over."""
+def _need_xml() -> None:
     try:
-        etree = optional("lxml.etree", "mesh")
+        optional("lxml.etree", "mesh")
         optional("networkx", "mesh")
     except MissingExtraError as error:
-        error.add_note("3MF files need the packages lxml and networkx.")
+        error.add_note("3MF and XAML files need the packages lxml and networkx.")
         raise
+
+
+def _check_3mf(path: Path, content: bytes) -> None:
+    """Refuse an archive that unpacks without bound, and objects that contain each other many times over."""
+    etree = optional("lxml.etree", "mesh")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         if sum(member.file_size for member in archive.infolist()) > _MAX_BYTES:
             raise InvalidFileError(path, f"larger than {_MAX_BYTES} bytes when unpacked")

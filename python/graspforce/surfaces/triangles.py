@@ -86,6 +86,8 @@ def _stl(path: Path, content: bytes) -> Triangles:
         return corners.reshape(-1, 3), np.arange(3 * claimed).reshape(-1, 3)
     if content.lstrip()[:5].lower() != b"solid":
         message = f"not a mesh: claims {claimed} triangles, but {max(0, held)} bytes follow, 50 for each"
+        if held < 0:
+            message = f"not a mesh: neither 'solid' nor the header of {_STL_HEADER} bytes stands in it"
         raise InvalidFileError(path, message)
     vertices, num_facets = array.array("d"), 0
     for number, line in enumerate(content.splitlines(), 1):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import io
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from graspforce._internal.optional_imports import optional
+from graspforce._internal.safe_read import limited_bytes
 from graspforce.errors import InvalidFileError
 
-from .safe_read import limited_bytes
+from .mesh_parts import components
 from .scene_file import SCENES, scene_triangles
 from .triangles import READERS, checked_faces
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_MESH_BYTES = 64 * 1024 * 1024
+MAX_PARTS = 256
+"""Largest number of closed parts of a surface. Each pair of them is checked for overlap, which takes time."""
+
 FORMATS = ("obj", "off", "ply", "stl", *SCENES)
 _MAX_PLY_HEADER_BYTES = 64 * 1024
 _MAX_PLY_ELEMENTS = 64
@@ -29,12 +33,30 @@ _PLY_COMMENT = re.compile(rb"^comment\b.*\n", re.MULTILINE)
 _PLY_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\S+)[ \t]*\r?$", re.MULTILINE)
 
 
+class Triangles(NamedTuple):
+    """Vertices (V, 3) and faces (F, 3) of a mesh."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+
+
+def few_parts(path: Path) -> Triangles:
+    """Read the mesh of a surface: one of at most `MAX_PARTS` separate parts."""
+    read = Triangles(*load_mesh(path))
+    labels = components(int(read.faces.max()) + 1, np.concatenate([read.faces[:, :2], read.faces[:, 1:]]))
+    if (parts := len(np.unique(labels[read.faces[:, 0]]))) > MAX_PARTS:
+        raise InvalidFileError(
+            path, f"{parts} separate parts, more than {MAX_PARTS}; join them into one surface first"
+        )
+    return read
+
+
 def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY, STL, GLB, GLTF or 3MF file.
+    """Read vertices (v, 3) in m and triangles (t, 3) from an OBJ, OFF, PLY, STL, GLB, GLTF, 3MF or XAML file.
 
     Safe to call from several threads. Triangles come in the order of the file, polygons as fans around their
     first corner. Vertices in one place are merged; materials and groups are left out.
-    The parts of a GLB, GLTF or 3MF scene stand where the scene puts them.
+    The parts of a GLB, GLTF, 3MF or XAML scene stand where the scene puts them.
 
     Raises
     ------
@@ -43,14 +65,14 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
         than it claims, or names vertices that are not there. Indices of OBJ that count from the end (-1) are
         not read.
     MissingExtraError
-        trimesh, or lxml or networkx for a 3MF file, is not installed.
+        trimesh, or lxml or networkx for a 3MF or XAML file, is not installed.
     """
     trimesh = optional("trimesh", "mesh")
     path = Path(path)
+    content = limited_bytes(path, MAX_MESH_BYTES)
     kind = path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
-        raise InvalidFileError(path, f"not one of the known formats: {', '.join(FORMATS)}")
-    content = limited_bytes(path, MAX_MESH_BYTES)
+        raise InvalidFileError(path, unreadable_kind(kind))
     if kind in SCENES:
         vertices, faces = scene_triangles(path, kind, content)
     else:
@@ -63,6 +85,12 @@ def load_mesh(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArra
         return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as error:  # noqa: BLE001 - whatever someone else's code makes of odd triangles
         raise InvalidFileError(path, f"not a mesh: {error}") from None
+
+
+def unreadable_kind(kind: str) -> str:
+    """Say which meshes can be read in place of one of another kind."""
+    given = f"a mesh of the kind {kind!r}" if kind else "a mesh without a suffix"
+    return f"{given} cannot be read; these can: {', '.join(FORMATS)}"
 
 
 def _ply(path: Path, content: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
