@@ -26,6 +26,7 @@ demo: build
 RUST_TESTED := --package graspforce --package graspforce-c
 
 # The release build links on one core: the tests of Rust are built beside it.
+test: export CARGO_INCREMENTAL := 0
 test:
 	$(MAKE) --jobs 2 python-tests-ready rust-tests-ready
 	cargo test --tests $(RUST_TESTED)

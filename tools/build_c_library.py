@@ -34,6 +34,7 @@ def main() -> int:
     environment = dict(os.environ)
     command = ["cargo", "build", "--locked", "--lib", "--package", "graspforce-c"]
     if arguments.debug:
+        environment["CARGO_INCREMENTAL"] = "0"
         command += ["--tests", "--package", "graspforce"]
     else:
         # The flags of the extension module, so that no file names this machine.

@@ -14,7 +14,7 @@ import warnings
 for _pool in ("OMP", "OPENBLAS", "MKL", "RAYON"):
     os.environ[f"{_pool}_NUM_THREADS"] = "1"
 
-from . import force_questions, page, quality_questions, table
+from . import force_questions, page, planning, quality_questions, standing, table
 from .asking import Run
 
 PEERS = (
@@ -47,7 +47,8 @@ def main() -> int:
     start = time.perf_counter()
     run = Run(options.quick, options.peers)
     all_answers, body, disagreements = [], "", 0
-    for question in itertools.chain(quality_questions.questions(run), force_questions.questions(run)):
+    asking = (quality_questions, force_questions, standing, planning)
+    for question in itertools.chain.from_iterable(module.questions(run) for module in asking):
         if options.only.lower() not in question.title.lower():
             continue
         text = f"## {question.title}\n\n{textwrap.fill(question.text, 110)}\n"

@@ -80,3 +80,34 @@ def held_calls() -> list[Call]:
         Call(f"{NAME}, {algorithm}", NAME, partial(equilibrium, algorithm), np.inf, places, apart=True)
         for algorithm in ("LP", "DLP")
     ]
+
+
+def feet(contacts: Contacts) -> tuple[np.ndarray, np.ndarray, float]:
+    """Contacts as they stand."""
+    grasp = contacts.grasp
+    return grasp.positions, grasp.normals, float(grasp.friction[0])
+
+
+def asked(measure: Callable[[Any], Any]) -> Callable[[tuple[np.ndarray, np.ndarray, float]], float]:
+    """Put feet under a body of 1 kg, and ask for a status and a number."""
+    hpp = loaded()
+    body = hpp.Equilibrium("body", 1.0, GENERATORS)
+
+    def answer(prepared: tuple[np.ndarray, np.ndarray, float]) -> float:
+        body.setNewContacts(*prepared, hpp.EquilibriumAlgorithm.EQUILIBRIUM_ALGORITHM_LP)
+        found, number = measure(body)
+        if found != hpp.LP_status.LP_STATUS_OPTIMAL:
+            raise UnsolvedError
+        return float(np.ravel(number)[0])
+
+    return answer
+
+
+def robustness(center: np.ndarray, body: Any) -> tuple[Any, Any]:
+    found: tuple[Any, Any] = body.computeEquilibriumRobustness(center)
+    return found
+
+
+def robustness_calls(center: np.ndarray) -> list[Call]:
+    make = partial(asked, partial(robustness, center))
+    return [Call(f"{NAME}, LP", NAME, make, np.inf, feet, apart=True)]

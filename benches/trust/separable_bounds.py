@@ -19,7 +19,7 @@ from graspforce.surfaces import PlanarCurve, contacts_on
 
 __all__ = ["judged", "problem", "rows"]
 
-CASES = 300
+CASES = 1000
 _GAP = 0.02
 
 
@@ -81,7 +81,7 @@ def problem(seed: int) -> tuple[Any, Any, np.ndarray, float]:
     return contacts_on(*curves), curvature, bumps, friction
 
 
-def judged(seed: int) -> str:
+def judged(seed: int, time_limit: float = 60.0) -> str:
     """Return "right", "missed" (the gap stays open) or "wrong" (a sampled grasp exceeds the bound)."""
     surface, curvature, bumps, friction = problem(seed)
     criterion = ("max", "sum")[seed % 2]
@@ -93,7 +93,7 @@ def judged(seed: int) -> str:
         gap=_GAP,
         curvature=curvature,
         friction=friction,
-        time_limit=60.0,
+        time_limit=time_limit,
     )
     number = 60 if count == 2 else 15
     lines = [

@@ -249,6 +249,7 @@ def support_region(
     criterion: _Criterion,
     acceleration: ArrayLike,
     height: float,
+    limits: bool,
     external_wrench: ArrayLike,
     gap: float,
     gravity: float,

@@ -9,7 +9,7 @@ use crate::convert::arrays::{float_array, float_vector, matrix, refuse_not_finit
 use crate::convert::dimension::Dimensional;
 use crate::convert::errors::{invalid_grasp, invalid_input, to_python};
 use crate::convert::quality_options::parse_criterion;
-use crate::convert::scalars::{Given, instance, number, whole};
+use crate::convert::scalars::{Given, flag, instance, number, whole};
 use crate::grasp::PyGrasp;
 use crate::runtime::interrupt::detached;
 use crate::runtime::memory::{Work, check_work};
@@ -30,9 +30,9 @@ type Region<'py> = (
 /// As the core allows them.
 const DIRECTIONS: std::ops::RangeInclusive<usize> = 4..=100_000;
 
-/// The horizontal positions of the centre of mass at which limited contact forces hold a body.
+/// The horizontal positions of the centre of mass at which contact forces hold a body.
 #[pyfunction]
-#[pyo3(signature = (grasp, weight, criterion, acceleration, height, external_wrench, gap, gravity, max_directions))]
+#[pyo3(signature = (grasp, weight, criterion, acceleration, height, limits, external_wrench, gap, gravity, max_directions))]
 #[allow(clippy::too_many_arguments, reason = "the contract with Python")]
 pub fn support_region<'py>(
     py: Python<'py>,
@@ -41,6 +41,7 @@ pub fn support_region<'py>(
     criterion: Given<'py>,
     acceleration: &Bound<'py, PyAny>,
     height: &Bound<'py, PyAny>,
+    limits: &Bound<'py, PyAny>,
     external_wrench: &Bound<'py, PyAny>,
     gap: &Bound<'py, PyAny>,
     gravity: &Bound<'py, PyAny>,
@@ -54,6 +55,7 @@ pub fn support_region<'py>(
             acceleration: Vector3::from_vec(float_vector("acceleration", acceleration, 3)?),
             gravity: number("gravity", gravity)?,
             height: number("height", height)?,
+            limits: flag("limits", limits)?,
             external_wrench: Wrench::from_vec(float_vector("external_wrench", external_wrench, 6)?),
             gap: number("gap", gap)?,
             max_directions: whole("max_directions", max_directions, DIRECTIONS)?,

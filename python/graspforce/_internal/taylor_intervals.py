@@ -1,7 +1,8 @@
 """Intervals that hold a function's value and its first two derivatives along a line, everywhere in a box.
 
 Formulas of `graspforce.surfaces` run on them as they run on arrays. The second derivatives bound by how much
-a function departs from its values at the corners of the box. Rounding is left to the caller.
+a function departs from its values at the corners of the box. Each operation rounds outward: the intervals
+hold what exact arithmetic gives.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 _F = TypeVar("_F", bound="Callable[..., Any]")
 _FORMULAS: WeakSet[Any] = WeakSet()
+_EPS = float(np.finfo(float).eps)
+_ROUNDED_DIRECTION = 4e-15  # more than a quotient, a root and the squares beneath it are rounded by
 
 
 def formula(function: _F) -> _F:
@@ -123,14 +126,20 @@ class TaylorIntervals(NDArrayOperatorsMixin):
         """
         with np.errstate(all="ignore"):
             value, first, second = self.coefficients
-            squares = _total(_square(value))
-            length = np.sqrt(squares[0])[..., None], np.sqrt(squares[1])[..., None]
-            inverse = 1 / length[1], np.where(length[0] > 0, 1 / length[0], np.inf)
+            own = _square(value)
+            squares = _total(own)
+            length = _outward(np.sqrt(squares[0])[..., None], np.sqrt(squares[1])[..., None])
+            inverse = _outward(1 / length[1], np.where(length[0] > 0, 1 / length[0], np.inf))
             # Of each component's square, the others' squares are known apart from its own.
-            others = [end[..., None] - own for end, own in zip(squares, _square(value), strict=True)]
+            others = [_others(end) for end in own]
+            sides = zip(value, (others, others[::-1]), (-1, 1), strict=True)
             direction = tuple(
-                np.clip(end / np.sqrt(np.square(end) + np.where(end < 0, *swap)), -1, 1)
-                for end, swap in zip(value, (others, others[::-1]), strict=True)
+                np.clip(
+                    end / np.sqrt(np.square(end) + np.where(end < 0, *swap)) + side * _ROUNDED_DIRECTION,
+                    -1,
+                    1,
+                )
+                for end, swap, side in sides
             )
             rate = _spread(_total(_times(direction, first)))
             turn = _times(_minus(first, _times(direction, rate)), inverse)
@@ -153,21 +162,35 @@ def real_numbers(values: Any) -> Any:
 
 
 # Intervals: pairs of arrays.
+def _outward(low: Array, high: Array) -> Interval:
+    """Widen by the rounding of one operation; zeros are exact, or too small to matter."""
+    return low - _EPS * np.abs(low), high + _EPS * np.abs(high)
+
+
 def _times(a: Interval, b: Interval) -> Interval:
     ends = [a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]]
-    return np.minimum.reduce(ends), np.maximum.reduce(ends)
+    return _outward(np.minimum.reduce(ends), np.maximum.reduce(ends))
 
 
-def _plus(*parts: Interval) -> Interval:
-    return sum(part[0] for part in parts), sum(part[1] for part in parts)  # type: ignore[return-value]
+def _plus(first: Interval, *others: Interval) -> Interval:
+    for other in others:
+        first = _outward(first[0] + other[0], first[1] + other[1])
+    return first
 
 
 def _minus(a: Interval, b: Interval) -> Interval:
-    return a[0] - b[1], a[1] - b[0]
+    return _outward(a[0] - b[1], a[1] - b[0])
 
 
 def _total(a: Interval) -> Interval:
-    return a[0].sum(axis=-1), a[1].sum(axis=-1)
+    return _plus(*((a[0][..., at], a[1][..., at]) for at in range(a[0].shape[-1])))
+
+
+def _others(squares: Array) -> Array:
+    """For each component, the sum of the others."""
+    components = range(squares.shape[-1])
+    sums = [sum(squares[..., at] for at in components if at != own) for own in components]
+    return np.stack(sums, axis=-1) if len(sums) > 1 else np.zeros_like(squares)
 
 
 def _spread(a: Interval) -> Interval:
@@ -175,7 +198,7 @@ def _spread(a: Interval) -> Interval:
 
 
 def _scaled(a: Interval, factor: float) -> Interval:
-    return (factor * a[0], factor * a[1]) if factor >= 0 else (factor * a[1], factor * a[0])
+    return _outward(*((factor * a[0], factor * a[1]) if factor >= 0 else (factor * a[1], factor * a[0])))
 
 
 def _constant(a: Interval, value: float) -> Interval:
@@ -186,15 +209,16 @@ def _constant(a: Interval, value: float) -> Interval:
 def _square(a: Interval) -> Interval:
     low, high = np.square(a[0]), np.square(a[1])
     inside = (a[0] <= 0) & (a[1] >= 0)
-    return np.where(inside, 0.0, np.minimum(low, high)), np.maximum(low, high)
+    return _outward(np.where(inside, 0.0, np.minimum(low, high)), np.maximum(low, high))
 
 
 def _power(a: Interval, exponent: int) -> Interval:
     if exponent == 0:
         return _constant(a, 1.0)
-    if exponent % 2:
-        return a[0] ** exponent, a[1] ** exponent
-    return tuple(end ** (exponent // 2) for end in _square(a))  # type: ignore[return-value]
+    low, high = a if exponent % 2 else _square(a)
+    low, high = (end ** (exponent if exponent % 2 else exponent // 2) for end in (low, high))
+    rounded = 2 * exponent * _EPS
+    return low - rounded * np.abs(low), high + rounded * np.abs(high)
 
 
 def _cosine(a: Interval) -> Interval:
@@ -205,8 +229,10 @@ def _cosine(a: Interval) -> Interval:
         first, last = (a[0] - phase - room) / turn, (a[1] - phase + room) / turn
         return np.floor(last) >= np.ceil(first)
 
-    low = np.where(passes(np.pi), -1.0, np.minimum(*ends))
-    return low, np.where(passes(0.0), 1.0, np.maximum(*ends))
+    # Of the functions of NumPy, which are off by a few units in the last place, and of the phase of a sine.
+    rounded = 8 * _EPS * (1 + np.maximum(np.abs(a[0]), np.abs(a[1])))
+    low = np.where(passes(np.pi), -1.0, np.maximum(np.minimum(*ends) - rounded, -1.0))
+    return low, np.where(passes(0.0), 1.0, np.minimum(np.maximum(*ends) + rounded, 1.0))
 
 
 def _sine(a: Interval) -> Interval:
@@ -239,7 +265,7 @@ def _pair(one: Any, other: Any) -> tuple[TaylorIntervals, TaylorIntervals]:
 
 def _sum(one: Any, other: Any) -> TaylorIntervals:
     a, b = _pair(one, other)
-    return TaylorIntervals(a.low + b.low, a.high + b.high)
+    return TaylorIntervals(*_outward(a.low + b.low, a.high + b.high))
 
 
 def _negative(one: TaylorIntervals) -> TaylorIntervals:
@@ -285,7 +311,9 @@ def _linear(one: Any, matrix: Any) -> Any:
     if not isinstance(one, TaylorIntervals) or isinstance(matrix, TaylorIntervals):
         return NotImplemented
     above, below = np.maximum(matrix, 0), np.minimum(matrix, 0)
-    return TaylorIntervals(one.low @ above + one.high @ below, one.high @ above + one.low @ below)
+    low, high = one.low @ above + one.high @ below, one.high @ above + one.low @ below
+    rounded = 8 * _EPS * (np.maximum(np.abs(one.low), np.abs(one.high)) @ np.abs(matrix))
+    return TaylorIntervals(low - rounded, high + rounded)
 
 
 def _stacked(function: Callable[..., Array]) -> Callable[..., TaylorIntervals]:

@@ -29,9 +29,10 @@ from .contact_wrenches import ContactWrenches
 from .face_products import FaceProducts, meshes_of
 from .global_optimum import GlobalOptimum
 from .incumbent import Incumbent
+from .multistart import plan_multistart
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
-from .search_scales import longest_wrench, parameter_rates
+from .search_scales import force_ceiling, longest_wrench, parameter_rates
 from .separable_bounds import SeparableBounds
 from .wrench_curvature import (
     Departures,
@@ -55,6 +56,8 @@ if TYPE_CHECKING:
     Indices = NDArray[np.int64]
 
 _MAX_PARAMS = 4
+_STARTS = 100
+_SECONDS_OF_PLANS = 10.0
 _OPEN = 1e-6  # of the longest wrench of a normal force: an epsilon below it is none
 
 
@@ -195,7 +198,12 @@ def plan_global(
         if curvature is not None:
             raise InvalidInputError("curvature: meshes with face normals have none")
         free = feasible is None and min_distance == 0
-        search = FaceProducts(wrenches, meshes, opening, adopt=free, limited=np.isfinite(deadline))
+        search = FaceProducts(
+            wrenches, meshes, opening,
+            lambda seconds: _planned(surface, box, problem, seconds, feasible, min_distance, grasp_options),
+            ceiling=force_ceiling(first, problem.quality_options["metric"], criterion),
+            adopt=free, limited=np.isfinite(deadline),
+        )  # fmt: skip
         proven = True
     else:
         known = _curvature(surface, curvature, wrenches, lower, upper)
@@ -227,6 +235,32 @@ def plan_global(
     if found is None:
         raise InvalidInputError(f"{source.conditions}: refused all {source.counts.candidates} grasps tried")
     return found
+
+
+def _planned(
+    surface: Surface,
+    box: Array,
+    problem: SearchProblem,
+    seconds: float,
+    feasible: Feasible | None,
+    min_distance: float,
+    grasp_options: GraspOptions,
+) -> Array:
+    """Return parameters (1, p) of the best plan from many starts; (0, p) if they met no feasible grasp."""
+    size = float(np.ptp(box, axis=1).max())
+    try:
+        found = plan_multistart(
+            surface, box, 0.2 * size, 0.01 * size, problem.quality_options["criterion"],
+            starts=_STARTS, best=1, feasible=feasible, min_distance=min_distance,
+            time_limit=min(seconds, _SECONDS_OF_PLANS),
+            external_wrench=problem.quality_options["external_wrench"],
+            metric=problem.quality_options["metric"], **grasp_options,
+        )  # fmt: skip
+    except GraspForceError:
+        return np.zeros((0, len(box)))
+    if found.stopped == "interrupted":
+        raise KeyboardInterrupt
+    return found.best.params[None]
 
 
 def _box_tree(

@@ -24,6 +24,7 @@ __all__ = ["SEEDS", "SWITCH", "ContactWrenches", "default_seeds", "unit_columns"
 
 _RTOL = 1e-3  # of the qualities whose critical directions are asked for
 _CONE_SAMPLES = 16  # forces that stand for a true cone in second differences, as in the core's box bound
+_ROUNDED_SUM = 1e-15  # of the terms of a sum of four products
 
 
 SEEDS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
@@ -144,7 +145,11 @@ class ContactWrenches:
             for force in forces:
                 low = sum(np.where(f >= 0, f * a, f * b) for f, (a, b) in zip(force, bends, strict=True))
                 high = sum(np.where(f >= 0, f * b, f * a) for f, (a, b) in zip(force, bends, strict=True))
-                found = np.maximum(found, np.linalg.norm(np.maximum(abs(low), abs(high)), axis=-1))
+                terms = sum(
+                    np.maximum(abs(f * a), abs(f * b)) for f, (a, b) in zip(force, bends, strict=True)
+                )
+                largest = np.maximum(abs(low), abs(high)) + _ROUNDED_SUM * terms
+                found = np.maximum(found, np.linalg.norm(largest, axis=-1))
         return np.where(np.isnan(found), np.inf, found)
 
     def second_differences(self, params: Array, contacts: NDArray[np.int64], axes: int) -> Array:

@@ -45,6 +45,7 @@ _PER_SECOND = 1e7  # combinations that additions discard, in order of magnitude
 _SAMPLE = 4096  # random grasps, for a first good one
 _FIRST_DIRECTIONS = 400
 _SLICE = 8192  # products that are asked for between two looks at the clock
+_PART_OF_PLANS = 0.15  # of the time: for plans from many starts
 _TURN = 1.0  # s between two looks at grasps that the core has met
 
 
@@ -70,11 +71,13 @@ class FaceProducts:
         wrenches: ContactWrenches,
         meshes: tuple[MeshSurface, ...],
         max_opening: float,
+        plans: Callable[[float], Array],
         *,
+        ceiling: float,
         adopt: bool,
         limited: bool,
     ) -> None:
-        self._wrenches, self._adopt = wrenches, adopt
+        self._wrenches, self._adopt, self._plans = wrenches, adopt, plans
         self._faces = [mesh.flat_faces() for mesh in meshes]
         self._whole = tuple(np.concatenate([mesh.bounds for mesh in meshes]).T)
         count = len(meshes)
@@ -86,13 +89,13 @@ class FaceProducts:
         self._bound.restrict(max_opening, alike and adopt)
         self._face_of: list[Indices] = []
         self._max_opening = max_opening
-        self.proven = np.inf
+        self._ceiling = self.proven = ceiling
         self.boxes = 0
 
     @property
     def top(self) -> float:
         """No grasp exceeds it."""
-        return self._bound.top
+        return min(self._bound.top, self._ceiling)
 
     def run(self, incumbent: Incumbent, max_boxes: int, deadline: float, report: Report | None) -> Ended:
         """Discard products until nothing is left, no time is, or memory would not hold more."""
@@ -127,10 +130,14 @@ class FaceProducts:
         random = np.random.default_rng(0)
         sample = self._sample(random)
         attempt(sample)
+        if len(self._faces) > 2 and left():
+            # Where bounds stay wide, all depends on the grasp that is known.
+            attempt(self._plans(_PART_OF_PLANS * left()))
         polish(self._whole, random, attempt, lambda: incumbent.best, left)
         for contact in range(len(self._faces)):
             self._plant(contact)
-        self._bound.learn(self._wrenches.critical_directions(sample[:_FIRST_DIRECTIONS]))
+        first = sample[: _FIRST_DIRECTIONS if left() else 1]
+        self._bound.learn(self._wrenches.critical_directions(first))
         self._bound.descend(enough(), _MAX_PRODUCTS // 16, left())
         while True:
             ask_samples(self._bound, random, enough, left, middles, _MAX_PRODUCTS // 16)

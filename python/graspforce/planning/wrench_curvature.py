@@ -145,7 +145,7 @@ class FormulaCurvature:
                 axis=1,
             )
             # A box without width has no departure, whatever the derivative.
-            each: Array = np.where(half > 0, 0.5 * half**2 * bends * (1 + _ROUNDED), 0.0)
+            each: Array = 0.5 * half**2 * np.where(half > 0, bends, 0.0) * (1 + _ROUNDED)
             return each.reshape(len(axes), boxes, -1)
 
         fixed = self._wrenches.tangents(contacts)

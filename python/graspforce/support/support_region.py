@@ -135,6 +135,7 @@ def support_region(
     *,
     acceleration: ArrayLike = (0.0, 0.0, 0.0),
     height: float = 0.0,
+    limits: bool = True,
     external_wrench: ArrayLike | None = None,
     gap: float = 1e-6,
     gravity: float = 9.80665,
@@ -144,8 +145,7 @@ def support_region(
 
     The body is a robot on its feet, or an object on fingers; gravity acts along the negative z axis. Contact
     forces keep their friction cones and their limits: the region depends on ``max_normal_force``, which is
-    1 N unless the grasp says otherwise. For friction alone, give limits far above the weight. The region
-    grows with the limits, up to the one without limits.
+    1 N unless the grasp says otherwise. For friction alone, choose ``limits=False``.
 
     Safe to call from several threads.
 
@@ -163,6 +163,9 @@ def support_region(
         (3,) acceleration of the centre of mass in m/s^2. The angular momentum about it is constant.
     height : float
         Height z of the centre of mass in m. It matters with a horizontal acceleration only.
+    limits : bool
+        Whether normal forces are limited. False leaves friction cones alone: normal forces may be as large as
+        the region needs, up to 100,000 times the weight together. `criterion` does not matter then.
     external_wrench : array_like, optional
         (6,) wrench on the body beside its weight, in N and N m about the grasp's origin.
     gap : float
@@ -176,13 +179,14 @@ def support_region(
     Returns
     -------
     SupportRegion
-        Both polygons, with ``contains`` and ``margin``. It is always bounded: limited forces balance no
-        weight far away.
+        Both polygons, with ``contains`` and ``margin``. It is bounded: limited forces balance no weight far
+        away.
 
     Raises
     ------
     InvalidInputError
-        An argument is unusable, or the acceleration is free fall, which no place is needed for.
+        An argument is unusable, or the acceleration is free fall, which no place is needed for. Also if
+        ``limits=False`` leaves no bounded region, since contacts can press against each other.
     InvalidGraspError
         The contacts are planar.
     NotConvergedError
@@ -213,9 +217,11 @@ def support_region(
     >>> weak = strong.replace(max_normal_force=30.0)
     >>> bool(gf.support_region(weak, weight=100.0).contains((0.1, 0.05)))
     False
+    >>> bool(gf.support_region(weak, weight=100.0, limits=False).contains((0.1, 0.05)))
+    True
     """
     found = region_of(
-        grasp, weight, criterion, acceleration, height,
+        grasp, weight, criterion, acceleration, height, limits,
         np.zeros(6) if external_wrench is None else external_wrench, gap, gravity, max_directions,
     )  # fmt: skip
     shape, inner, outer, areas, resolution, (converged, directions), witness = found

@@ -334,8 +334,8 @@ typedef struct {
    */
   uint64_t pivots;
   /**
-   * 1 where another solver had to give the answer, else 0. With an infinite `gap`: the forces come nearest, but nothing
-   * proves that they are the least of those.
+   * 1 where another solver had to give the answer, else 0. Of nearest forces: 1 where 32 digits gave it, or where
+   * nothing proves more than `gap`.
    */
   int32_t fell_back;
 } gf_solution;

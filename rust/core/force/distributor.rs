@@ -245,9 +245,9 @@ impl<const D: usize> ForceDistributor<D> {
     /// `residual` is what stays unbalanced and `distance` its norm. `gap` is the larger of two: the objective's at the
     /// wrench that the forces balance, and that of the distance, relative to the norm of the wrench.
     ///
-    /// An infinite gap means that the forces come nearest, but nothing proves them the least of those. A distance whose gap
-    /// stays above `rtol`, and above 1e-9, is [`Error::NotConverged`](crate::Error::NotConverged). Without limits the distance is proven for
-    /// forces up to ten times as strong as those returned.
+    /// Every wrench has an answer. Where rounding leaves no tighter proof, the gap is larger than `rtol` and 1e-9: 1 if
+    /// nothing is proven. After a search in 32 digits (`fell_back`) the forces are the least of all that come as near.
+    /// Without limits the distance is proven for forces up to ten times as strong as those returned.
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, NearestOptions, Wrench};

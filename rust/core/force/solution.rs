@@ -86,8 +86,8 @@ pub struct Distribution<const D: usize> {
     /// least squares and nearest forces: Newton steps.
     pub pivots: usize,
     /// Whether [`Method::Reduced`] had to ask the whole set for this answer, or column generation over true cones
-    /// an interior-point solver. Of least squares: whether an interior-point solver gave the start. Of nearest forces with
-    /// an infinite gap: nothing proves them the least of the nearest.
+    /// an interior-point solver. Of least squares: whether an interior-point solver gave the start. Of nearest forces:
+    /// whether 32 digits gave the answer, or nothing proves it.
     pub fell_back: bool,
     /// Whether the objective and its tie-break alone are known to determine the forces. Where they may not, the least
     /// `sum_i |f_i|^2 / f_i^U^2` does; forces that extreme forces can make in several ways count as such.

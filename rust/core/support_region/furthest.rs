@@ -12,6 +12,7 @@ use nalgebra::{SMatrix, SVector, Vector2, Vector4};
 
 use super::HorizontalPoint as Point;
 use super::load::Load;
+use super::newton::{Along, Newton, Optimum, join};
 use crate::error::{Error, Result, Unmet};
 use crate::grasp::Wrench;
 use crate::interrupt;
@@ -44,6 +45,8 @@ type Rows = SVector<f64, ROWS>;
 struct Column {
     rows: Rows,
     place: Point,
+    /// The direction that it lies furthest along; zero of the origin.
+    along: Along,
     artificial: bool,
 }
 
@@ -54,6 +57,8 @@ pub(super) struct Furthest {
     pub place: Point,
     /// No place lies further along the direction.
     pub bound: f64,
+    /// What the limits of the forces contribute to the bound: with twice of them it is no more than this larger.
+    pub reached: f64,
 }
 
 /// A basis of points of the wrench set, kept from one direction to the next.
@@ -73,8 +78,8 @@ pub(super) struct Simplex<'a> {
 pub(super) enum Start<'a> {
     /// They do.
     Feasible(Box<Simplex<'a>>),
-    /// They do not: along this direction of scaled wrenches the set reaches less far than any load demands.
-    Empty(Wrench<6>),
+    /// They do not: along z, a direction of scaled wrenches, the set reaches less far than any load demands.
+    Empty { z: Wrench<6>, reach: f64 },
 }
 
 impl<'a> Simplex<'a> {
@@ -84,7 +89,7 @@ impl<'a> Simplex<'a> {
             let mut rows = Rows::zeros();
             rows[row] = if row < 4 && load.demand[row] < 0.0 { -1.0 } else { 1.0 };
             // The last is the origin, at which no contact presses.
-            Column { rows, place: Point::zeros(), artificial: row < 4 }
+            Column { rows, place: Point::zeros(), along: Along::zeros(), artificial: row < 4 }
         };
         let columns: [Column; ROWS] = std::array::from_fn(column);
         let right = Rows::from_fn(|row, _| if row < 4 { load.demand[row] } else { 1.0 });
@@ -103,7 +108,7 @@ impl<'a> Simplex<'a> {
             // p(z) < z . w for every w that fulfils the equations.
             let short = -y.fixed_rows::<4>(0).dot(&load.demand) - reach;
             if short > FEASIBILITY_TOLERANCE.max(rounding) * z.amax().max(1.0) {
-                return Ok(Start::Empty(z));
+                return Ok(Start::Empty { z, reach });
             }
             if reach - y[4] <= rounding || !simplex.exchange(&entering) {
                 break;
@@ -139,7 +144,7 @@ impl<'a> Simplex<'a> {
     /// The furthest place along a unit direction, to within `enough` or as near as rounding allows.
     pub(super) fn furthest(&mut self, direction: &Point, enough: f64) -> Result<Furthest> {
         let enough = enough.max(self.rounding);
-        let mut bound = f64::INFINITY;
+        let (mut bound, mut reached) = (f64::INFINITY, 0.0);
         for pivot in 0..MAX_PIVOTS {
             if pivot % 32 == 31 {
                 interrupt::check()?;
@@ -147,7 +152,9 @@ impl<'a> Simplex<'a> {
             let costs = Rows::from_fn(|at, _| direction.dot(&self.columns[at].place));
             let (_, y, entering, reach) = self.price(direction, &costs);
             let demanded = self.right.fixed_rows::<4>(0).dot(&y.fixed_rows::<4>(0));
-            bound = bound.min(reach + demanded);
+            if reach + demanded < bound {
+                (bound, reached) = (reach + demanded, reach);
+            }
             if reach - y[4] <= enough || !self.exchange(&entering) {
                 break;
             }
@@ -156,7 +163,26 @@ impl<'a> Simplex<'a> {
         for (column, share) in self.columns.iter().zip(self.shares.iter()) {
             place += column.place * *share;
         }
-        Ok(Furthest { place, bound: bound.max(direction.dot(&place)) })
+        Ok(Furthest { place, bound: bound.max(direction.dot(&place)), reached })
+    }
+
+    /// Newton's method from the basis of the last direction asked for.
+    pub(super) fn polish(
+        &self,
+        newton: &mut Newton,
+        direction: &Point,
+        enough: f64,
+    ) -> Option<(Furthest, Optimum)> {
+        let costs = Rows::from_fn(|at, _| direction.dot(&self.columns[at].place));
+        let y = self.inverse.tr_mul(&costs);
+        let mixture =
+            self.columns.iter().zip(self.shares.iter()).map(|(column, share)| (column.along, *share));
+        newton.polish(direction, -y.fixed_rows::<4>(0), mixture, enough.max(self.rounding))
+    }
+
+    /// What the contacts have to balance.
+    pub(super) fn demand(&self) -> Vector4<f64> {
+        self.right.fixed_rows::<4>(0).into_owned()
     }
 
     /// The direction of the multipliers y, they themselves, and the point of the set (or the origin) furthest along it.
@@ -169,7 +195,8 @@ impl<'a> Simplex<'a> {
             if support.value > 0.0 { (support.value, support.wrench) } else { (0.0, Wrench::zeros()) };
         let equations = self.load.equations(&wrench);
         let rows = Rows::from_fn(|row, _| if row < 4 { equations[row] } else { 1.0 });
-        (z, y, Column { rows, place: self.load.place(&wrench), artificial: false }, reach)
+        let along = if reach > 0.0 { join(&-multipliers, direction) } else { Along::zeros() };
+        (z, y, Column { rows, place: self.load.place(&wrench), along, artificial: false }, reach)
     }
 
     /// Takes a column into the basis; false where rounding leaves no row for it.

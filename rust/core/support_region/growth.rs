@@ -4,8 +4,9 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::furthest::{Furthest, Simplex};
-use super::polygon::{area, clip, hull, turn};
-use super::{HorizontalPoint as Point, RESOLUTION, RegionShape};
+use super::newton::{Newton, Optimum};
+use super::polygon::{area, clipped, hull, turn};
+use super::{HorizontalPoint as Point, RESOLUTION, RegionShape, SupportOptions};
 use crate::error::Result;
 
 /// Areas below this, in units of the region's squared extent, are rounding.
@@ -16,6 +17,9 @@ const LEAST_SHARE: f64 = 0.3;
 
 /// Gaps that are no wider are as narrow as rounding allows.
 const ROUNDED_GAP: f64 = 1e-9;
+
+/// Without limits, bounds come so near to their places: what is left could be due to the limit that stands in.
+const UNLIMITED_ENOUGH: f64 = 1e-10;
 
 /// Places that span less, in units of the region's squared extent, may lie on a line.
 const FLAT_AREA: f64 = 1e-7;
@@ -34,20 +38,62 @@ pub(super) struct Grown {
     pub gap: f64,
     pub converged: bool,
     pub directions: usize,
+    /// What the limits of the forces contribute to the bound along any direction.
+    pub reached: f64,
+}
+
+/// What was asked for.
+struct Asked {
+    direction: Point,
+    found: Furthest,
+    optimum: Option<Optimum>,
+}
+
+/// Asks for the furthest places: of true cones by Newton's method, where that fails by the simplex.
+struct Oracle<'s, 'a> {
+    simplex: &'s mut Simplex<'a>,
+    newton: Option<Newton>,
+    asked: Vec<Asked>,
+}
+
+impl Oracle<'_, '_> {
+    /// Asks along a direction, which may lie between two that were asked for.
+    fn ask(&mut self, direction: Point, ends: Option<[usize; 2]>, enough: f64) -> Result<Furthest> {
+        let known =
+            |at: usize| self.asked[at].optimum.as_ref().map(|optimum| (&self.asked[at].direction, optimum));
+        let ends = ends.and_then(|[a, b]| Some([known(a)?, known(b)?]));
+        let near = self
+            .newton
+            .as_mut()
+            .zip(ends)
+            .and_then(|(newton, ends)| newton.between(&direction, ends, enough));
+        let (found, optimum) = if let Some((found, optimum)) = near {
+            (found, Some(optimum))
+        } else {
+            let found = self.simplex.furthest(&direction, enough)?;
+            let newton = self.newton.as_mut();
+            let polished = newton.and_then(|newton| self.simplex.polish(newton, &direction, enough));
+            polished.map_or((found, None), |(found, optimum)| (found, Some(optimum)))
+        };
+        self.asked.push(Asked { direction, found, optimum });
+        Ok(found)
+    }
 }
 
 /// What is not known yet: the triangle between two neighbouring places and the corner of their bounds.
 struct Open {
     places: [Point; 2],
     directions: [Point; 2],
+    /// Numbers of the directions among those asked for.
+    asked: [usize; 2],
     corner: Point,
     area: f64,
 }
 
 impl Open {
-    fn new(places: [Point; 2], directions: [Point; 2], corner: Point) -> Self {
+    fn new(places: [Point; 2], directions: [Point; 2], asked: [usize; 2], corner: Point) -> Self {
         let area = 0.5 * turn(&places[0], &corner, &places[1]).abs();
-        Self { places, directions, corner, area }
+        Self { places, directions, asked, corner, area }
     }
 
     /// How much further than the edge the corner reaches along a direction.
@@ -74,13 +120,14 @@ impl Open {
         from + (to - from) * share
     }
 
-    fn split(&self, direction: &Point, found: &Furthest) -> [Self; 2] {
+    fn split(&self, direction: &Point, found: &Furthest, at: usize) -> [Self; 2] {
         [0, 1].map(|end| {
             let corner = self.cut(end, direction, found.bound);
-            let (mut places, mut directions) = (self.places, self.directions);
+            let (mut places, mut directions, mut asked) = (self.places, self.directions, self.asked);
             places[1 - end] = found.place;
             directions[1 - end] = *direction;
-            Self::new(places, directions, corner)
+            asked[1 - end] = at;
+            Self::new(places, directions, asked, corner)
         })
     }
 }
@@ -107,15 +154,11 @@ impl PartialEq for Open {
 impl Eq for Open {}
 
 /// The region where it is a point or a segment: where places span a line, and the bounds across it leave no width.
-fn flat(
-    simplex: &mut Simplex<'_>,
-    found: &[(Point, Furthest)],
-    size: f64,
-    enough: f64,
-) -> Result<Option<Grown>> {
-    let places: Vec<Point> = found.iter().map(|(_, one)| one.place).collect();
+fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> Result<Option<Grown>> {
+    let places: Vec<Point> = found.iter().map(|one| one.found.place).collect();
     let described = |shape, inner, outer, directions| {
-        Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions })
+        let reached = most_reached(found);
+        Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions, reached })
     };
     if size <= RESOLUTION {
         return Ok(described(RegionShape::Point, places[..1].to_vec(), places[..1].to_vec(), found.len()));
@@ -139,15 +182,20 @@ fn flat(
 }
 
 /// Grows both polygons until the area between them is at most the share `gap` of the outer one's.
-pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -> Result<Grown> {
+pub(super) fn grow(
+    simplex: &mut Simplex<'_>,
+    newton: Option<Newton>,
+    options: &SupportOptions,
+) -> Result<Grown> {
+    let SupportOptions { gap, max_directions, .. } = *options;
     let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
     // What the bounds leave open along the boundary is a small part of the gap.
-    let enough = 1e-2 * gap;
-    let mut found = Vec::with_capacity(64);
+    let enough = if options.limits { 1e-2 * gap } else { UNLIMITED_ENOUGH.min(1e-2 * gap) };
+    let mut oracle = Oracle { simplex, newton, asked: Vec::with_capacity(64) };
     for axis in axes {
-        found.push((axis, simplex.furthest(&axis, enough)?));
+        oracle.ask(axis, None, enough)?;
     }
-    let [right, top, left, bottom] = [0, 1, 2, 3].map(|at: usize| found[at].1.bound);
+    let [right, top, left, bottom] = [0, 1, 2, 3].map(|at: usize| oracle.asked[at].found.bound);
     let bounds = [(right, top), (-left, top), (-left, -bottom), (right, -bottom)];
     let corners = bounds.map(|(x, y)| Point::new(x, y));
     let size = (right + left).max(top + bottom);
@@ -156,21 +204,23 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
     let mut open: BinaryHeap<Open> = (0..4)
         .map(|at| {
             let next = (at + 1) % 4;
-            Open::new([found[at].1.place, found[next].1.place], [axes[at], axes[next]], corners[at])
+            let places = [at, next].map(|at| oracle.asked[at].found.place);
+            Open::new(places, [axes[at], axes[next]], [at, next], corners[at])
         })
         .collect();
-    let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * simplex.rounding();
-    if let Some(flat) = flat(simplex, &found, size, enough)? {
+    let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * oracle.simplex.rounding();
+    if let Some(flat) = flat(oracle.simplex, &oracle.asked, size, enough)? {
         return Ok(flat);
     }
-    let mut inside = area(&hull(found.iter().map(|(_, one)| one.place).collect(), 0.0));
+    let mut inside = area(&hull(oracle.asked.iter().map(|one| one.found.place).collect(), 0.0));
     let mut between = open.iter().map(|triangle| triangle.area).sum::<f64>();
-    let (mut converged, mut share) = (true, 0.999);
+    let (mut converged, mut share, mut last) = (true, 0.999, None);
     while let Some(triangle) = open.pop() {
         if between <= (share * gap * (inside + between)).max(ROUNDED_AREA * size * size) {
             // Bounds that are not sharp leave the polygons a little further apart than their triangles.
-            let grown = polygons(&found, &corners, converged, size);
+            let grown = polygons(&oracle.asked, &corners, converged, size);
             if grown.gap <= gap || share < LEAST_SHARE {
+                last = Some(grown);
                 break;
             }
             share *= 0.8;
@@ -179,41 +229,35 @@ pub(super) fn grow(simplex: &mut Simplex<'_>, gap: f64, max_directions: usize) -
         let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
             continue;
         };
-        if found.len() >= max_directions {
+        if oracle.asked.len() >= max_directions {
             converged = false;
             break;
         }
-        let next = simplex.furthest(&direction, enough)?;
+        let at = oracle.asked.len();
+        let next = oracle.ask(direction, Some(triangle.asked), enough)?;
         inside += 0.5 * turn(&triangle.places[0], &next.place, &triangle.places[1]).abs();
-        found.push((direction, next));
-        let halves = triangle.split(&direction, &next);
+        let halves = triangle.split(&direction, &next, at);
         between += halves[0].area + halves[1].area - triangle.area;
         open.extend(halves);
     }
-    let mut grown = polygons(&found, &corners, converged, size);
+    let mut grown = last.unwrap_or_else(|| polygons(&oracle.asked, &corners, converged, size));
     grown.converged &= grown.gap <= gap.max(ROUNDED_GAP);
     Ok(grown)
 }
 
 /// Both polygons of what was found, the first four along the axes.
-fn polygons(found: &[(Point, Furthest)], corners: &[Point], converged: bool, size: f64) -> Grown {
-    let mut outer = corners.to_vec();
-    for (direction, one) in &found[4..] {
-        let kept = clip(&outer, direction, one.bound);
-        // Rounding may leave nothing of a region without an interior.
-        if !kept.is_empty() {
-            outer = kept;
-        }
-    }
-    let inner = hull(found.iter().map(|(_, one)| one.place).collect(), 0.1 * SAME_VERTEX * size);
-    described(inner, outer, found.len(), converged, size)
-}
-
-fn described(inner: Vec<Point>, outer: Vec<Point>, directions: usize, converged: bool, size: f64) -> Grown {
+fn polygons(found: &[Asked], corners: &[Point], converged: bool, size: f64) -> Grown {
+    let outer = clipped(corners, found[4..].iter().map(|one| (one.direction, one.found.bound)).collect());
+    let inner = hull(found.iter().map(|one| one.found.place).collect(), 0.1 * SAME_VERTEX * size);
     let (inside, outside) = (area(&inner), area(&outer));
+    let (directions, reached) = (found.len(), most_reached(found));
     let gap = if outside > 0.0 { ((outside - inside) / outside).max(0.0) } else { 0.0 };
     let outer = without_repetitions(outer, 0.1 * SAME_VERTEX * size);
-    Grown { shape: RegionShape::Polygon, inner, outer, gap, converged, directions }
+    Grown { shape: RegionShape::Polygon, inner, outer, gap, converged, directions, reached }
+}
+
+fn most_reached(found: &[Asked]) -> f64 {
+    found.iter().map(|one| one.found.reached).fold(0.0, f64::max)
 }
 
 fn without_repetitions(mut vertices: Vec<Point>, nearest: f64) -> Vec<Point> {

@@ -11,21 +11,24 @@
 //! |---|---|
 //! | [`load`] | what the body demands of its contacts |
 //! | [`furthest`] | the linear program of one direction |
+//! | [`newton`] | the same over true cones, from answers along directions nearby |
 //! | [`growth`] | which direction is asked for next |
 //! | [`polygon`] | convex polygons |
 
 mod furthest;
 mod growth;
 mod load;
+mod newton;
 mod polygon;
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::error::{Error, Result, digits};
-use crate::grasp::{Grasp, Wrench};
+use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::wrench_set::{Criterion, WrenchSet};
 use furthest::{Simplex, Start};
 use load::Load;
+use newton::Newton;
 
 /// A horizontal position `(x, y)` in m.
 pub type HorizontalPoint = Vector2<f64>;
@@ -36,6 +39,10 @@ pub const STANDARD_GRAVITY: f64 = 9.80665;
 /// A region less wide than this part of the contacts' extent is a segment, or a point; a point outside by less is not told
 /// from one inside: the tolerance of balance.
 const RESOLUTION: f64 = 1e-9;
+
+/// Without limits, all normal forces together may be so many times the weight. The first that the region does not depend on
+/// is as good as none.
+const UNLIMITED: [f64; 3] = [1e1, 1e3, 1e5];
 
 /// What the contacts have to hold, and how closely the region is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,6 +55,8 @@ pub struct SupportOptions {
     pub gravity: f64,
     /// Height z of the centre of mass in m. It matters with horizontal accelerations only.
     pub height: f64,
+    /// Whether normal forces are limited. If not, the criterion does not matter.
+    pub limits: bool,
     /// A wrench on the body beside its weight, in N and N m about the grasp's origin.
     pub external_wrench: Wrench<6>,
     /// Stop where the area between both polygons is at most this share of the outer one's.
@@ -64,6 +73,7 @@ impl SupportOptions {
             acceleration: Vector3::zeros(),
             gravity: STANDARD_GRAVITY,
             height: 0.0,
+            limits: true,
             external_wrench: Wrench::zeros(),
             gap: 1e-6,
             max_directions: 10_000,
@@ -176,16 +186,58 @@ impl Grasp<6> {
     /// The horizontal positions of the centre of mass at which contact forces within their limits hold a body.
     ///
     /// # Errors
-    /// An option is unusable, or the acceleration takes all weight off the contacts ([`Error::InvalidInput`]); whether any
-    /// forces hold the body is not decided ([`Error::NotConverged`]).
+    /// An option is unusable, the acceleration takes all weight off the contacts, or the region is not bounded without
+    /// limits ([`Error::InvalidInput`]); whether any forces hold the body is not decided ([`Error::NotConverged`]).
     pub fn support_region(&self, criterion: Criterion, options: &SupportOptions) -> Result<SupportRegion> {
         let load = Load::new(self, options)?;
-        let set = WrenchSet::of_maps(self, &load.maps(self), criterion);
+        let maps = load.maps(self);
+        if options.limits {
+            return self.region_of(&maps, criterion, &load, options).map(|(region, _)| region);
+        }
+        let last = UNLIMITED[UNLIMITED.len() - 1];
+        for limit in UNLIMITED {
+            let maps = self.with_common_limit(&maps, limit);
+            let (region, reached) = self.region_of(&maps, Criterion::Sum, &load, options)?;
+            if reached <= RESOLUTION || (limit == last && region.shape == RegionShape::Empty) {
+                return Ok(region);
+            }
+        }
+        let reason = format!(
+            "False leaves no bounded region, or one that takes normal forces above {last:e} times the weight: contacts \
+             can press against each other; give their limits"
+        );
+        Err(Error::input("limits", reason))
+    }
+
+    /// The maps under which the longest force of each contact is so many times the load's.
+    fn with_common_limit(&self, maps: &[ContactMap<6>], limit: f64) -> Vec<ContactMap<6>> {
+        let longest = |i: usize| match self.edges(i) {
+            Some(range) => {
+                self.finite_forces()[range].iter().map(nalgebra::Vector4::norm).fold(0.0, f64::max)
+            }
+            None => self.contacts()[i].max_normal_force,
+        };
+        let scaled = |(i, map): (usize, &ContactMap<6>)| {
+            let longest = longest(i);
+            map * if longest > 0.0 { limit / longest } else { 0.0 }
+        };
+        maps.iter().enumerate().map(scaled).collect()
+    }
+
+    /// The region of contacts with these scaled maps, and what limits contribute to its bounds.
+    fn region_of(
+        &self,
+        maps: &[ContactMap<6>],
+        criterion: Criterion,
+        load: &Load,
+        options: &SupportOptions,
+    ) -> Result<(SupportRegion, f64)> {
+        let set = WrenchSet::of_maps(self, maps, criterion);
         let resolution = RESOLUTION * load.length;
-        let mut simplex = match Simplex::start(&set, &load)? {
+        let mut simplex = match Simplex::start(&set, load)? {
             Start::Feasible(simplex) => simplex,
-            Start::Empty(z) => {
-                return Ok(SupportRegion {
+            Start::Empty { z, reach } => {
+                let region = SupportRegion {
                     shape: RegionShape::Empty,
                     inner: Vec::new(),
                     outer: Vec::new(),
@@ -196,14 +248,16 @@ impl Grasp<6> {
                     directions: 0,
                     resolution,
                     witness: Some(load.physical(&z)),
-                });
+                };
+                return Ok((region, reach / z.amax().max(1.0)));
             }
         };
-        let grown = growth::grow(&mut simplex, options.gap, options.max_directions)?;
+        let newton = Newton::new(self, maps, criterion, load, simplex.demand());
+        let grown = growth::grow(&mut simplex, newton, options)?;
         let world =
             |places: &[HorizontalPoint]| places.iter().map(|place| load.world(place)).collect::<Vec<_>>();
         let unit = load.length * load.length;
-        Ok(SupportRegion {
+        let region = SupportRegion {
             shape: grown.shape,
             inner: world(&grown.inner),
             outer: world(&grown.outer),
@@ -214,6 +268,7 @@ impl Grasp<6> {
             directions: grown.directions,
             resolution,
             witness: None,
-        })
+        };
+        Ok((region, grown.reached))
     }
 }

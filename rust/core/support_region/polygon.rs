@@ -1,5 +1,7 @@
 //! Convex polygons in the plane, counterclockwise.
 
+use std::collections::VecDeque;
+
 use super::HorizontalPoint as Point;
 
 /// Twice the signed area of a triangle.
@@ -52,20 +54,51 @@ fn half_hull<'a>(points: impl Iterator<Item = &'a Point>) -> Vec<Point> {
     chain
 }
 
-/// Keeps what lies in the half-plane `normal . x <= offset`.
-pub(super) fn clip(vertices: &[Point], normal: &Point, offset: f64) -> Vec<Point> {
-    let mut kept = Vec::with_capacity(vertices.len() + 1);
-    for (at, here) in vertices.iter().enumerate() {
-        let next = &vertices[(at + 1) % vertices.len()];
-        let (beyond, next_beyond) = (normal.dot(here) - offset, normal.dot(next) - offset);
-        if beyond <= 0.0 {
-            kept.push(*here);
+/// Keeps what lies in the half-planes `normal . x <= offset`, but for those that leave nothing: rounding, where a region
+/// has no interior.
+pub(super) fn clipped(vertices: &[Point], mut half_planes: Vec<(Point, f64)>) -> Vec<Point> {
+    // In the order of angles, each cuts near the last one.
+    half_planes.sort_by(|(a, _), (b, _)| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
+    let mut ring: VecDeque<Point> = vertices.iter().copied().collect();
+    for (normal, offset) in half_planes {
+        let beyond = |point: &Point| normal.dot(point) - offset;
+        climb(&mut ring, beyond);
+        let count = ring.len();
+        let ahead = ring.iter().take_while(|point| beyond(point) > 0.0).count();
+        if ahead == 0 || ahead == count {
+            continue;
         }
-        if (beyond < 0.0 && next_beyond > 0.0) || (beyond > 0.0 && next_beyond < 0.0) {
-            kept.push(here + (next - here) * (beyond / (beyond - next_beyond)));
+        let last = count - 1 - ring.iter().rev().take_while(|point| beyond(point) > 0.0).count();
+        let crossing = |kept: Point, cut: Point| {
+            let (inside, outside) = (beyond(&kept), beyond(&cut));
+            (inside < 0.0).then(|| kept + (cut - kept) * (inside / (inside - outside)))
+        };
+        let corners =
+            [crossing(ring[last], ring[(last + 1) % count]), crossing(ring[ahead], ring[ahead - 1])];
+        ring.truncate(last + 1);
+        ring.drain(..ahead);
+        ring.extend(corners.into_iter().flatten());
+    }
+    ring.into()
+}
+
+/// Turns a convex ring until its furthest vertex comes first: step by step, or by a look at all where no step leads beyond.
+fn climb(ring: &mut VecDeque<Point>, beyond: impl Fn(&Point) -> f64) {
+    let count = ring.len();
+    for _ in 0..count {
+        let [behind, first, ahead] = [count - 1, 0, 1 % count].map(|at| beyond(&ring[at]));
+        if ahead > first {
+            ring.rotate_left(1);
+        } else if behind > first {
+            ring.rotate_right(1);
+        } else {
+            break;
         }
     }
-    kept
+    if ring.front().is_some_and(|first| beyond(first) <= 0.0) {
+        let furthest = (0..count).max_by(|&a, &b| beyond(&ring[a]).total_cmp(&beyond(&ring[b])));
+        ring.rotate_left(furthest.unwrap_or(0));
+    }
 }
 
 /// How far a point lies inside a convex polygon: its distance from the boundary, negative outside. A segment or a point

@@ -5,7 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
-from benches.trust import limited_sums, nearest
+from benches.trust import degenerate_nearest, limited_sums, nearest
 from benches.trust.control import hands, hard_squares, rows
 
 import graspforce as gf
@@ -26,6 +26,36 @@ def test_a_share_of_the_family_agrees_with_clarabel():
 def test_residuals_of_infeasible_wrenches_are_certified_and_clarabels():
     for row in [*nearest.rows(0.06), *limited_sums.rows(0.1)]:
         assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_nearest_forces_of_grasps_degenerate_but_for_noise_are_proven():
+    for row in degenerate_nearest.rows(0.03):
+        assert (row.missed, row.wrong) == (0, 0), row
+
+
+def test_nearest_forces_have_a_finite_gap_on_a_noisy_ring_and_beside_tiny_wrenches():
+    angles = 2 * np.pi * np.arange(3) / 3
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(3)])
+    for noise in 10.0 ** np.arange(-12, -6):
+        rng = np.random.default_rng(3)
+        grasp = gf.Grasp(
+            1e-3 * (ring + noise * rng.normal(size=(3, 3))),
+            noise * rng.normal(size=(3, 3)) - ring,
+            friction=0.3,
+            edges=5,
+            max_normal_force=[0.00168, 0.01016, 0.0619],
+            length_scale=0.001,
+        )
+        found = gf.ForceDistributor(grasp, weight=10).nearest([0, 0, 0.00619, 0, 0, 0])
+        assert found.gap <= 1e-9
+        parallel = gf.Grasp(
+            ring + noise * rng.normal(size=(3, 3)), [(0, 0, 1)] * 3, friction=0, max_normal_force=2
+        )
+        for objective in ("max", "sum", "squares"):
+            wrench = -parallel.grasp_matrix @ [1, 0, 0, 2, 0, 0, 1, 0, 0]
+            assert gf.ForceDistributor(parallel, objective).nearest(wrench).gap <= 1e-9
+            pinch = gf.Grasp([(1, noise, 0), (-1, 0, 0)], [(-1, 0, 0), (1, 0, 0)], friction=0)
+            assert gf.ForceDistributor(pinch, objective).nearest([0, 0, 1e-17, 0, 0, 0]).gap <= 1
 
 
 @pytest.mark.parametrize(

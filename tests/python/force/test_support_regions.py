@@ -52,6 +52,37 @@ def test_limits_shrink_the_region_down_to_nothing():
     assert gf.support_region(table(99.0), 100.0, "sum").shape == "empty"
 
 
+@pytest.mark.parametrize("edges", [4, 8, None])
+@pytest.mark.parametrize("seed", range(8))
+def test_without_limits_the_region_is_that_of_limits_far_above_the_weight(edges, seed):
+    random = np.random.default_rng(seed)
+    number = int(random.integers(3, 6))
+    places = random.uniform(-0.3, 0.3, (number, 3)) * [1, 1, 0.3]
+    normals = 0.25 * random.standard_normal((number, 3)) + UP
+    feet = gf.Grasp(places, normals, friction=0.5, edges=edges, torsion=0.01 * (seed % 2))
+    load = {"acceleration": 0.3 * random.standard_normal(3), "height": 0.4}
+    free = gf.support_region(feet, 70.0, "max", limits=False, **load)
+    strong = feet.replace(max_normal_force=7e4)
+    for criterion in ("max", "sum"):
+        region = gf.support_region(strong, 70.0, criterion, **load)
+        assert region.shape == free.shape
+        assert free.inner_area <= region.outer_area * (1 + 1e-9)
+        assert region.inner_area <= free.outer_area * (1 + 1e-9)
+    assert free.converged
+
+
+def test_without_limits_contacts_that_press_against_each_other_leave_no_bounded_region():
+    walls = gf.Grasp([(-0.3, 0, 0), (0.3, 0, 0), (0, 0.2, 0.1)], [(1, 0, 0), (-1, 0, 0), UP])
+    with pytest.raises(gf.InvalidInputError, match=r"limits: False leaves no bounded region"):
+        gf.support_region(walls, 10.0, limits=False)
+    smooth = gf.Grasp(walls.positions[:2], walls.normals[:2], friction=0.0)
+    empty = gf.support_region(smooth, 10.0, limits=False)
+    assert empty.shape == "empty"
+    # The walls reach no further along the witness, whatever they press; the weight demands more.
+    assert (smooth.primitive_wrenches @ empty.witness <= 1e-12).all()
+    assert empty.witness[2] > 0
+
+
 def test_two_feet_hold_a_segment_and_one_holds_a_point():
     two = gf.support_region(gf.Grasp(LEGS[:3:2], [UP] * 2, max_normal_force=100.0, edges=None), 100.0)
     assert two.shape == "segment"

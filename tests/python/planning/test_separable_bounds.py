@@ -68,6 +68,7 @@ def test_a_product_of_cells_without_width_has_the_quality_of_its_grasp(options, 
         assert bound.top == pytest.approx(found.epsilon_upper, rel=2e-3, abs=1e-6)
         assert bound.top >= found.epsilon
         bound.ask([0], 0.0, True, 10.0)
+        # Mixing ends where no further direction closes 2% of what lies above the zero that would be enough.
         assert bound.top == pytest.approx(found.epsilon, rel=2e-2)
         assert bound.top >= found.epsilon
         bound.descend(found.epsilon_upper * 1.01, 100, 10.0)

@@ -155,5 +155,5 @@ fn the_nearest_forces_are_the_least_where_solve_needs_its_last_resort() {
     let nearest = NearestOptions { limits: false, ..NearestOptions::default() };
     let found = distributor.nearest(&mut distributor.workspace(), &external, &nearest).unwrap();
     let same = (found.sigma - solved.sigma).abs() <= 1e-6 * solved.sigma;
-    assert!(same || found.gap == f64::INFINITY, "{} {} {:e}", found.sigma, solved.sigma, found.gap);
+    assert!(same || found.gap >= 1.0, "{} {} {:e}", found.sigma, solved.sigma, found.gap);
 }

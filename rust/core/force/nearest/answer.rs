@@ -1,6 +1,6 @@
 //! The least forces among those whose wrench comes nearest to balance.
 
-use crate::error::{Error, Result, Unmet};
+use crate::error::{Error, Result};
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::limited_sum::{is_linear_in_forces, lower_sum, weights_of_shares};
 use crate::force::nearest::options::NearestOptions;
@@ -92,215 +92,12 @@ impl<const D: usize> Problem<D> {
             return Err(Error::input("external_wrench", reason));
         }
         let mut memory = self.nearest_memory(workspace, options)?;
-        let found = self.find_in(workspace, &mut memory, &-external_wrench, options.limits);
+        let b = -external_wrench;
+        let query = Query { problem: self, workspace, memory: &mut memory, b: &b, limits: options.limits };
+        let found = query.find();
         workspace.nearest = Some(memory);
         interrupt::check()?;
-        found
-    }
-
-    fn find_in(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        memory: &mut NearestWorkspace<D>,
-        b: &Wrench<D>,
-        limits: bool,
-    ) -> Result<Found<D>> {
-        memory.apart = memory.projection.project_if_beyond(b, &mut workspace.forces);
-        let tight = self.options.rtol.max(AT_LIMIT);
-        let mut loose_answer = None;
-        if memory.apart.is_none()
-            && let Ok(answer) = self.least(workspace, memory, b, limits)
-        {
-            let distance = memory.projection.metric.norm(&self.residual(b, &workspace.forces.forces));
-            let found = Found { answer, distance };
-            if found.answer.gap <= tight {
-                return Ok(found);
-            }
-            // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
-            memory.kept.clone_from(&workspace.forces);
-            loose_answer = Some(found);
-        }
-        let nearest = match memory.apart {
-            Some(nearest) => nearest,
-            None => memory.projection.project(b, &mut workspace.forces),
-        };
-        let size = memory.projection.metric.norm(b);
-        let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
-        if nearest.unique {
-            return proven(self.as_projected(workspace, memory, b, &nearest, loose), tight);
-        }
-        let unproven = |found: Found<D>| {
-            // These forces come nearest, but nothing proves them the least of those.
-            let gap = if loose > tight { loose } else { f64::INFINITY };
-            Found { answer: Certificate { gap, fell_back: true, ..found.answer }, ..found }
-        };
-        let normal = memory.projection.normal_of(&nearest, size);
-        if let Some(found) = loose_answer {
-            if let Some(normal) = normal
-                && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
-            {
-                return Ok(found);
-            }
-            if found.answer.gap <= LOOSEST_GAP || loose > tight {
-                workspace.forces.clone_from(&memory.kept);
-                let answer = Certificate { gap: f64::INFINITY, fell_back: true, ..found.answer };
-                return Ok(Found { answer, ..found });
-            }
-            return proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight);
-        }
-        let exerted = b + nearest.residual;
-        memory.kept.clone_from(&workspace.forces);
-        let mut least = self.least(workspace, memory, &exerted, limits);
-        if let Err(Error::NotConverged { .. }) = least {
-            least = self.least_at_last(workspace, memory, &exerted);
-        }
-        let rest = self.residual(b, &workspace.forces.forces);
-        let metric = memory.projection.metric;
-        let distance = metric.norm(&rest);
-        if let Ok(answer) = least
-            // Its own tolerance of the balance must not move it away.
-            && metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
-            && answer.gap.max(loose) <= tight
-        {
-            let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
-            return Ok(Found { answer: Certificate { gap, pivots, ..answer }, distance });
-        }
-        workspace.forces.clone_from(&memory.kept);
-        if let Some(normal) = normal
-            && let Some(found) = self.least_on_faces(workspace, memory, b, &normal, tight)
-        {
-            return Ok(found);
-        }
-        proven(unproven(self.as_projected(workspace, memory, b, &nearest, loose)), tight)
-    }
-
-    /// The forces of the projection itself.
-    fn as_projected(
-        &self,
-        workspace: &ProblemWorkspace<D>,
-        memory: &NearestWorkspace<D>,
-        b: &Wrench<D>,
-        nearest: &Nearest<D>,
-        loose: f64,
-    ) -> Found<D> {
-        let residual = self.residual(b, &workspace.forces.forces);
-        let metric = &memory.projection.metric;
-        let dual = -metric.functional(&metric.to_euclidean(&residual));
-        let sigma = self.value(&workspace.forces);
-        let answer = Certificate { sigma, dual, gap: loose, pivots: nearest.steps, fell_back: false };
-        Found { answer, distance: nearest.distance }
-    }
-
-    /// The same with the last resorts of least squares.
-    #[cold]
-    fn least_at_last(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        memory: &mut NearestWorkspace<D>,
-        b: &Wrench<D>,
-    ) -> Result<Certificate<D>> {
-        match &mut memory.bounded {
-            Some(solver) => solver.solve(b, self.grasp.force_components(), &mut workspace.forces),
-            None => workspace.solve(b),
-        }
-    }
-
-    /// The least forces that balance `b`, within the limits if they count.
-    fn least(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        memory: &mut NearestWorkspace<D>,
-        b: &Wrench<D>,
-        limits: bool,
-    ) -> Result<Certificate<D>> {
-        if let Some(solver) = &mut memory.bounded {
-            return solver.solve_once(b, self.grasp.force_components(), &mut workspace.forces);
-        }
-        if self.needs_no_forces(b) {
-            workspace.forces.clear();
-            workspace.forces.unique = true;
-            let (sigma, dual) = (0.0, Wrench::zeros());
-            return Ok(Certificate { sigma, dual, gap: 0.0, pivots: 0, fell_back: false });
-        }
-        let mut answer = workspace.solve_once(b)?;
-        let within = |workspace: &ProblemWorkspace<D>| workspace.forces.totals().0 <= 1.0 + AT_LIMIT;
-        let Program::Shares(criterion, _) = &self.program else { return Ok(answer) };
-        if !limits || within(workspace) {
-            return Ok(answer);
-        }
-        if *criterion == Criterion::Max && workspace.forces.totals().0 <= 1.0 + 2.0 * self.options.rtol {
-            // The tolerance of the gap is none of the limits.
-            answer = self.least_by_tight_gap(workspace, self.options.weight, b)?;
-            if within(workspace) {
-                return Ok(answer);
-            }
-        }
-        let beyond =
-            || Error::BeyondLimits { direction: crate::grasp::unit(&answer.dual).as_slice().to_vec() };
-        if *criterion == Criterion::Max && self.options.weight == 0.0 {
-            return Err(beyond());
-        }
-        self.lower_sum_within_limits(workspace, memory, b, beyond)
-    }
-
-    /// The least maximum up to the tolerance of limits.
-    #[cold]
-    fn least_by_tight_gap(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        weight: f64,
-        b: &Wrench<D>,
-    ) -> Result<Certificate<D>> {
-        let options = DistributionOptions { rtol: TIGHT_GAP, weight, ..self.options.clone() };
-        let program = ShareProgram::new(&self.grasp, Criterion::Max, &options)?;
-        let components = self.grasp.force_components();
-        ShareSolver::new(&program).solve(b, components, &mut workspace.forces)
-    }
-
-    /// Where the least sum breaks the limits: forces within them, if there are any, and the least sum of those.
-    #[cold]
-    fn lower_sum_within_limits(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        memory: &mut NearestWorkspace<D>,
-        b: &Wrench<D>,
-        beyond: impl Fn() -> Error,
-    ) -> Result<Certificate<D>> {
-        let nearest = memory.projection.project(b, &mut workspace.forces);
-        let mut exerted = b + nearest.residual;
-        if nearest.distance > AT_LIMIT * memory.projection.metric.norm(b) {
-            let projected = workspace.forces.clone();
-            // Steps towards a wrench within the limits may end before it; the least maximum decides.
-            if nearest.exact
-                || self.least_by_tight_gap(workspace, 0.0, b).is_err()
-                || workspace.forces.totals().0 > 1.0 + AT_LIMIT
-            {
-                workspace.forces = projected;
-                memory.apart = Some(nearest);
-                return Err(beyond());
-            }
-            exerted = *b;
-        }
-        let mut lowered = None;
-        if is_linear_in_forces(&self.grasp) {
-            let weights = weights_of_shares(&self.grasp);
-            let mut dual = Dual::new(&self.grasp, &weights, &workspace.forces.forces, None);
-            for (i, (low, high)) in self.bounds().into_iter().enumerate() {
-                dual.bound(i, low, high);
-            }
-            lowered = lower_sum(&self.grasp, &mut dual, &exerted, &mut workspace.forces);
-        }
-        let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
-        if known > self.options.rtol.max(AT_LIMIT) {
-            let mut forces = workspace.forces.clone();
-            let found = least_sum_by_weights(&self.grasp, &self.options, &exerted, &mut forces);
-            if found.is_some_and(|(_, gap, _)| gap < known) {
-                (lowered, workspace.forces) = (found, forces);
-            }
-        }
-        let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
-        let sigma = self.value(&workspace.forces);
-        Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
+        Ok(found)
     }
 
     /// The objective of these forces.
@@ -309,12 +106,219 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// Refuses forces of which nothing proves that they come nearest. Where only their objective is unproven the gap is infinite.
-fn proven<const D: usize>(found: Found<D>, allowed: f64) -> Result<Found<D>> {
-    let gap = found.answer.gap;
-    if gap <= allowed || gap == f64::INFINITY {
-        return Ok(found);
+/// One wrench with all that its answer needs.
+pub(crate) struct Query<'a, const D: usize> {
+    pub(crate) problem: &'a Problem<D>,
+    pub(crate) workspace: &'a mut ProblemWorkspace<D>,
+    pub(crate) memory: &'a mut NearestWorkspace<D>,
+    pub(crate) b: &'a Wrench<D>,
+    limits: bool,
+}
+
+impl<const D: usize> Query<'_, D> {
+    /// Leaves the forces. The gap is at most 1: no objective is negative.
+    fn find(mut self) -> Found<D> {
+        let found = self.find_in_doubles();
+        if found.answer.gap <= self.tight() {
+            return found;
+        }
+        self.memory.kept.clone_from(&self.workspace.forces);
+        let Self { problem, workspace, memory, b, .. } = self;
+        match problem.nearest_by_price(&memory.projection, b, &mut workspace.forces) {
+            Some(better) if better.answer.gap < found.answer.gap => better,
+            _ => {
+                workspace.forces.clone_from(&memory.kept);
+                found
+            }
+        }
     }
-    let unmet = Unmet::Gap { found: gap, allowed };
-    Err(Error::NotConverged { solver: "nearest forces", iterations: found.answer.pivots, unmet })
+
+    /// The gap that counts as solved.
+    fn tight(&self) -> f64 {
+        self.problem.options.rtol.max(AT_LIMIT)
+    }
+
+    fn find_in_doubles(&mut self) -> Found<D> {
+        let (b, tight) = (self.b, self.tight());
+        self.memory.apart = self.memory.projection.project_if_beyond(b, &mut self.workspace.forces);
+        let mut loose_answer = None;
+        if self.memory.apart.is_none()
+            && let Ok(answer) = self.least(b)
+        {
+            let metric = &self.memory.projection.metric;
+            let (distance, size) = (metric.norm(&self.residual()), metric.norm(b));
+            let mut found = Found { answer, distance };
+            if found.answer.gap <= tight {
+                // The tolerance of the balance is none of the distance.
+                if distance > tight * size {
+                    found.answer.gap = (distance / size).min(1.0);
+                }
+                return found;
+            }
+            // On the boundary of what the contacts exert multipliers grow without end; the faces there say more.
+            self.memory.kept.clone_from(&self.workspace.forces);
+            loose_answer = Some(found);
+        }
+        let nearest = match self.memory.apart {
+            Some(nearest) => nearest,
+            None => self.memory.projection.project(b, &mut self.workspace.forces),
+        };
+        let metric = self.memory.projection.metric;
+        let size = metric.norm(b);
+        let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
+        if nearest.unique {
+            return self.as_projected(&nearest, loose);
+        }
+        let normal = self.memory.projection.normal_of(&nearest, size);
+        if let Some(found) = loose_answer {
+            if let Some(found) = normal.and_then(|normal| self.least_on_faces(&normal, tight)) {
+                return found;
+            }
+            if found.answer.gap <= LOOSEST_GAP || loose > tight {
+                self.workspace.forces.clone_from(&self.memory.kept);
+                return found.unproven();
+            }
+            return self.as_projected(&nearest, loose).unproven();
+        }
+        let exerted = b + nearest.residual;
+        self.memory.kept.clone_from(&self.workspace.forces);
+        let mut least = self.least(&exerted);
+        if let Err(Error::NotConverged { .. }) = least {
+            least = self.least_at_last(&exerted);
+        }
+        let rest = self.residual();
+        let distance = metric.norm(&rest);
+        if let Ok(answer) = least
+            // Its own tolerance of the balance must not move it away.
+            && metric.norm(&(rest - nearest.residual)) <= AT_LIMIT * size
+            && answer.gap.max(loose) <= tight
+        {
+            let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
+            return Found { answer: Certificate { gap, pivots, ..answer }, distance };
+        }
+        self.workspace.forces.clone_from(&self.memory.kept);
+        if let Some(found) = normal.and_then(|normal| self.least_on_faces(&normal, tight)) {
+            return found;
+        }
+        self.as_projected(&nearest, loose).unproven()
+    }
+
+    fn residual(&self) -> Wrench<D> {
+        self.problem.residual(self.b, &self.workspace.forces.forces)
+    }
+
+    /// The forces of the projection itself.
+    fn as_projected(&self, nearest: &Nearest<D>, loose: f64) -> Found<D> {
+        let metric = &self.memory.projection.metric;
+        let dual = -metric.functional(&metric.to_euclidean(&self.residual()));
+        let sigma = self.problem.value(&self.workspace.forces);
+        let answer = Certificate { sigma, dual, gap: loose, pivots: nearest.steps, fell_back: false };
+        Found { answer, distance: nearest.distance }
+    }
+
+    /// The same with the last resorts of least squares.
+    #[cold]
+    fn least_at_last(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
+        let components = self.problem.grasp.force_components();
+        match &mut self.memory.bounded {
+            Some(solver) => solver.solve(b, components, &mut self.workspace.forces),
+            None => self.workspace.solve(b),
+        }
+    }
+
+    /// The least forces that balance `b`, within the limits if they count.
+    fn least(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
+        let (problem, workspace) = (self.problem, &mut *self.workspace);
+        if let Some(solver) = &mut self.memory.bounded {
+            return solver.solve_once(b, problem.grasp.force_components(), &mut workspace.forces);
+        }
+        if problem.needs_no_forces(b) {
+            workspace.forces.clear();
+            workspace.forces.unique = true;
+            let (sigma, dual) = (0.0, Wrench::zeros());
+            return Ok(Certificate { sigma, dual, gap: 0.0, pivots: 0, fell_back: false });
+        }
+        let mut answer = workspace.solve_once(b)?;
+        let Program::Shares(criterion, _) = &problem.program else { return Ok(answer) };
+        if !self.limits || self.is_within_limits() {
+            return Ok(answer);
+        }
+        let DistributionOptions { rtol, weight, .. } = problem.options;
+        if *criterion == Criterion::Max && self.workspace.forces.totals().0 <= 1.0 + 2.0 * rtol {
+            // The tolerance of the gap is none of the limits.
+            answer = self.least_by_tight_gap(weight, b)?;
+            if self.is_within_limits() {
+                return Ok(answer);
+            }
+        }
+        let beyond =
+            || Error::BeyondLimits { direction: crate::grasp::unit(&answer.dual).as_slice().to_vec() };
+        if *criterion == Criterion::Max && weight == 0.0 {
+            return Err(beyond());
+        }
+        self.lower_sum_within_limits(b, beyond)
+    }
+
+    fn is_within_limits(&self) -> bool {
+        self.workspace.forces.totals().0 <= 1.0 + AT_LIMIT
+    }
+
+    /// The least maximum up to the tolerance of limits.
+    #[cold]
+    fn least_by_tight_gap(&mut self, weight: f64, b: &Wrench<D>) -> Result<Certificate<D>> {
+        let options = DistributionOptions { rtol: TIGHT_GAP, weight, ..self.problem.options.clone() };
+        let program = ShareProgram::new(&self.problem.grasp, Criterion::Max, &options)?;
+        let components = self.problem.grasp.force_components();
+        ShareSolver::new(&program).solve(b, components, &mut self.workspace.forces)
+    }
+
+    /// Where the least sum breaks the limits: forces within them, if there are any, and the least sum of those.
+    #[cold]
+    fn lower_sum_within_limits(
+        &mut self,
+        b: &Wrench<D>,
+        beyond: impl Fn() -> Error,
+    ) -> Result<Certificate<D>> {
+        let projection = &mut self.memory.projection;
+        let nearest = projection.project(b, &mut self.workspace.forces);
+        let mut exerted = b + nearest.residual;
+        if nearest.distance > AT_LIMIT * projection.metric.norm(b) {
+            let projected = self.workspace.forces.clone();
+            // Steps towards a wrench within the limits may end before it; the least maximum decides.
+            if nearest.exact || self.least_by_tight_gap(0.0, b).is_err() || !self.is_within_limits() {
+                self.workspace.forces = projected;
+                self.memory.apart = Some(nearest);
+                return Err(beyond());
+            }
+            exerted = *b;
+        }
+        let (problem, found) = (self.problem, &mut self.workspace.forces);
+        let mut lowered = None;
+        if is_linear_in_forces(&problem.grasp) {
+            let weights = weights_of_shares(&problem.grasp);
+            let mut dual = Dual::new(&problem.grasp, &weights, &found.forces, None);
+            for (i, (low, high)) in problem.bounds().into_iter().enumerate() {
+                dual.bound(i, low, high);
+            }
+            lowered = lower_sum(&problem.grasp, &mut dual, &exerted, found);
+        }
+        let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
+        if known > self.tight() {
+            let mut forces = self.workspace.forces.clone();
+            let found = least_sum_by_weights(&problem.grasp, &problem.options, &exerted, &mut forces);
+            if found.is_some_and(|(_, gap, _)| gap < known) {
+                (lowered, self.workspace.forces) = (found, forces);
+            }
+        }
+        let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
+        let sigma = problem.value(&self.workspace.forces);
+        Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
+    }
+}
+
+impl<const D: usize> Found<D> {
+    /// These forces come nearest, but nothing proves them the least of those: only that no objective is negative.
+    fn unproven(self) -> Self {
+        Self { answer: Certificate { gap: 1.0, fell_back: true, ..self.answer }, ..self }
+    }
 }

@@ -5,14 +5,17 @@
 //! - [`on_faces`]: the least forces among those.
 //! - [`limited_sum`]: the least sum of shares where the least sum without limits would break them; [`sum_by_weights`]: the
 //!   same where shares are not linear in the forces.
+//! - [`by_price`], [`price_bounds`]: both at once in 32 digits, for grasps that are degenerate but for noise.
 //! - [`answer`]: the least forces among those that reach the nearest wrench, with [`options`] and a [`workspace`].
 
 pub(crate) mod answer;
+pub(crate) mod by_price;
 pub(crate) mod exposed_face;
 pub(crate) mod face_newton;
 pub(crate) mod limited_sum;
 pub(crate) mod on_faces;
 pub(crate) mod options;
+pub(crate) mod price_bounds;
 pub(crate) mod sum_by_weights;
 pub(crate) mod workspace;
 pub(crate) mod wrench_projection;

@@ -5,13 +5,13 @@
 //! along the directions in which they differ, the multipliers are those of an ordinary program. They prove the objective.
 
 use crate::force::certificate::{Certificate, ContactForces};
-use crate::force::nearest::answer::Found;
+use crate::force::nearest::answer::{Found, Query};
 use crate::force::nearest::exposed_face::ExposedSet;
 use crate::force::nearest::face_newton::{TOUCHING, settle};
 use crate::force::nearest::limited_sum::{is_linear_in_forces, lower_sum, weights_of_shares};
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::nearest::wrench_projection::WrenchProjection;
-use crate::force::problem::{Problem, ProblemWorkspace};
+use crate::force::problem::Problem;
 use crate::force::program::{Program, Solver};
 use crate::force::squares::dual::Dual;
 use crate::force::squares::newton::minimise;
@@ -31,30 +31,24 @@ struct Faces<const D: usize> {
     exerted: Wrench<D>,
 }
 
-impl<const D: usize> Problem<D> {
+impl<const D: usize> Query<'_, D> {
     /// Leaves the least of the forces that reach furthest along `normal`, in the coordinates where the metric is Euclidean.
     /// `None` where nothing proves them the nearest and the least of those within the tolerance; the forces then stay.
     #[cold]
-    pub(crate) fn least_on_faces(
-        &self,
-        workspace: &mut ProblemWorkspace<D>,
-        memory: &NearestWorkspace<D>,
-        b: &Wrench<D>,
-        normal: &Wrench<D>,
-        tolerance: f64,
-    ) -> Option<Found<D>> {
+    pub(crate) fn least_on_faces(&mut self, normal: &Wrench<D>, tolerance: f64) -> Option<Found<D>> {
+        let Self { problem, workspace, memory, b, .. } = self;
         let projection = &memory.projection;
         let size = projection.metric.norm(b);
         let kept = workspace.forces.clone();
         for touching in TOLERANCES {
             let faces = projection.faces(b, normal, touching, &mut workspace.forces);
             if let Some(faces) = faces
-                && let Some(answer) = self.least_of(&faces, memory, &mut workspace.forces)
+                && let Some(answer) = problem.least_of(&faces, memory, &mut workspace.forces)
             {
                 let (distance, lower) = projection.distances(b, &workspace.forces, &faces.normal);
                 let gap = answer.gap.max((distance - lower) / size);
                 if gap <= tolerance {
-                    let sigma = self.value(&workspace.forces);
+                    let sigma = problem.value(&workspace.forces);
                     return Some(Found { answer: Certificate { sigma, gap, ..answer }, distance });
                 }
             }
@@ -62,7 +56,9 @@ impl<const D: usize> Problem<D> {
         }
         None
     }
+}
 
+impl<const D: usize> Problem<D> {
     fn least_of(
         &self,
         faces: &Faces<D>,

@@ -42,7 +42,7 @@ const NEAR: f64 = 1e-2;
 const OUTSIDE: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
 /// Without limits the distance is proven for forces up to so many times as strong as those found.
-const STRONGER: f64 = 10.0;
+pub(crate) const STRONGER: f64 = 10.0;
 
 /// The projection of wrenches onto those that a grasp exerts.
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ pub(crate) struct WrenchProjection<const D: usize> {
     pub(crate) limits: bool,
     pub(crate) dual: Dual<D>,
     /// The square of the longest wrench of a unit force.
-    strength: f64,
+    pub(crate) strength: f64,
     /// The contact maps where the metric is Euclidean.
     pub(crate) maps: Vec<ContactMap<D>>,
     last: Last<D>,

@@ -11,7 +11,6 @@ use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::linalg::real::{Real, dot, norm, values};
 use crate::tolerances::{ROUNDED_FORCES_BY_PRICE, SEPARATED_BY_DUAL};
-use crate::wrench_set::cone::cone_slope;
 
 /// The forces of a contact.
 #[derive(Debug, Clone)]
@@ -96,6 +95,31 @@ impl<const D: usize> Dual<D> {
         let split = if D == 3 { 2 } else { 3 };
         let arms = grasp.maps().iter().map(|map| map.fixed_columns::<3>(0).rows_range(split..).amax());
         let whitening = Whitening::new(&wrenches, arms.fold(0.0, f64::max));
+        Self::in_coordinates(grasp, whitening, sets, weights, reference, slack)
+    }
+
+    /// The same in coordinates that round nothing, with a price of the residual and weights of one.
+    pub(crate) fn unrounded(grasp: &Grasp<D>, sets: Vec<ForceSet>, price: &Metric<D>) -> Self {
+        let contacts = grasp.num_contacts();
+        let (ones, zero) = (vec![1.0; contacts], vec![ContactForce::zeros(); contacts]);
+        let mut dual =
+            Self::in_coordinates(grasp, Whitening::of_price(price), sets, &ones, &zero, Some(price));
+        for (contact, map) in dual.contacts.iter_mut().zip(grasp.maps()) {
+            for k in 0..contact.components {
+                contact.columns[k] = dual.whitening.map * map.column(k);
+            }
+        }
+        dual
+    }
+
+    fn in_coordinates(
+        grasp: &Grasp<D>,
+        whitening: Whitening<D>,
+        sets: Vec<ForceSet>,
+        weights: &[f64],
+        reference: &[ContactForce],
+        slack: Option<&Metric<D>>,
+    ) -> Self {
         let contact = |(i, set): (usize, ForceSet)| {
             let (map, weight) = (&grasp.maps()[i], weights[i]);
             let mut mapped = SMatrix::<f64, D, 4>::zeros();
@@ -227,10 +251,17 @@ impl<const D: usize> Dual<D> {
             value += along - dot(&moved, &moved).times(half);
             terms += along.value().abs();
             size += (contact.weight * force.norm_squared()).sqrt();
+            let mut found = found;
             if found.inside {
-                let gram = contact.gram * inverse;
-                hessian += gram.map(R::from);
-                continue;
+                if R::ROUNDING == 1.0 {
+                    let gram = contact.gram * inverse;
+                    hessian += gram.map(R::from);
+                    continue;
+                }
+                // The product in doubles would hide weak directions.
+                if found.count == 0 {
+                    (0..contact.components).for_each(|k| found.push_unit(k));
+                }
             }
             for (axis, factor) in found.axes.iter().zip(&found.shares).take(found.count) {
                 let wrench = contact.wrench(axis);
@@ -266,13 +297,14 @@ impl<const D: usize> DualContact<D> {
     }
 
     /// How far a force of share one over `unit` reaches along `h`.
-    pub(crate) fn furthest(&self, h: &ContactForce) -> f64 {
+    pub(crate) fn furthest<R: Real>(&self, h: &Force<R>) -> R {
         match &self.set {
-            ForceSet::Cone(cone) => h[0] + cone_slope(h, cone.mu, cone.gamma),
-            ForceSet::Finite(polytope) => {
-                polytope.forces.iter().map(|force| force.dot(h)).fold(f64::NEG_INFINITY, f64::max)
+            ForceSet::Cone(cone) => {
+                let [o, t, torsion] = [h[1].times(cone.mu), h[2].times(cone.mu), h[3].times(cone.gamma)];
+                h[0] + (o * o + t * t + torsion * torsion).square_root()
             }
-            ForceSet::Zero => 0.0,
+            ForceSet::Finite(polytope) => polytope.furthest(h).1,
+            ForceSet::Zero => R::zero(),
         }
     }
 

@@ -140,7 +140,7 @@ impl Polytope {
         found
     }
 
-    fn furthest<R: Real>(&self, direction: &Force<R>) -> (usize, R) {
+    pub(crate) fn furthest<R: Real>(&self, direction: &Force<R>) -> (usize, R) {
         let mut best = (0, R::from(f64::NEG_INFINITY));
         for (k, force) in self.forces.iter().enumerate() {
             let mut reach = direction[0].times(force[0]);

@@ -38,6 +38,13 @@ impl<R: Real> Projection<R> {
         self.shares[self.count] = share;
         self.count += 1;
     }
+
+    /// A component that moves with the point.
+    pub(crate) fn push_unit(&mut self, component: usize) {
+        let mut axis = Force::repeat(R::zero());
+        axis[component] = R::from(1.0);
+        self.push(axis, R::from(1.0));
+    }
 }
 
 impl Projection {
@@ -166,11 +173,7 @@ impl CutCone {
         let (a, b) = (meridian.a, meridian.b);
         if (a / mu).hypotenuse(b / gamma) <= level {
             let mut found = Projection::fixed(Force::new(level, x[1], x[2], x[3]), zero);
-            for component in 1..4 {
-                let mut axis = Force::repeat(zero);
-                axis[component] = one;
-                found.push(axis, one);
-            }
+            (1..4).for_each(|component| found.push_unit(component));
             return found;
         }
         let lambda = self.multiplier(a, b, level);

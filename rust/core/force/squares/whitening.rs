@@ -7,6 +7,7 @@
 
 use nalgebra::SMatrix;
 
+use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::linalg::pivoted_basis::PivotedBasis;
 use crate::tolerances::{RANK_TOLERANCE, ROUNDED_TORQUE};
@@ -46,6 +47,14 @@ impl<const D: usize> Whitening<D> {
         // The pivots have kept it from being nearly singular.
         let whitened = gram.cholesky().and_then(|factor| factor.l_dirty().solve_lower_triangular(&map));
         Self { map: whitened.unwrap_or(map), rank }
+    }
+
+    /// Units in which a price of the residual is near one: powers of two, which round nothing.
+    pub(crate) fn of_price(price: &Metric<D>) -> Self {
+        let mut spread = Wrench::<D>::zeros();
+        price.inverse_columns().for_each(|column| spread += column.component_mul(&column));
+        let map = SMatrix::from_diagonal(&spread.map(|square| (-0.5 * square.log2()).round().exp2()));
+        Self { map, rank: D }
     }
 
     /// `T w` of a wrench that contacts exert.

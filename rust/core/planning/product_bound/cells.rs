@@ -1,6 +1,6 @@
 //! Cells of the parameters of one group of contacts, and how far contacts within them reach.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix4, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
@@ -8,7 +8,8 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Wrench};
 use crate::memory::filled;
 use crate::wrench_set::Criterion;
-use crate::wrench_set::cone::{cone_slope, cone_support};
+use crate::wrench_set::cone::cone_slope;
+use crate::wrench_set::contact_support::ContactSupport;
 
 /// Directions of a pool: `p(z)` of each cell is kept for that many.
 pub(crate) const POOL: usize = 1024;
@@ -36,23 +37,12 @@ pub enum ForceSet {
 }
 
 impl ForceSet {
-    /// How far the forces reach along `h = G^T z`.
-    #[inline]
-    pub(crate) fn reach(&self, h: &ContactForce) -> f64 {
+    fn support(&self) -> ContactSupport<4> {
         match self {
-            Self::Finite(forces) => forces.iter().map(|f| f.dot(h)).fold(f64::NEG_INFINITY, f64::max),
-            Self::Cone { limit, mu, gamma } => limit * (h[0] + cone_slope(h, *mu, *gamma)),
-        }
-    }
-
-    /// The force that reaches furthest along `h`.
-    pub(crate) fn furthest(&self, h: &ContactForce) -> ContactForce {
-        match self {
-            Self::Finite(forces) => {
-                let longer = |a: ContactForce, b: &ContactForce| if b.dot(h) > a.dot(h) { *b } else { a };
-                forces.iter().skip(1).fold(forces.first().copied().unwrap_or_default(), longer)
+            Self::Finite(forces) => ContactSupport::finite(forces.iter().copied(), 0),
+            Self::Cone { limit, mu, gamma } => {
+                ContactSupport::cone(&Matrix4::identity(), *mu, *gamma, *limit)
             }
-            Self::Cone { limit, mu, gamma } => cone_support(h, *mu, *gamma) * *limit,
         }
     }
 }
@@ -140,6 +130,8 @@ pub(crate) struct Piece<const D: usize> {
 #[derive(Debug, Clone)]
 pub(crate) struct Group<const D: usize> {
     pub(crate) forces: Vec<ForceSet>,
+    /// How far they reach along `G_i^T z`.
+    pub(crate) supports: Vec<ContactSupport<4>>,
     pub(crate) tree: CellTree<D>,
     /// Least and largest coordinates of the contact, where positions are known.
     pub(crate) extents: Vec<[Vector3<f64>; 2]>,
@@ -161,7 +153,9 @@ pub(crate) fn rounded_up(x: f64) -> f32 {
 
 impl<const D: usize> Group<D> {
     pub(crate) fn new(forces: Vec<ForceSet>) -> Self {
-        Self { forces, tree: CellTree::default(), extents: Vec::new(), ranks: Vec::new(), table: Vec::new() }
+        let supports = forces.iter().map(ForceSet::support).collect();
+        let (tree, extents, ranks, table) = (CellTree::default(), Vec::new(), Vec::new(), Vec::new());
+        Self { forces, supports, tree, extents, ranks, table }
     }
 
     /// Puts other cells in place of those there are.
@@ -226,18 +220,18 @@ impl<const D: usize> Group<D> {
     pub(crate) fn reach(&self, criterion: Criterion, vertex: u32, z: &Wrench<D>) -> f64 {
         let contacts = self.forces.len();
         let maps = &self.tree.maps[vertex as usize * contacts..][..contacts];
-        let reaches = self.forces.iter().zip(maps).map(|(forces, map)| forces.reach(&map.tr_mul(z)));
+        let reaches = self.supports.iter().zip(maps).map(|(forces, map)| forces.value(&map.tr_mul(z)));
         match criterion {
             Criterion::Max => reaches.map(|reach| reach.max(0.0)).sum(),
             Criterion::Sum => reaches.fold(f64::NEG_INFINITY, f64::max),
         }
     }
 
-    /// Where they reach that far.
-    pub(crate) fn furthest(&self, criterion: Criterion, vertex: u32, z: &Wrench<D>) -> Wrench<D> {
+    /// How far they reach, and where.
+    pub(crate) fn support(&self, criterion: Criterion, vertex: u32, z: &Wrench<D>) -> (f64, Wrench<D>) {
         let contacts = self.forces.len();
         let maps = &self.tree.maps[vertex as usize * contacts..][..contacts];
-        furthest(criterion, self.forces.iter().zip(maps), z)
+        furthest(criterion, self.supports.iter().zip(maps), z)
     }
 
     /// The corner of a cell at which contacts reach furthest along `z`, and how far.
@@ -344,21 +338,24 @@ impl<const D: usize> Group<D> {
     }
 }
 
-/// The wrench of these contacts that lies furthest along `z`; zero where no contact reaches forward and forces add up.
+/// How far these contacts reach along `z`, and by which wrench; zero where no contact reaches forward and forces add up.
 pub(crate) fn furthest<'a, const D: usize>(
     criterion: Criterion,
-    contacts: impl Iterator<Item = (&'a ForceSet, &'a ContactMap<D>)>,
+    contacts: impl Iterator<Item = (&'a ContactSupport<4>, &'a ContactMap<D>)>,
     z: &Wrench<D>,
-) -> Wrench<D> {
-    let mut found = (f64::NEG_INFINITY, Wrench::zeros());
+) -> (f64, Wrench<D>) {
+    let least = if criterion == Criterion::Max { 0.0 } else { f64::NEG_INFINITY };
+    let mut found = (least, Wrench::zeros());
     for (forces, map) in contacts {
         let h = map.tr_mul(z);
-        let reach = forces.reach(&h);
+        let (reach, edge) = forces.furthest(&h);
         match criterion {
-            Criterion::Max if reach > 0.0 => found.1 += map * forces.furthest(&h),
-            Criterion::Sum if reach > found.0 => found = (reach, map * forces.furthest(&h)),
+            Criterion::Max if reach > 0.0 => {
+                found = (found.0 + reach, found.1 + map * forces.wrench(&h, edge));
+            }
+            Criterion::Sum if reach > found.0 => found = (reach, map * forces.wrench(&h, edge)),
             _ => {}
         }
     }
-    found.1
+    found
 }

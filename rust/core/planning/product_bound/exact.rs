@@ -266,8 +266,8 @@ impl<const D: usize> ProductBound<D> {
 
     fn support(&self, product: &[u32], z: &Wrench<D>) -> Support<D> {
         let parts = product.iter().zip(&self.groups).map(|(&cell, group)| {
-            let (reach, vertex) = group.furthest_corner(self.criterion, cell, z);
-            (reach, group.furthest(self.criterion, vertex, z))
+            let (_, vertex) = group.furthest_corner(self.criterion, cell, z);
+            group.support(self.criterion, vertex, z)
         });
         self.joined(parts, z)
     }
@@ -334,9 +334,7 @@ impl<const D: usize> ProductBound<D> {
                             .collect();
                         let counts: Vec<usize> = corners.iter().map(|corners| corners.len()).collect();
                         let reach = |z: &Wrench<D>, group: usize, at: usize| {
-                            let (member, vertex) = (&bound.groups[group], corners[group][at]);
-                            let reach = member.reach(bound.criterion, vertex, z);
-                            (reach, member.furthest(bound.criterion, vertex, z))
+                            bound.groups[group].support(bound.criterion, corners[group][at], z)
                         };
                         let corner = |row: usize, z: &Wrench<D>| {
                             bound.corner(row, &counts, z, |group, at| reach(z, group, at))

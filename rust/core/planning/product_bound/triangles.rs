@@ -190,8 +190,7 @@ impl<const D: usize> ProductBound<D> {
             let counts = vec![3; piece.triangles.len()];
             let corner = |row: usize, z: &Wrench<D>| {
                 self.corner(row, &counts, z, |group, at| {
-                    let map = &piece.triangles[group][at].1;
-                    (self.reach(group, map, z), self.wrench(group, map, z))
+                    self.support_of(group, &piece.triangles[group][at].1, z)
                 })
             };
             let mixed = memory.mixed(
@@ -222,10 +221,7 @@ impl<const D: usize> ProductBound<D> {
             let there: Vec<Corner<D>> = (0..counts.len()).map(place).collect();
             let support = |z: &Wrench<D>| {
                 let parts = there.iter().enumerate();
-                self.joined(
-                    parts.map(|(group, (_, map))| (self.reach(group, map, z), self.wrench(group, map, z))),
-                    z,
-                )
+                self.joined(parts.map(|(group, (_, map))| self.support_of(group, map, z)), z)
             };
             let is_better = |z: &(Wrench<D>, f64)| support(&z.0).value > best;
             if mixed.directions.iter().all(is_better) && self.is_near(&there) {
@@ -257,12 +253,12 @@ impl<const D: usize> ProductBound<D> {
     }
 
     fn reach(&self, group: usize, map: &ContactMap<D>, z: &Wrench<D>) -> f64 {
-        let reach = self.groups[group].forces[0].reach(&map.tr_mul(z));
+        let reach = self.groups[group].supports[0].value(&map.tr_mul(z));
         if self.criterion == Criterion::Max { reach.max(0.0) } else { reach }
     }
 
-    fn wrench(&self, group: usize, map: &ContactMap<D>, z: &Wrench<D>) -> Wrench<D> {
-        furthest(self.criterion, std::iter::once((&self.groups[group].forces[0], map)), z)
+    fn support_of(&self, group: usize, map: &ContactMap<D>, z: &Wrench<D>) -> (f64, Wrench<D>) {
+        furthest(self.criterion, std::iter::once((&self.groups[group].supports[0], map)), z)
     }
 
     /// The group whose support departs most from its interpolation, or else the one with the largest triangle.

@@ -1,0 +1,102 @@
+//! What a multiplier proves of forces beside a high price of the residual, in 32 digits.
+//!
+//! Of the distance: no forces leave less of `b` than `(b . y - sum_i reach_i(y)) / |y|`. Of the objective: what forces and
+//! multiplier miss of complementarity, contact by contact, and of their common residual.
+
+use crate::force::certificate::{ContactForces, exact_rest};
+use crate::force::nearest::by_price::{Cost, Point, Pricing, Vector};
+use crate::force::nearest::wrench_projection::STRONGER;
+use crate::force::squares::dual::DualContact;
+use crate::force::squares::projection::Force;
+use crate::linalg::double_double::DoubleDouble;
+use crate::linalg::real::{dot, values};
+
+impl<const D: usize> Pricing<'_, D> {
+    /// The forces at a multiplier, and what it proves.
+    pub(super) fn point(&self, weight: f64, y: Vector<D>, forces: &ContactForces) -> Point<D> {
+        let project = |contact: &DualContact<D>| {
+            let pull = contact.pull(&y).map(|x| x.times(1.0 / contact.weight));
+            contact.project(&(contact.reference.map(DoubleDouble::from) + pull)).force
+        };
+        let exact: Vec<_> = self.dual.contacts.iter().map(project).collect();
+        let maps = self.grasp.maps().iter().zip(forces.forces.iter().copied());
+        let distance = self.projection.metric.norm(&exact_rest(self.b, maps));
+        let (excess, capped, cost) = self.excess(weight, &y, &exact, forces);
+        let lower = self.lower(&y, forces).clamp(0.0, distance);
+        Point { y, proof: y, forces: forces.clone(), exact, excess, cost, capped, distance, lower }
+    }
+
+    /// The share up to which a bound holds.
+    fn top(&self, i: usize, largest: f64) -> f64 {
+        let high = self.bounds[i].1;
+        if high.is_finite() { high } else { STRONGER * largest }
+    }
+
+    /// No forces leave less of `b` than this.
+    pub(super) fn lower(&self, y: &Vector<D>, forces: &ContactForces) -> f64 {
+        let (largest, _) = forces.totals();
+        let mut along = dot(&self.target.map(DoubleDouble::from), y);
+        for (i, contact) in self.dual.contacts.iter().enumerate() {
+            let reach = contact.furthest(&contact.pull(y)).times(contact.unit);
+            let zero = DoubleDouble::ZERO;
+            along -= reach.times(if reach > zero { self.top(i, largest) } else { self.bounds[i].0 });
+        }
+        let square = self.dual.slack.map_or(DoubleDouble::ZERO, |slack| {
+            dot(
+                &(0..D).fold(Vector::repeat(DoubleDouble::ZERO), |sum, c| {
+                    sum + slack.column(c).map(|x| y[c].times(x))
+                }),
+                y,
+            )
+        });
+        if square > DoubleDouble::ZERO { (along / square.sqrt()).value() } else { 0.0 }
+    }
+
+    /// How far the cost of the forces is above what `y` proves, over all forces and over those up to the cap, and the cost,
+    /// all times the weight.
+    pub(super) fn excess(
+        &self,
+        weight: f64,
+        y: &Vector<D>,
+        exact: &[Force<DoubleDouble>],
+        forces: &ContactForces,
+    ) -> (f64, f64, f64) {
+        let Cost::Shares { of_sum, max } = self.cost else { return (0.0, 0.0, 0.0) };
+        let zero = DoubleDouble::ZERO;
+        let (largest, sum) = forces.totals();
+        let own = weight * (of_sum * sum + if max { largest } else { 0.0 });
+        let least = self.bounds.iter().map(|(low, _)| *low).fold(0.0, f64::max);
+        let mut rest = -self.target.map(DoubleDouble::from);
+        let (mut along, mut capped, mut most, mut most_at_least) = (zero, zero, zero, zero);
+        for (i, (contact, force)) in self.dual.contacts.iter().zip(exact).enumerate() {
+            let h = contact.pull(y);
+            rest += contact.wrench(force);
+            along += dot(&h, force) - DoubleDouble::from(weight * of_sum * forces.shares[i]);
+            let gain = contact.furthest(&h).times(contact.unit) - DoubleDouble::from(weight * of_sum);
+            let (low, top) = (self.bounds[i].0, self.top(i, largest));
+            capped += gain.times(if gain > zero {
+                contact.bounds().1.min(top * contact.unit) / contact.unit
+            } else {
+                low
+            });
+            most += gain.times(if gain > zero { top } else { low });
+            most_at_least += gain.times(if gain > zero { least.min(top) } else { low });
+        }
+        let mut excess = most - along;
+        if max {
+            // At the largest cap, or at the smallest one.
+            let top = (0..exact.len()).map(|i| self.top(i, largest)).fold(0.0, f64::max);
+            let highest = most - DoubleDouble::from(weight).times(top);
+            let lowest = most_at_least - DoubleDouble::from(weight).times(least);
+            let reach = if highest > lowest { highest } else { lowest };
+            excess = reach + DoubleDouble::from(weight).times(largest) - along;
+        }
+        // What the residual is away from that of the multiplier.
+        if let Some(slack) = &self.dual.slack {
+            (0..D).for_each(|c| rest += slack.column(c).map(|x| y[c].times(x)));
+        }
+        let mismatch = values(&rest).zip_map(&self.dual.whitening.map.diagonal(), |x, unit| x / unit);
+        let mismatch = 0.5 * self.projection.metric.norm(&mismatch).powi(2);
+        (excess.value() + mismatch, (capped - along).value() + mismatch, own)
+    }
+}
