@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 GAP = 1e-3
 SAMPLES = 100  # a parameter
 CANDIDATES = 20  # for each contact
+QUICK = 6  # of both, to see that it runs
 DIFFERENT = 0.05  # what grids may miss
 
 
@@ -38,10 +40,14 @@ def questions(run: Run) -> Iterator[Question]:
 
 
 def best_grasp(run: Run) -> Iterator[Answers]:
+    samples, candidates = (QUICK, QUICK) if run.quick else (SAMPLES, CANDIDATES)
+    different = 1.0 if run.quick else DIFFERENT
     calls = [
         Call("plan_global", "graspforce", lambda: proven, GAP, reference=True),
-        Call("dense sampling by quality_many", "graspforce", lambda: sampled, DIFFERENT),
-        Call("HiGHS, mixed integers", "scipy", lambda: chosen, DIFFERENT),
+        Call(
+            "dense sampling by quality_many", "graspforce", lambda: partial(sampled, count=samples), different
+        ),
+        Call("HiGHS, mixed integers", "scipy", lambda: partial(chosen, places=candidates), different),
     ]
     problem = RACKET["three fingers"]
     yield run.ask("best grasp of three fingers, maximum", calls, [problem], headline=True, warm_up=False)
@@ -56,8 +62,8 @@ def proven(problem: PlanningProblem) -> float:
     return found.quality.epsilon
 
 
-def sampled(problem: PlanningProblem) -> float:
-    lines = [np.linspace(low, high, SAMPLES) for low, high in problem.bounds]
+def sampled(problem: PlanningProblem, *, count: int) -> float:
+    lines = [np.linspace(low, high, count) for low, high in problem.bounds]
     params = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines))
     best = -np.inf
     for part in np.array_split(params, 20):
@@ -65,18 +71,18 @@ def sampled(problem: PlanningProblem) -> float:
     return float(best)
 
 
-def chosen(problem: PlanningProblem) -> float:
+def chosen(problem: PlanningProblem, *, places: int) -> float:
     from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415
 
-    lines = np.array([np.linspace(low, high, CANDIDATES) for low, high in problem.bounds]).T
+    lines = np.array([np.linspace(low, high, places) for low, high in problem.bounds]).T
     positions, normals = problem.surface(lines)
     count = positions.shape[1]
     wrenches = wrenches_of(positions, normals, problem)
     directions: list[Array] = [z * sign for z in np.eye(3) for sign in (1, -1)]
     one_each = LinearConstraint(
-        np.hstack([np.kron(np.eye(count), np.ones(CANDIDATES)), np.zeros((count, 1))]), 1, 1
+        np.hstack([np.kron(np.eye(count), np.ones(places)), np.zeros((count, 1))]), 1, 1
     )
-    size, best = count * CANDIDATES, 0.0
+    size, best = count * places, 0.0
     while True:
         reach = np.array([np.maximum(wrenches @ z, 0).max(axis=-1).T.reshape(-1) for z in directions])
         support = LinearConstraint(np.hstack([reach, -np.ones((len(reach), 1))]), 0, np.inf)
@@ -88,7 +94,7 @@ def chosen(problem: PlanningProblem) -> float:
         )
         if found.status != 0:
             raise UnsolvedError
-        at = found.x[:size].reshape(count, CANDIDATES).argmax(axis=1)
+        at = found.x[:size].reshape(count, places).argmax(axis=1)
         grasp = gf.Grasp(positions[at, range(count)], normals[at, range(count)], **options(problem))
         quality = grasp.quality("max")
         best = max(best, quality.epsilon)

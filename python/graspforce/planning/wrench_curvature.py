@@ -146,7 +146,7 @@ class FormulaCurvature:
             )
             # A box without width has no departure, whatever the derivative.
             each: Array = 0.5 * half**2 * np.where(half > 0, bends, 0.0) * (1 + _ROUNDED)
-            return each.reshape(len(axes), boxes, -1)
+            return each.reshape(len(axes), boxes, len(contacts))
 
         fixed = self._wrenches.tangents(contacts)
         if tangents or fixed is not None or not self._wrenches.is_spatial:

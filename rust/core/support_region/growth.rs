@@ -156,12 +156,18 @@ impl Eq for Open {}
 /// The region where it is a point or a segment: where places span a line, and the bounds across it leave no width.
 fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> Result<Option<Grown>> {
     let places: Vec<Point> = found.iter().map(|one| one.found.place).collect();
-    let described = |shape, inner, outer, directions| {
-        let reached = most_reached(found);
+    let described = |shape, inner, outer, directions, more: f64| {
+        let reached = most_reached(found).max(more);
         Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions, reached })
     };
     if size <= RESOLUTION {
-        return Ok(described(RegionShape::Point, places[..1].to_vec(), places[..1].to_vec(), found.len()));
+        return Ok(described(
+            RegionShape::Point,
+            places[..1].to_vec(),
+            places[..1].to_vec(),
+            found.len(),
+            0.0,
+        ));
     }
     if area(&hull(places.clone(), 0.0)) > FLAT_AREA * size * size {
         return Ok(None);
@@ -171,14 +177,16 @@ fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> R
     let Some(along) = chord.try_normalize(RESOLUTION) else { return Ok(None) };
     let across = Point::new(along.y, -along.x);
     let mut ask = |direction: Point| simplex.furthest(&direction, enough);
-    let (above, below) = (ask(across)?.bound, ask(-across)?.bound);
+    let (over, under) = (ask(across)?, ask(-across)?);
+    let (above, below) = (over.bound, under.bound);
     if above + below > RESOLUTION * chord.norm() + 2.0 * enough {
         return Ok(None);
     }
     let (last, first) = (ask(along)?, ask(-along)?);
     let middle = across * (0.5 * (above - below));
     let outer = vec![middle - along * first.bound, middle + along * last.bound];
-    Ok(described(RegionShape::Segment, vec![first.place, last.place], outer, found.len() + 4))
+    let reached = [over, under, last, first].iter().map(|one| one.reached).fold(0.0, f64::max);
+    Ok(described(RegionShape::Segment, vec![first.place, last.place], outer, found.len() + 4, reached))
 }
 
 /// Grows both polygons until the area between them is at most the share `gap` of the outer one's.

@@ -30,7 +30,7 @@ pub(super) struct Load {
     /// The unit of lengths in m.
     pub(super) length: f64,
     /// The unit of forces in N.
-    force: f64,
+    pub(super) force: f64,
     /// Unit vector along the force that acts at the centre of mass.
     down: Vector3<f64>,
     /// The right-hand sides of the four equations.

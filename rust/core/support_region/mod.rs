@@ -42,7 +42,10 @@ const RESOLUTION: f64 = 1e-9;
 
 /// Without limits, all normal forces together may be so many times the weight. The first that the region does not depend on
 /// is as good as none.
-const UNLIMITED: [f64; 3] = [1e1, 1e3, 1e5];
+const UNLIMITED: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
+
+/// What rounding leaves of a bound, relative to the limit.
+const ROUNDED_LIMIT: f64 = 2e-13;
 
 /// What the contacts have to hold, and how closely the region is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -196,9 +199,10 @@ impl Grasp<6> {
         }
         let last = UNLIMITED[UNLIMITED.len() - 1];
         for limit in UNLIMITED {
-            let maps = self.with_common_limit(&maps, limit);
+            let maps = self.with_common_limit(&maps, limit * load.force);
             let (region, reached) = self.region_of(&maps, Criterion::Sum, &load, options)?;
-            if reached <= RESOLUTION || (limit == last && region.shape == RegionShape::Empty) {
+            let independent = reached <= RESOLUTION.max(ROUNDED_LIMIT * limit);
+            if independent || (limit == last && region.shape == RegionShape::Empty) {
                 return Ok(region);
             }
         }
@@ -209,7 +213,7 @@ impl Grasp<6> {
         Err(Error::input("limits", reason))
     }
 
-    /// The maps under which the longest force of each contact is so many times the load's.
+    /// The maps under which the longest force of each contact is so many N.
     fn with_common_limit(&self, maps: &[ContactMap<6>], limit: f64) -> Vec<ContactMap<6>> {
         let longest = |i: usize| match self.edges(i) {
             Some(range) => {

@@ -13,6 +13,7 @@ use super::load::Load;
 use crate::force::true_cones::contact_status::{ContactStatus as Status, friction, load};
 use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
 use crate::grasp::{ContactMap, Grasp};
+use crate::tolerances::FEASIBILITY_TOLERANCE;
 use crate::wrench_set::Criterion;
 
 /// Steps with one set of statuses, and sets of statuses that are tried.
@@ -310,6 +311,7 @@ impl Newton {
     /// Place and bound of forces within their limits, if they are as near to each other as is enough.
     fn certified(&self, direction: &Point, at: Optimum, enough: f64) -> Option<(Furthest, Optimum)> {
         let (mut place, mut reached, mut shares) = (Point::zeros(), 0.0_f64, 0.0);
+        let mut unbalanced = self.demand;
         let each = self.criterion == Criterion::Max;
         for (cone, held) in self.cones.iter().zip(&at.contacts) {
             let x = held.force();
@@ -321,7 +323,11 @@ impl Newton {
             reached = if each { reached + reach } else { reached.max(reach) };
             for (k, axis) in cone.axes.iter().enumerate() {
                 place += axis.fixed_rows::<2>(4) * x[k];
+                unbalanced -= axis.fixed_rows::<4>(0) * x[k];
             }
+        }
+        if unbalanced.amax() > FEASIBILITY_TOLERANCE {
+            return None;
         }
         let bound = reached - at.u.dot(&self.demand);
         let gap = bound - direction.dot(&place);

@@ -340,3 +340,16 @@ def test_the_least_sum_within_limits_is_nearest_where_the_least_sum_alone_breaks
         assert found.within_limits
         assert found.distance <= 1e-8 * limits.max()
         assert found.gap <= 1e-9
+
+
+def test_without_limits_nearest_forces_of_legs_balance_what_legs_can_balance():
+    places = np.array([(x, y, 0) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
+    wrench = np.array([0, 0, -1, 0.01, 0.02, 0])
+    for noise in (0.0, 1e-12, 1e-10, 1.3e-9, 1e-8, 1e-7):
+        for seed in range(5):
+            rng = np.random.default_rng(seed)
+            up = [(0, 0, 1)] + noise * rng.normal(size=(4, 3))
+            legs = gf.Grasp(places + noise * rng.normal(size=(4, 3)), up, friction=0.0)
+            for objective in ("max", "sum", "squares"):
+                found = gf.ForceDistributor(legs, objective).nearest(wrench, limits=False)
+                assert found.distance < 0.5, (noise, seed, objective)

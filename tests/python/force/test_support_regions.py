@@ -61,14 +61,24 @@ def test_without_limits_the_region_is_that_of_limits_far_above_the_weight(edges,
     normals = 0.25 * random.standard_normal((number, 3)) + UP
     feet = gf.Grasp(places, normals, friction=0.5, edges=edges, torsion=0.01 * (seed % 2))
     load = {"acceleration": 0.3 * random.standard_normal(3), "height": 0.4}
-    free = gf.support_region(feet, 70.0, "max", limits=False, **load)
-    strong = feet.replace(max_normal_force=7e4)
+    weight = (70.0, 1e-3, 1e5, 1e9)[seed % 4]
+    free = gf.support_region(feet, weight, "max", limits=False, **load)
+    strong = feet.replace(max_normal_force=1e3 * weight)
     for criterion in ("max", "sum"):
-        region = gf.support_region(strong, 70.0, criterion, **load)
+        region = gf.support_region(strong, weight, criterion, **load)
         assert region.shape == free.shape
         assert free.inner_area <= region.outer_area * (1 + 1e-9)
         assert region.inner_area <= free.outer_area * (1 + 1e-9)
     assert free.converged
+
+
+@pytest.mark.parametrize("edges", [8, None])
+@pytest.mark.parametrize("weight", [1e-3, 10.0, 1e5, 1e9])
+def test_without_limits_a_table_stands_whatever_it_weighs(edges, weight):
+    legs = gf.Grasp([(x, y, 0) for x in (-0.1, 0.1) for y in (-0.2, 0.2)], [UP] * 4, edges=edges)
+    region = gf.support_region(legs, weight, limits=False)
+    assert region.converged
+    assert region.inner_area == pytest.approx(0.08, rel=1e-6)
 
 
 def test_without_limits_contacts_that_press_against_each_other_leave_no_bounded_region():

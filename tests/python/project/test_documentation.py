@@ -86,6 +86,8 @@ NOT_RUN = {
     "python -m benches.surrogates": LONG,
     "python -m benches.surrogates --peers": LONG,
     "python benches/forces_many.py": LONG,
+    "python benches/smoothing.py": LONG,
+    "python -m benches.compare.fine_pyramids": LONG,
     "python -m benches.trust": LONG,
     "python -m benches.trust cone_histories": LONG,
     "python -m benches.trust large_forces": LONG,

@@ -72,9 +72,13 @@ fn no_direction_proves_that_other_forces_come_nearer() {
                 }
                 // b . z - p(z) for z = -M s bounds the distance from below.
                 let z = -(matrix * found.residual);
+                let at_limit = |i: usize| {
+                    m.norm(&grasp.maps()[i].column(0).into_owned()) * grasp.contacts()[i].max_normal_force
+                };
+                let strongest_needed = size / (0..grasp.num_contacts()).map(at_limit).fold(0.0, f64::max);
                 let reach = |i| {
                     let value = set.contact_support(i, &z).value.max(0.0);
-                    let most = found.shares.iter().copied().fold(0.0, f64::max);
+                    let most = found.shares.iter().copied().fold(strongest_needed, f64::max);
                     value * if limits { 1.0 } else { 10.0 * most }
                 };
                 let reach: f64 = (0..grasp.num_contacts()).map(reach).sum();

@@ -154,6 +154,12 @@ fn the_nearest_forces_are_the_least_where_solve_needs_its_last_resort() {
     let solved = distributor.solve(&mut distributor.workspace(), &external).unwrap();
     let nearest = NearestOptions { limits: false, ..NearestOptions::default() };
     let found = distributor.nearest(&mut distributor.workspace(), &external, &nearest).unwrap();
-    let same = (found.sigma - solved.sigma).abs() <= 1e-6 * solved.sigma;
-    assert!(same || found.gap >= 1.0, "{} {} {:e}", found.sigma, solved.sigma, found.gap);
+    let allowed = (1e-6 + found.gap.min(1e-3)) * solved.sigma;
+    assert!(
+        (found.sigma - solved.sigma).abs() <= allowed,
+        "{} {} {:e}",
+        found.sigma,
+        solved.sigma,
+        found.gap
+    );
 }

@@ -150,8 +150,8 @@ impl<const D: usize> Query<'_, D> {
             let mut found = Found { answer, distance };
             if found.answer.gap <= tight {
                 // The tolerance of the balance is none of the distance.
-                if distance > tight * size {
-                    found.answer.gap = (distance / size).min(1.0);
+                if size > 0.0 {
+                    found.answer.gap = found.answer.gap.max((distance / size).min(1.0));
                 }
                 return found;
             }

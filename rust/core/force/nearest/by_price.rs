@@ -53,7 +53,7 @@ const PRECISER: f64 = 1e-3;
 const MAX_CAPS: usize = 40;
 
 /// Newton's steps of one wrench: a hundred are usual.
-const MAX_NEWTON_STEPS: usize = 6000;
+const MAX_NEWTON_STEPS: usize = 2000;
 
 pub(super) type Vector<const D: usize> = SVector<DoubleDouble, D>;
 
@@ -92,7 +92,7 @@ pub(super) struct Point<const D: usize> {
 impl<const D: usize> Point<D> {
     /// The relative gap of the objective, or that of the distance relative to the wrench; at most 1.
     fn gap(&self, size: f64) -> f64 {
-        let relative = |excess: f64, of: f64| if excess > 0.0 { (excess / of).min(1.0) } else { 0.0 };
+        let relative = |excess: f64, of: f64| if excess <= 0.0 { 0.0 } else { (excess / of).min(1.0) };
         relative(self.distance - self.lower, size).max(relative(self.excess, self.cost))
     }
 }
@@ -272,7 +272,7 @@ impl<const D: usize> Pricing<'_, D> {
             if let Cost::Squares { weights, reference, .. } = &self.cost {
                 let contacts = forces.forces.iter().zip(weights.iter().zip(reference));
                 point.cost = contacts.map(|(f, (w, r))| 0.5 * weight * w * (f - r).norm_squared()).sum();
-                point.excess = dot(&y, &found.gradient).value().abs();
+                point.excess += dot(&y, &found.gradient).value().abs();
                 return Some(point);
             }
             let known = best.as_ref().map_or(f64::INFINITY, |best| best.capped);

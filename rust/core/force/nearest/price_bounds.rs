@@ -5,7 +5,6 @@
 
 use crate::force::certificate::{ContactForces, exact_rest};
 use crate::force::nearest::by_price::{Cost, Point, Pricing, Vector};
-use crate::force::nearest::wrench_projection::STRONGER;
 use crate::force::squares::dual::DualContact;
 use crate::force::squares::projection::Force;
 use crate::linalg::double_double::DoubleDouble;
@@ -22,14 +21,15 @@ impl<const D: usize> Pricing<'_, D> {
         let maps = self.grasp.maps().iter().zip(forces.forces.iter().copied());
         let distance = self.projection.metric.norm(&exact_rest(self.b, maps));
         let (excess, capped, cost) = self.excess(weight, &y, &exact, forces);
-        let lower = self.lower(&y, forces).clamp(0.0, distance);
+        let lower = self.lower(&y, forces);
+        let lower = if distance > 0.0 { lower.clamp(0.0, distance) } else { 0.0 };
         Point { y, proof: y, forces: forces.clone(), exact, excess, cost, capped, distance, lower }
     }
 
     /// The share up to which a bound holds.
     fn top(&self, i: usize, largest: f64) -> f64 {
         let high = self.bounds[i].1;
-        if high.is_finite() { high } else { STRONGER * largest }
+        if high.is_finite() { high } else { self.projection.strongest(largest, self.size) }
     }
 
     /// No forces leave less of `b` than this.
@@ -61,16 +61,15 @@ impl<const D: usize> Pricing<'_, D> {
         exact: &[Force<DoubleDouble>],
         forces: &ContactForces,
     ) -> (f64, f64, f64) {
-        let Cost::Shares { of_sum, max } = self.cost else { return (0.0, 0.0, 0.0) };
+        let mismatch = self.mismatch(y, exact);
+        let Cost::Shares { of_sum, max } = self.cost else { return (mismatch, mismatch, 0.0) };
         let zero = DoubleDouble::ZERO;
         let (largest, sum) = forces.totals();
         let own = weight * (of_sum * sum + if max { largest } else { 0.0 });
         let least = self.bounds.iter().map(|(low, _)| *low).fold(0.0, f64::max);
-        let mut rest = -self.target.map(DoubleDouble::from);
         let (mut along, mut capped, mut most, mut most_at_least) = (zero, zero, zero, zero);
         for (i, (contact, force)) in self.dual.contacts.iter().zip(exact).enumerate() {
             let h = contact.pull(y);
-            rest += contact.wrench(force);
             along += dot(&h, force) - DoubleDouble::from(weight * of_sum * forces.shares[i]);
             let gain = contact.furthest(&h).times(contact.unit) - DoubleDouble::from(weight * of_sum);
             let (low, top) = (self.bounds[i].0, self.top(i, largest));
@@ -91,12 +90,19 @@ impl<const D: usize> Pricing<'_, D> {
             let reach = if highest > lowest { highest } else { lowest };
             excess = reach + DoubleDouble::from(weight).times(largest) - along;
         }
-        // What the residual is away from that of the multiplier.
+        (excess.value() + mismatch, (capped - along).value() + mismatch, own)
+    }
+
+    /// Half the square of what the residual is away from that of the multiplier.
+    fn mismatch(&self, y: &Vector<D>, exact: &[Force<DoubleDouble>]) -> f64 {
+        let mut rest = -self.target.map(DoubleDouble::from);
+        for (contact, force) in self.dual.contacts.iter().zip(exact) {
+            rest += contact.wrench(force);
+        }
         if let Some(slack) = &self.dual.slack {
             (0..D).for_each(|c| rest += slack.column(c).map(|x| y[c].times(x)));
         }
-        let mismatch = values(&rest).zip_map(&self.dual.whitening.map.diagonal(), |x, unit| x / unit);
-        let mismatch = 0.5 * self.projection.metric.norm(&mismatch).powi(2);
-        (excess.value() + mismatch, (capped - along).value() + mismatch, own)
+        let rest = values(&rest).zip_map(&self.dual.whitening.map.diagonal(), |x, unit| x / unit);
+        0.5 * self.projection.metric.norm(&rest).powi(2)
     }
 }

@@ -28,7 +28,7 @@ const MAX_STEPS: usize = 40;
 /// The gap of the distance, relative to the norm of the wrench, at which no further step is worth it.
 const EXACT: f64 = 1e-14;
 
-/// A gap beyond this is worth more patience.
+/// Beyond this gap the search bears more steps without progress.
 const LOOSE: f64 = 1e-10;
 
 /// The same with what rounding leaves of the reach of all forces, relative to it.
@@ -41,8 +41,9 @@ const BEYOND: f64 = -1e-12;
 const NEAR: f64 = 1e-2;
 const OUTSIDE: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
-/// Without limits the distance is proven for forces up to so many times as strong as those found.
-pub(crate) const STRONGER: f64 = 10.0;
+/// Without limits the distance is proven for forces up to so many times as strong as those found, or as one contact would
+/// need for a wrench of that norm.
+const STRONGER: f64 = 10.0;
 
 /// The projection of wrenches onto those that a grasp exerts.
 #[derive(Debug, Clone)]
@@ -55,6 +56,8 @@ pub(crate) struct WrenchProjection<const D: usize> {
     pub(crate) strength: f64,
     /// The contact maps where the metric is Euclidean.
     pub(crate) maps: Vec<ContactMap<D>>,
+    /// The norm of the longest wrench that a contact exerts by a normal force at its limit.
+    longest: f64,
     last: Last<D>,
     /// Whether any wrench was asked for.
     asked: bool,
@@ -101,6 +104,9 @@ impl<const D: usize> WrenchProjection<D> {
         let columns = maps.iter().flat_map(|map| (0..4).map(|k| map.column(k).norm()));
         let strongest = columns.fold(0.0, f64::max);
         let contacts = grasp.num_contacts();
+        let switched_on = grasp.contacts().iter().zip(&maps).zip(bounds).filter(|(_, (_, high))| *high > 0.0);
+        let limits_exert =
+            switched_on.map(|((contact, map), _)| contact.max_normal_force * map.column(0).norm());
         let strength = strongest * strongest;
         let weights = vec![PROXIMAL[2] * strength; contacts];
         let zero = vec![ContactForce::zeros(); contacts];
@@ -121,6 +127,7 @@ impl<const D: usize> WrenchProjection<D> {
             limits,
             dual,
             strength,
+            longest: limits_exert.fold(0.0, f64::max),
             maps,
             last,
             asked: false,
@@ -134,13 +141,20 @@ impl<const D: usize> WrenchProjection<D> {
         (self.last.known, self.asked) = (false, false);
     }
 
+    /// The share up to which distances are proven without limits: of forces found, and of what one contact would need to
+    /// exert a wrench of this norm.
+    pub(crate) fn strongest(&self, largest: f64, size: f64) -> f64 {
+        let needed = if self.longest > 0.0 { size / self.longest } else { 0.0 };
+        STRONGER * largest.max(needed)
+    }
+
     /// Whether `b` lies beyond what forces reach along the last normal.
     fn is_beyond(&self, b: &Wrench<D>) -> bool {
         if !self.last.known {
             return false;
         }
         let (t, n) = (self.metric.to_euclidean(b), &self.last.normal);
-        let strongest = self.last.strongest * STRONGER;
+        let strongest = self.strongest(self.last.strongest, t.norm());
         let contacts = self.dual.contacts.iter().zip(&self.maps);
         let reach: f64 = contacts.map(|(contact, map)| contact.reach(&map.tr_mul(n), strongest)).sum();
         t.dot(n) - reach > BEYOND * t.norm()
@@ -193,8 +207,10 @@ impl<const D: usize> WrenchProjection<D> {
             let moved = self.metric.to_physical(&(n * (further * size)));
             if self.search(&(b + moved), forces, false).is_some_and(|found| found.exact) {
                 n = self.last.normal;
-                if let Some(found) = self.continue_from_last(b, forces) {
-                    return found;
+                if let Some(nearer) = self.continue_from_last(b, forces)
+                    && nearer.distance <= found.distance
+                {
+                    return nearer;
                 }
             }
         }
@@ -341,7 +357,8 @@ impl<const D: usize> WrenchProjection<D> {
         let residual = residual(b, maps.iter().zip(forces.forces.iter().copied()));
         let distance = self.metric.norm(&residual);
         let z = self.metric.functional(n);
-        let strongest = forces.shares.iter().copied().fold(0.0, f64::max) * STRONGER;
+        let largest = forces.shares.iter().copied().fold(0.0, f64::max);
+        let strongest = self.strongest(largest, self.metric.norm(b));
         let along = b.dot(&z);
         let (mut lower, mut terms) = (along, along.abs());
         for ((contact, map), force) in self.dual.contacts.iter().zip(maps).zip(&forces.forces) {
