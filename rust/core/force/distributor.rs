@@ -247,7 +247,7 @@ impl<const D: usize> ForceDistributor<D> {
     ///
     /// Every wrench has an answer. Where rounding leaves no tighter proof, the gap is larger than `rtol` and 1e-9: 1 if
     /// nothing is proven. After a search in 32 digits (`fell_back`) the forces are the least of all that come as near.
-    /// Without limits the distance is proven for forces up to ten times as strong as those returned.
+    /// Without limits the distance is proven for forces up to ten times as strong as those returned, or as one contact needs.
     ///
     /// ```
     /// use graspforce::{Contact, Criterion, ForceDistributor, Grasp, NearestOptions, Wrench};
