@@ -207,7 +207,7 @@ def contradiction(
     sizes = (np.abs(z) @ np.abs(matrix)).reshape(shape).sum(axis=1)
     terms = near + np.abs(wrench * z).sum() + (sizes * grasp.max_normal_force).sum()
     far = excess > max(found.gap, GAP) * value + 1e-14 * terms
-    return f"the objective may be less by {excess / value:.1e}, gap {found.gap:.1e}" if far else ""
+    return f"an objective of {value:.1e} may be less by {excess:.1e}, gap {found.gap:.1e}" if far else ""
 
 
 def rows(share: float) -> list[Row]:

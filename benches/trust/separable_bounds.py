@@ -19,7 +19,7 @@ from graspforce.surfaces import PlanarCurve, contacts_on
 
 __all__ = ["judged", "problem", "rows"]
 
-CASES = 1000
+CASES = 300
 _GAP = 0.02
 
 
