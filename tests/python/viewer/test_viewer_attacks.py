@@ -213,6 +213,10 @@ def test_numbers_that_are_not_finite_reach_neither_contact_nor_slider(viewer, va
 
 
 def test_a_state_that_refuses_a_change_is_as_before(viewer):
+    # What earlier tests moved may not have reached the state yet.
+    wait_for(lambda: not viewer._changed.is_set())
+    with viewer._turn:
+        viewer._apply_changes()
     state = viewer.state
     before = state.grasp.positions.copy(), state.quality("max").epsilon
     for contact, to in ((0, [math.nan] * 3), (0, [1e308] * 3), (3, [0, 0, 0]), (-1, [0, 0, 0]), (0, [0, 0])):
