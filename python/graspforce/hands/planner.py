@@ -118,9 +118,10 @@ def plan_hand(
     refine : bool
         Whether the best poses are improved by random moves.
     simulate : bool
-        Whether the best plans are closed and pushed in simulation, as by `graspforce.hands.shake` with the
-        pushes of the ranking. The first that holds them all comes first, lost ones come last, and the search
-        goes on where all are lost. Only passive fingers are simulated: not with ``rank="quality"``.
+        Whether the best plans are closed and pushed in simulation, as `graspforce.hands.shake` does it. The
+        pushes are those of the ranking. The first plan that holds them all comes first, and lost ones come
+        last. Where all are lost the search goes on. Only passive fingers are simulated: not with
+        ``rank="quality"``.
     best : int
         Largest number of plans to keep.
     target : float
