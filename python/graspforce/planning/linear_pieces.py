@@ -37,6 +37,10 @@ class LinearPieces:
         rows = self.gaps <= self.gaps.min() + 2 * reach * self.steepest
         return LinearPieces(np.zeros(rows.sum()), self.slopes[rows])
 
+    def rows(self, chosen: Flags) -> LinearPieces:
+        """Return some of the pieces."""
+        return LinearPieces(self.gaps[chosen], self.slopes[chosen])
+
     def with_others(self, others: LinearPieces) -> LinearPieces:
         """Return these pieces and others."""
         gaps, slopes = [self.gaps, others.gaps], [self.slopes, others.slopes]
@@ -51,8 +55,12 @@ class LinearPieces:
         """Length of the longest slopes."""
         return float(np.linalg.norm(self.slopes, axis=1).max())
 
-    def direction(self, time: float, at_lower: Flags, at_upper: Flags) -> Array:
+    def direction(
+        self, time: float, at_lower: Flags, at_upper: Flags, walls: tuple[Array, Array] | None = None
+    ) -> Array:
         """Return the ``d`` (p,) of the best step ``time * d`` that leaves no bound which is met.
+
+        Neither does it go further against the unit slopes (k, p) of `walls` than their slacks (k,).
 
         It minimises ``|d|^2 / 2 + gap / time`` over the hull of the pieces and over multipliers of the
         bounds. That is a nonnegative least squares problem once the sum of the weights is a heavy equation.
@@ -71,8 +79,12 @@ class LinearPieces:
         rows = gaps <= 2 * unit_gap
         slopes = self.slopes[rows]
         none = np.zeros(len(outward))
+        if walls is not None:
+            near = walls[1] <= 2 * time * scale
+            outward = np.concatenate([outward, walls[0][near]])
+            none = np.concatenate([none, walls[1][near] / (time * scale * _LIFT)])
         lifted = np.concatenate([gaps[rows] / (unit_gap * _LIFT), none])
-        sums = np.concatenate([np.full(len(slopes), _HEAVY), none])
+        sums = np.concatenate([np.full(len(slopes), _HEAVY), 0.0 * none])
         columns = np.vstack([np.concatenate([slopes / scale, outward]).T, lifted, sums])
         target = np.concatenate([np.zeros(len(at_lower)), [-_LIFT, _HEAVY]])
         try:
@@ -81,6 +93,10 @@ class LinearPieces:
             raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
         shares = weights[: len(slopes)] / weights[: len(slopes)].sum()
         direction = shares @ slopes
+        if walls is not None:
+            count = int(near.sum())
+            multipliers = weights[len(weights) - count :] * (scale / weights[: len(slopes)].sum())
+            direction += multipliers @ walls[0][near]
         direction[at_lower] = np.maximum(direction[at_lower], 0.0)
         direction[at_upper] = np.minimum(direction[at_upper], 0.0)
         return np.asarray(direction)
