@@ -316,11 +316,10 @@ class _Ascent:
         """Places (n, p) that the pieces promise to be better, on this side of the walls."""
         bounds = self._bounds_met(params)
         times = [time / pieces.steepest for time in (*_TIMES, *further)]
-        directions = [pieces.direction(time, *bounds, walls) for time in times]
-        lengths = times[: len(_TIMES)]
-        for direction, length in zip(directions[len(_TIMES) :], further, strict=True):
-            lengths.append(length / max(float(np.linalg.norm(direction)), 1e-300))
-        moves = np.array(lengths)[:, None] * directions
+        directions = pieces.directions(times, *bounds, walls)
+        sizes = np.maximum(np.linalg.norm(directions[len(_TIMES) :], axis=1), 1e-300)
+        lengths = np.concatenate([times[: len(_TIMES)], np.array(further) / sizes])
+        moves = lengths[:, None] * directions
         if walls is not None:
             moves = within(walls, moves)
         return np.clip(params + around.moved(moves * self._range), self._lower, self._upper)

@@ -12,8 +12,6 @@ from graspforce._internal.vectors import unit
 from .frame_spins import frame_spins
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from graspforce.gradients import BundleBatch
@@ -22,7 +20,27 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["ContactMoves"]
+__all__ = ["ContactArrays", "ContactMoves"]
+
+
+@dataclass(frozen=True, slots=True)
+class ContactArrays:
+    """Positions and unit normals (..., m, dim) of contacts, and frames (..., m, 3, 3) where they matter."""
+
+    positions: Array
+    normals: Array
+    frames: Array | None
+
+    @classmethod
+    def of(cls, contacts: Contacts, frames: Array | None) -> ContactArrays:
+        """Return the arrays of contacts (n, m, dim)."""
+        return cls(contacts["positions"], unit(contacts["normals"]), frames)
+
+    def rows(self, rows: slice, shape: tuple[int, ...]) -> ContactArrays:
+        """Return some of the rows, in this shape."""
+        arrays = (self.positions, self.normals, self.frames)
+        parts = (None if x is None else x[rows].reshape(*shape, *x.shape[1:]) for x in arrays)
+        return ContactArrays(*parts)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,35 +53,27 @@ class ContactMoves:
 
     @classmethod
     def of(
-        cls,
-        here: Contacts,
-        sides: tuple[Contacts, Contacts],
-        spans: tuple[Array, Array],
-        jump: float,
-        frames: Callable[[Contacts], Array] | None,
+        cls, here: ContactArrays, sides: tuple[ContactArrays, ContactArrays], spans: list[Array], jump: float
     ) -> ContactMoves:
-        """Return derivatives at n places, from both `sides` (n p, m, dim) at distances (n, p) of the parameters.
+        """Return derivatives at n places (n, 1, m, ...), from both `sides` (n, p, m, ...) at distances (n, p).
 
         A side where the normal of a contact turns by more than `jump` does not count for it. Where neither
-        counts, the normal has no derivative, and neither has the frame. `frames` tells whether spins are wanted.
+        counts, the normal has no derivative, and neither has the frame.
         """
-        shape = (*spans[0].shape, *here["positions"].shape[1:])
         lengths = [span[:, :, None] for span in spans]
-        normal = unit(here["normals"])[:, None]
-        turns = [unit(side["normals"]).reshape(shape) - normal for side in sides]
-        places = [side["positions"].reshape(shape) - here["positions"][:, None] for side in sides]
-        smooth = [np.linalg.norm(turn, axis=-1) <= jump for turn in turns]
+        turns = [side.normals - here.normals for side in sides]
+        places = [side.positions - here.positions for side in sides]
+        smooth = [(turn * turn).sum(axis=-1) <= jump**2 for turn in turns]
         edge = smooth[0] * lengths[0] + smooth[1] * lengths[1] == 0
 
         def derivative(changes: list[Array], counted: list[NDArray[np.bool_]]) -> Array:
             span = counted[0] * lengths[0] + counted[1] * lengths[1]
-            first, second = (np.where(ok[..., None], x, 0.0) for ok, x in zip(counted, changes, strict=True))
+            first, second = (ok[..., None] * change for ok, change in zip(counted, changes, strict=True))
             return np.asarray((first - second) / np.where(span > 0, span, 1.0)[..., None])
 
         spins = None
-        if frames is not None:
-            from_frames = np.repeat(frames(here), shape[1], axis=0)
-            found = [frame_spins(frames(side), from_frames).reshape(shape[:3]) for side in sides]
+        if here.frames is not None:
+            found = [frame_spins(side.frames, here.frames) for side in sides if side.frames is not None]
             steady = [ok & (np.abs(spin) <= jump) for ok, spin in zip(smooth, found, strict=True)]
             spins = derivative([spin[..., None] for spin in found], steady)[..., 0]
         # Both sides of an edge move the contact.

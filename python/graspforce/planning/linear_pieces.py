@@ -17,6 +17,8 @@ from graspforce._internal.optional_imports import optional
 from graspforce.errors import NotConvergedError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -53,50 +55,50 @@ class LinearPieces:
     @property
     def steepest(self) -> float:
         """Length of the longest slopes."""
-        return float(np.linalg.norm(self.slopes, axis=1).max())
+        return float(np.sqrt((self.slopes * self.slopes).sum(axis=1).max()))
 
-    def direction(
-        self, time: float, at_lower: Flags, at_upper: Flags, walls: tuple[Array, Array] | None = None
+    def directions(
+        self, times: Sequence[float], at_lower: Flags, at_upper: Flags, walls: tuple[Array, Array] | None = None
     ) -> Array:
-        """Return the ``d`` (p,) of the best step ``time * d`` that leaves no bound which is met.
+        """Return the ``d`` (n, p) of the best steps ``time * d`` that leave no bound which is met.
 
-        Neither does it go further against the unit slopes (k, p) of `walls` than their slacks (k,).
+        Neither do they go further against the unit slopes (k, p) of `walls` than their slacks (k,).
 
-        It minimises ``|d|^2 / 2 + gap / time`` over the hull of the pieces and over multipliers of the
-        bounds. That is a nonnegative least squares problem once the sum of the weights is a heavy equation.
-        The gap is one more coordinate, so far from its target that the square is linear.
+        Each minimises ``|d|^2 / 2 + gap / time`` over the hull of the pieces and over multipliers of the
+        bounds and walls. That is a nonnegative least squares problem once the sum of the weights is a heavy
+        equation. The gap is one more coordinate, so far from its target that the square is linear.
         """
-        optimize = optional("scipy.optimize", "search")
-        identity = np.eye(len(at_lower))
+        nnls = optional("scipy.optimize", "search").nnls
+        size, identity = len(at_lower), np.eye(len(at_lower))
         # At a lower bound a negative slope is no way to go: its multiplier takes it away; upper ones
-        # likewise.
-        outward = np.concatenate([identity[at_lower], -identity[at_upper]])
+        # likewise, and walls.
+        outward, slacks = np.concatenate([identity[at_lower], -identity[at_upper]]), np.zeros(0)
+        if walls is not None:
+            outward, slacks = np.concatenate([outward, walls[0]]), walls[1]
         scale = max(self.steepest, 1e-150)
-        unit_gap = time * scale**2
         # What all are above the function changes nothing.
-        gaps = self.gaps - self.gaps.min()
-        # No step of this time closes larger gaps.
-        rows = gaps <= 2 * unit_gap
-        slopes = self.slopes[rows]
-        none = np.zeros(len(outward))
-        if walls is not None:
-            near = walls[1] <= 2 * time * scale
-            outward = np.concatenate([outward, walls[0][near]])
-            none = np.concatenate([none, walls[1][near] / (time * scale * _LIFT)])
-        lifted = np.concatenate([gaps[rows] / (unit_gap * _LIFT), none])
-        sums = np.concatenate([np.full(len(slopes), _HEAVY), 0.0 * none])
-        columns = np.vstack([np.concatenate([slopes / scale, outward]).T, lifted, sums])
-        target = np.concatenate([np.zeros(len(at_lower)), [-_LIFT, _HEAVY]])
-        try:
-            weights, _ = optimize.nnls(columns, target)
-        except RuntimeError as error:
-            raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
-        shares = weights[: len(slopes)] / weights[: len(slopes)].sum()
-        direction = shares @ slopes
-        if walls is not None:
-            count = int(near.sum())
-            multipliers = weights[len(weights) - count :] * (scale / weights[: len(slopes)].sum())
-            direction += multipliers @ walls[0][near]
-        direction[at_lower] = np.maximum(direction[at_lower], 0.0)
-        direction[at_upper] = np.minimum(direction[at_upper], 0.0)
-        return np.asarray(direction)
+        gaps, count = (self.gaps - self.gaps.min()) / scale, len(self.gaps)
+        met = np.zeros(len(outward) - len(slacks))
+        # Of each piece and multiplier: what it does to the direction, how far away it is, its share of the sum.
+        columns = np.zeros((size + 2, count + len(outward)))
+        columns[:size] = np.concatenate([self.slopes / scale, outward]).T
+        columns[size + 1, :count] = _HEAVY
+        away = np.concatenate([gaps, met, slacks]) / scale
+        target = np.zeros(size + 2)
+        target[size:] = -_LIFT, _HEAVY
+        found = np.zeros((len(times), size))
+        for direction, time in zip(found, times, strict=True):
+            # No step of this time closes larger gaps, or meets walls further away.
+            near = away <= 2 * time
+            columns[size] = away / (time * _LIFT)
+            try:
+                weights, _ = nnls(columns[:, near], target)
+            except RuntimeError as error:
+                raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
+            total = weights[: np.count_nonzero(near[:count])].sum()
+            direction[:] = columns[:size, near] @ weights * (scale / total)
+        return found
+
+    def direction(self, time: float, at_lower: Flags, at_upper: Flags) -> Array:
+        """Return the one of `directions` for this time."""
+        return self.directions([time], at_lower, at_upper)[0]

@@ -8,7 +8,6 @@ normal turns at once, is taken on the side of the edge where the contact is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from graspforce._core import quality_many
 from graspforce.errors import InvalidGraspError
 
-from .contact_moves import ContactMoves
+from .contact_moves import ContactArrays, ContactMoves
 from .frame_spins import contact_frames
 from .linear_pieces import LinearPieces
 
@@ -81,16 +80,23 @@ class SupportPieces:
             for step in (DIFFERENCE, -DIFFERENCE, _COARSE, -_COARSE)
         ]
         rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
-        contacts, cuts = self._source.contacts(np.vstack(rows)), np.cumsum([0, *map(len, rows)])
-        parts = [{name: x[start:end] for name, x in contacts.items()} for start, end in pairwise(cuts)]
-        bundle = self._bundle(parts[0], places)
+        contacts = self._source.contacts(np.concatenate(rows))
+        first = {name: x[: len(places)] for name, x in contacts.items()}
+        bundle = self._bundle(first, places)
         back, known = (params - places)[:, free] / self._range[free], np.isfinite(bundle.values)
-        frames = self._frames if np.any(bundle.spins) else None
-        found = []
+        frames = None
+        if np.any(bundle.spins):
+            frames = contact_frames(contacts, self._source.options.get("tangents"))
+        arrays = ContactArrays.of(contacts, frames)
+        here = arrays.rows(slice(len(places)), (len(places), 1))
+        found, count = [], len(rows[1])
         for end, jump in ((0, _JUMP), (2, _COARSE_JUMP)):
-            near = slice(end, end + 2)
-            spans = [np.abs(side - places[:, None]).sum(axis=2) / self._range[free] for side in ends[near]]
-            moves = ContactMoves.of(parts[0], parts[1:][near], spans, jump, frames)
+            starts = [len(places) + side * count for side in (end, end + 1)]
+            sides = [arrays.rows(slice(start, start + count), ends[end].shape[:2]) for start in starts]
+            spans = [
+                np.abs(side - places[:, None]).sum(axis=2) / self._range[free] for side in ends[end : end + 2]
+            ]
+            moves = ContactMoves.of(here, (sides[0], sides[1]), spans, jump)
             rise = moves.rise(bundle)
             slopes = np.zeros((int(known.sum()), len(params)))
             slopes[:, free] = rise[known]
@@ -99,14 +105,15 @@ class SupportPieces:
             if len(places) > 1:
                 away = np.broadcast_to(np.linalg.norm(back, axis=1)[:, None], known.shape)[known]
                 pieces = pieces.rows(gaps >= -_DROP * pieces.steepest * away)
-            found.append(pieces)
-            if end == 0:
-                shifts = np.zeros((len(params), *moves.positions.shape[2:]))
-                shifts[free] = moves.positions[0]
-                flat = (np.abs(moves.normals[0]) <= _FLAT).all(axis=(0, 2))
-                shares = np.zeros((len(params), len(params)))
-                shares[np.ix_(free, free)] = _row_space(moves, self._range[free])
-        return Surroundings(*found, {name: x[:1] for name, x in parts[0].items()}, shifts, shares, flat)
+            found.append((pieces, moves))
+        fine = found[0][1]
+        shifts = np.zeros((len(params), *fine.positions.shape[2:]))
+        shifts[free] = fine.positions[0]
+        flat = (np.abs(fine.normals[0]) <= _FLAT).all(axis=(0, 2))
+        shares = np.zeros((len(params), len(params)))
+        shares[np.ix_(free, free)] = _row_space(fine, self._range[free])
+        one = {name: x[:1] for name, x in first.items()}
+        return Surroundings(found[0][0], found[1][0], one, shifts, shares, flat)
 
     def _bundle(self, contacts: Contacts, places: Array) -> BundleBatch:
         """Return the most critical directions of the grasps at places."""
@@ -117,9 +124,6 @@ class SupportPieces:
         if batch.bundle is None:
             raise InvalidGraspError("no critical directions")
         return batch.bundle
-
-    def _frames(self, contacts: Contacts) -> Array:
-        return contact_frames(contacts, self._source.options.get("tangents"))
 
 
 def _row_space(moves: ContactMoves, ranges: Array) -> Array:
