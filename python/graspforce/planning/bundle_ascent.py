@@ -5,7 +5,8 @@ gives the gradients along the most critical directions, with the supports there.
 for the linear pieces that they are (see `linear_pieces`).
 
 A step that fails shows that a piece is missing, as beyond an edge of a mesh: the bundle there joins that of
-the grasp. Where no step succeeds, random grasps nearby are tried. Further ascents start from random grasps
+the grasp, and contacts stay on their side of the edge (see `walls`). Where no step succeeds, random grasps
+nearby are tried. Further ascents start from random grasps
 around the best one, as long as grasps are cheap to measure.
 """
 
@@ -40,18 +41,21 @@ if TYPE_CHECKING:
 
 RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
 
-_TIMES = (0.2, 0.02, 1e-3)  # of the range, over the longest slope: times of steps that are tried
+_TIMES = (0.2, 0.06, 0.02, 6e-3, 1e-3)  # of the range, over the longest slope: times of steps that are tried
 _LENGTHS = (0.2, 0.07, 0.02, 5e-3, 1e-3)  # of the range: lengths of further ones
 _NEAR = 1e-4  # of the range: the slope is that of the pieces that so short a step meets
 _SHORT = (3e-4, 1e-4, 3e-5, 1e-5, 1e-6)  # the same after a failure, as close to an edge of a mesh
 _SAMPLED = 3  # random places whose bundles join that of the grasp after a failure
-_RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
+_RADII = (1e-3, 1e-2, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
 _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
 _FAILURES = 6  # iterations in a row without an increase that end an ascent; one ends it below the best grasp
-_HOPS, _HOPPED = 32, ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # further ascents; how far away they start
+_HOPS, _IDLE_HOPS = 32, 16  # further ascents; so many in a row without an increase end the refinement
+_HOPPED = ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # of the range: how far away they start
 _WORK = 1e8  # and none after so many grasps, times the square of the points that a polytope takes
 _ALIKE = 1e-3  # slopes that differ by less, relative to the longest, lead the same way
 _WORTHWHILE = 1e-6  # relative increase below which a step does not count
+_CURVED = 10.0  # of the longest slope, by the range: curvature that may make a place better than promised
+_FIRST, _ENOUGH = 4, 0.5  # places measured first; the share of what the others promise that ends the choice
 _BESIDE = 0.03  # of the range: steps no longer than this show edges
 _MARGIN = 2 * DIFFERENCE  # of the range: how near contacts come to an edge that they do not cross
 
@@ -221,7 +225,7 @@ class _Ascent:
         params = self._start
         quality = first = self._quality(params)
         best, slope, stationary, iterations = (params, quality), 0.0, not len(self._free), 0
-        pieces, failures, hops = None, 0, 0
+        pieces, failures, hops, idle, highest = None, 0, 0, 0, -np.inf
         # The quality of the start, above, is computed in any case.
         self._deadline = deadline
 
@@ -247,7 +251,7 @@ class _Ascent:
                 if quality is best[1]:
                     slope, stationary = uphill, flat
                 places = self._tried(pieces, around, params, uphill, failures)
-                better = self._better(places, params, quality)
+                better = self._better(places, params, quality, around.pieces)
                 if better is not None:
                     (params, quality), pieces, failures = better, None, 0
                     best = better if quality.epsilon > best[1].epsilon else best
@@ -259,7 +263,9 @@ class _Ascent:
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
                     pieces = pieces.with_others(self._surroundings(sample, params, quality.epsilon).pieces)
                     continue
-                if hops == _HOPS or self.evaluations * best[1].supports ** 2 > _WORK:
+                idle = 0 if best[1].epsilon > highest else idle + 1
+                highest = best[1].epsilon
+                if hops == _HOPS or idle > _IDLE_HOPS or self.evaluations * best[1].supports ** 2 > _WORK:
                     break
                 params, quality = hopped = self._hopped(best[0], _HOPPED[hops % len(_HOPPED)])
                 hops += 1
@@ -283,17 +289,31 @@ class _Ascent:
         self._count()
         return self._source.grasp(params).quality(**self._quality_options)
 
-    def _better(self, places: Array, params: Array, quality: Quality) -> tuple[Array, Quality] | None:
+    def _better(
+        self, places: Array, params: Array, quality: Quality, pieces: LinearPieces
+    ) -> tuple[Array, Quality] | None:
         """Return the best of the places and its quality, if it is better than that at the parameters."""
-        self._count(len(places))
-        choice = self._source.best(np.vstack([params, places]), 0, quality.rho, self._score)
-        if choice is None or choice.index == 0:
+        enough = _WORTHWHILE * abs(quality.epsilon)
+        moves = (places - params)[:, self._free] / self._range[self._free]
+        promised = pieces.least(moves, self._free)
+        # Curvature, of which the pieces know nothing, grows with the square of the way.
+        reached = promised + _CURVED * pieces.steepest * (moves * moves).sum(axis=1)
+        order = np.argsort(-promised, kind="stable")
+        order = order[reached[order] > enough]
+        place, rho = params, quality.rho
+        for some in (order[:_FIRST], order[_FIRST:]):
+            # Places that promise less than others gained are not worth a look.
+            if not len(some) or quality.rho - rho > _ENOUGH * promised[some].max():
+                break
+            self._count(len(some))
+            choice = self._source.best(np.vstack([place, places[some]]), 0, rho, self._score)
+            if choice is not None and choice.index > 0:
+                place, rho = places[some[choice.index - 1]], choice.rho
+        if place is params:
             return None
-        place = places[choice.index - 1]
-        enough = quality.epsilon + _WORTHWHILE * abs(quality.epsilon)
         for end in (self._source.settled(place, self._lower, self._upper), place):
             found = self._quality(end)
-            if found.epsilon > enough:
+            if found.epsilon > quality.epsilon + enough:
                 return end, found
         return None
 
@@ -327,7 +347,7 @@ class _Ascent:
     def _tried(
         self, pieces: LinearPieces, around: Surroundings, params: Array, uphill: float, failures: int
     ) -> Array:
-        """Places (n, p) that may be better: by steps of the pieces, along walls, by coarse steps, or at random."""
+        """Places (n, p) that may be better: by steps of the pieces, along edges, coarse or random ones."""
         lengths = (*_LENGTHS, *_SHORT) if failures else _LENGTHS
         places = [self._steps(pieces, around, params, lengths) if uphill > 0 else params[None]]
         walls = self._walls.beside(around.here) if self._walls and uphill > 0 else ()

@@ -55,7 +55,7 @@ class ContactMoves:
     def of(
         cls, here: ContactArrays, sides: tuple[ContactArrays, ContactArrays], spans: list[Array], jump: float
     ) -> ContactMoves:
-        """Return derivatives at n places (n, 1, m, ...), from both `sides` (n, p, m, ...) at distances (n, p).
+        """Return derivatives at places (n, 1, m, ...), from `sides` (n, p, m, ...) at distances (n, p).
 
         A side where the normal of a contact turns by more than `jump` does not count for it. Where neither
         counts, the normal has no derivative, and neither has the frame.

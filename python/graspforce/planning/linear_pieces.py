@@ -52,13 +52,21 @@ class LinearPieces:
         """Return whether the slopes of as many other pieces differ by less than a share of the longest."""
         return bool(np.abs(self.slopes - others.slopes).max() <= share * others.steepest)
 
+    def least(self, moves: Array, free: NDArray[np.int64]) -> Array:
+        """Return how much the function rises (n,) by moves (n, p) of some of the parameters."""
+        return np.asarray((self.gaps + moves @ self.slopes[:, free].T).min(axis=1))
+
     @property
     def steepest(self) -> float:
         """Length of the longest slopes."""
         return float(np.sqrt((self.slopes * self.slopes).sum(axis=1).max()))
 
     def directions(
-        self, times: Sequence[float], at_lower: Flags, at_upper: Flags, walls: tuple[Array, Array] | None = None
+        self,
+        times: Sequence[float],
+        at_lower: Flags,
+        at_upper: Flags,
+        walls: tuple[Array, Array] | None = None,
     ) -> Array:
         """Return the ``d`` (n, p) of the best steps ``time * d`` that leave no bound which is met.
 
@@ -79,7 +87,7 @@ class LinearPieces:
         # What all are above the function changes nothing.
         gaps, count = (self.gaps - self.gaps.min()) / scale, len(self.gaps)
         met = np.zeros(len(outward) - len(slacks))
-        # Of each piece and multiplier: what it does to the direction, how far away it is, its share of the sum.
+        # Of each piece and multiplier: its part of the direction, how far away it is, and of the sum.
         columns = np.zeros((size + 2, count + len(outward)))
         columns[:size] = np.concatenate([self.slopes / scale, outward]).T
         columns[size + 1, :count] = _HEAVY
@@ -94,11 +102,13 @@ class LinearPieces:
             try:
                 weights, _ = nnls(columns[:, near], target)
             except RuntimeError as error:
-                raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
+                raise NotConvergedError(
+                    f"the shortest vector in the hull of the gradients: {error}"
+                ) from error
             total = weights[: np.count_nonzero(near[:count])].sum()
             direction[:] = columns[:size, near] @ weights * (scale / total)
         return found
 
     def direction(self, time: float, at_lower: Flags, at_upper: Flags) -> Array:
         """Return the one of `directions` for this time."""
-        return self.directions([time], at_lower, at_upper)[0]
+        return np.asarray(self.directions([time], at_lower, at_upper)[0])

@@ -1,4 +1,4 @@
-"""Linear pieces of epsilon by the parameters of a surface: supports along critical directions, by differences.
+"""Linear pieces of epsilon by the parameters of a surface: supports along its critical directions.
 
 Supports along the most critical directions change with the contacts as `graspforce.quality_many` says, and
 the contacts with the parameters as differences of the surface say. A difference that meets an edge, where a
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
 _COARSE = 2e-2  # of the range: the same across many faces of a mesh, whose normals hardly turn within one
 _JUMP, _COARSE_JUMP = 1e-2, 0.3  # rad: a normal or a frame that turns so far has no derivative
-_SPARE_PIECES = 4  # critical directions beyond the number of parameters
+_SPARE_PIECES = 4  # critical directions beyond the number of ways to move the contacts
 _NOWHERE = 1e-9  # squares of derivatives below this part of the largest are rounding
 _FLAT = 1e-6  # rad: a normal that turns less over the full range is that of a plane face
 _DROP = 0.3  # a piece that falls by more than this share of the steepest slope is one beyond an edge
@@ -40,7 +40,7 @@ _DROP = 0.3  # a piece that falls by more than this share of the steepest slope 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Pieces at places, continued to parameters; the same across many faces; contacts and their derivatives."""
+    """Pieces at places, continued to parameters, the same across many faces, and how the contacts move."""
 
     pieces: LinearPieces
     coarse: LinearPieces
@@ -56,8 +56,8 @@ class Surroundings:
     def moved(self, steps: Array) -> Array:
         """Return the shortest changes (n, p) of the parameters that move the contacts like these do.
 
-        A point in space beside a mesh has one direction that leads its contact nowhere: into the object, where the
-        contact jumps to another face.
+        A point in space beside a mesh has one direction that leads its contact nowhere: into the object,
+        where the contact jumps to another face.
         """
         return steps @ self.shares
 
@@ -118,7 +118,10 @@ class SupportPieces:
     def _bundle(self, contacts: Contacts, places: Array) -> BundleBatch:
         """Return the most critical directions of the grasps at places."""
         options: dict[str, Any] = {**self._source.options, **contacts, **self._quality_options}
-        batch = quality_many(**options, bundle=len(self.free) + _SPARE_PIECES)
+        _, count, dim = contacts["positions"].shape
+        # A contact on a surface moves along it alone, whatever the number of its parameters.
+        ways = min(len(self.free), count * (dim - 1))
+        batch = quality_many(**options, bundle=ways + _SPARE_PIECES)
         for row, reason in batch.errors.items():
             raise InvalidGraspError(f"parameters {places[row].tolist()}: {reason}")
         if batch.bundle is None:
@@ -127,7 +130,7 @@ class SupportPieces:
 
 
 def _row_space(moves: ContactMoves, ranges: Array) -> Array:
-    """Return the projection (p, p) of parameters onto those changes that move contacts, at the first place."""
+    """Return the projection (p, p) of changes of parameters onto those that move contacts."""
     size = max(float(np.abs(moves.positions[0]).max()), 1e-300)
     parts = [moves.positions[0] / size, moves.normals[0]]
     parts += [] if moves.spins is None else [moves.spins[0]]

@@ -23,13 +23,16 @@ if TYPE_CHECKING:
 
 _TURN = 0.1  # rad: a normal that turns less is beyond no edge that matters
 _ROUNDING = 1e-12  # of the positions: on an edge, no plane has a side
-_ALONG, _CORRECTIONS = 1e-3, 3  # a move that goes less against a plane, relative to its length, leads along it
+_ALONG, _CORRECTIONS = (
+    1e-3,
+    3,
+)  # a move that goes less against a plane, relative to its length, leads along it
 _SAME = 1e-6  # normals that differ by less are those of one face, and distances of parts of the range
 
 
 @dataclass(frozen=True, slots=True)
 class Walls:
-    """Planes, each of one contact: its number, its own normal, and a point of the plane and the normal towards it."""
+    """Planes, each of one contact: its number and own normal, a point and the normal of the plane."""
 
     contacts: NDArray[np.int64]
     own: Array
@@ -67,18 +70,24 @@ class Walls:
         beside *= np.sign(inside)[:, None]
         size = max(float(np.abs(there["positions"]).max()), 1e-300)
         known = np.abs(inside) > _ROUNDING * size
-        new = (array[known] for array in (contacts, own[0, contacts], places, beside))
-        parts = zip(self._arrays, new, strict=True)
-        found = Walls(*(np.concatenate(pair) for pair in parts))
+        found = Walls(
+            np.concatenate([self.contacts, contacts[known]]),
+            np.concatenate([self.own, own[0, contacts[known]]]),
+            np.concatenate([self.points, places[known]]),
+            np.concatenate([self.normals, beside[known]]),
+        )
         # Of the same plane the first counts.
         heights = (found.normals * found.points).sum(axis=1) / size
-        keys = np.column_stack([found.contacts, *(np.round(x, 5) for x in (found.own, found.normals, heights))])
+        keys = np.column_stack(
+            [found.contacts, *(np.round(x, 5) for x in (found.own, found.normals, heights))]
+        )
         return found._rows(np.sort(np.unique(keys, axis=0, return_index=True)[1]))
 
     def limits(self, here: Contacts, moves: Array, margin: float) -> tuple[Array, Array]:
-        """Return unit slopes (k, p) of the distances from the planes, and how far (k,) steps may go against them.
+        """Return unit slopes (k, p) of the distances from the planes, and how far (k,) steps may go back.
 
-        `moves` (p, m, dim) are derivatives of the positions. Steps keep a margin from the planes, and lead back to it.
+        `moves` (p, m, dim) are derivatives of the positions. Steps keep a margin from the planes, or go
+        back to it.
         """
         off = here["positions"][0, self.contacts] - self.points
         height = (off * self.normals).sum(axis=1)
@@ -86,16 +95,12 @@ class Walls:
         lengths = np.maximum(np.linalg.norm(slopes, axis=1), 1e-300)
         return slopes / lengths[:, None], height / lengths - margin
 
-    @property
-    def _arrays(self) -> tuple[NDArray[np.int64], Array, Array, Array]:
-        return self.contacts, self.own, self.points, self.normals
-
     def _rows(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Walls:
-        return Walls(*(array[rows] for array in self._arrays))
+        return Walls(self.contacts[rows], self.own[rows], self.points[rows], self.normals[rows])
 
 
 def within(limits: tuple[Array, Array], moves: Array) -> Array:
-    """Shorten moves (n, p) that go further against unit slopes than they may, and lead them back to the margin."""
+    """Shorten moves (n, p) that go further against unit slopes than they may, and lead them to the margin."""
     slopes, slacks = limits
     for _ in range(_CORRECTIONS):
         beyond = np.maximum(moves @ -slopes.T - np.maximum(slacks, 0.0), 0.0)
