@@ -82,7 +82,7 @@ pub use planning::candidate_search::{CandidateSearch, SearchCounts, Winner};
 pub use planning::product_bound::ProductBound;
 pub use planning::product_bound::cells::{CellTree, ForceSet};
 pub use planning::product_bound::triangles::Goal;
-pub use planning::triangle_tree::{ClosestPoint, TriangleTree};
+pub use planning::triangle_tree::{ClosestPoint, QUERIES_PER_TASK, TriangleTree};
 pub use quality::batch::{BatchItem, quality_batch};
 pub use quality::bundle::CriticalDirection;
 pub use quality::closure::Closure;

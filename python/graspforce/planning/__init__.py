@@ -1,7 +1,8 @@
 """Contact planning: the search for the best places of contacts.
 
 - `pattern_search`: `plan`, the search of section 3.4; `multistart`: from many starts; `bundle_ascent`:
-  `refine`, with the steps of `linear_pieces`; `branch_and_bound`: `plan_global`. The results: `plan_result`,
+  `refine`, with the steps of `linear_pieces`, from `support_pieces` and `contact_moves`, along the edges of
+  `walls`; `branch_and_bound`: `plan_global`. The results: `plan_result`,
   `global_optimum`.
 - `separable_bounds`: bounds where contacts have parameters of their own; `contact_groups` and
   `contact_wrenches`: these contacts; `search_scales`: sizes that a search is measured against.

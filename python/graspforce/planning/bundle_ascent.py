@@ -5,7 +5,8 @@ gives the gradients along the most critical directions, with the supports there.
 for the linear pieces that they are (see `linear_pieces`).
 
 A step that fails shows that a piece is missing, as beyond an edge of a mesh: the bundle there joins that of
-the grasp. Where no step succeeds, random grasps nearby are tried. Further ascents start from random grasps
+the grasp, and contacts stay on their side of the edge (see `walls`). Where no step succeeds, random grasps
+nearby are tried. Further ascents start from random grasps
 around the best one, as long as grasps are cheap to measure.
 """
 
@@ -13,52 +14,50 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from graspforce._core import quality_many
 from graspforce._internal.checks import finite_vector, real_number, search_bounds, whole_number
 from graspforce._internal.html import vector
 from graspforce._internal.restored import expect_instance, expect_number, expect_search_result, expect_whole
 from graspforce._internal.to_dict import Record
-from graspforce._internal.vectors import unit
-from graspforce.errors import GraspForceError, InvalidGraspError, InvalidInputError
+from graspforce.errors import GraspForceError, InvalidInputError
 
-from .frame_spins import contact_frames, frame_spins
-from .linear_pieces import LinearPieces
 from .problem import SearchProblem, deadline_after, read_only_copy
+from .support_pieces import DIFFERENCE, SupportPieces
+from .walls import Walls, within
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from graspforce._core import Grasp, Quality
-    from graspforce.gradients import BundleBatch
     from graspforce.typing import Criterion, Feasible, GraspOptions, Surface
 
-    from .scoring import Contacts
+    from .linear_pieces import LinearPieces
+    from .support_pieces import Surroundings
 
     Array = NDArray[np.float64]
 
 RefinementStopped: TypeAlias = Literal["tolerance", "iterations", "target", "time", "interrupted", "error"]
 
-_DIFFERENCE = 1e-6  # of the parameters' range: the surface's derivatives by central differences
-_COARSE = 2e-2  # of the range: the same across many faces of a mesh, whose normals hardly turn within one
-_TIMES = (0.2, 0.02, 1e-3)  # of the range, over the longest slope: times of steps that are tried
+_TIMES = (0.2, 0.06, 0.02, 6e-3, 1e-3)  # of the range, over the longest slope: times of steps that are tried
 _LENGTHS = (0.2, 0.07, 0.02, 5e-3, 1e-3)  # of the range: lengths of further ones
 _NEAR = 1e-4  # of the range: the slope is that of the pieces that so short a step meets
 _SHORT = (3e-4, 1e-4, 3e-5, 1e-5, 1e-6)  # the same after a failure, as close to an edge of a mesh
 _SAMPLED = 3  # random places whose bundles join that of the grasp after a failure
-_RADII = (1e-2, 1e-3, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
+_RADII = (1e-3, 1e-2, 1e-4, 1e-5)  # of the range: where they are, after the first failure and later ones
 _EXPLORED = (1e-5, 0.2)  # of the range: how far away random grasps are measured after a failure
 _FAILURES = 6  # iterations in a row without an increase that end an ascent; one ends it below the best grasp
-_HOPS, _HOPPED = 32, ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # further ascents; how far away they start
+_HOPS, _IDLE_HOPS = 32, 16  # further ascents; so many in a row without an increase end the refinement
+_HOPPED = ((3e-3, 0.03), (0.1, 0.5), (0.01, 0.3))  # of the range: how far away they start
 _WORK = 1e8  # and none after so many grasps, times the square of the points that a polytope takes
-_JUMP, _COARSE_JUMP = 1e-2, 0.3  # rad: a normal or a frame that turns so far has no derivative
 _ALIKE = 1e-3  # slopes that differ by less, relative to the longest, lead the same way
 _WORTHWHILE = 1e-6  # relative increase below which a step does not count
-_SPARE_PIECES = 4  # critical directions beyond the number of parameters
+_CURVED = 10.0  # of the longest slope, by the range: curvature that may make a place better than promised
+_FIRST, _ENOUGH = 4, 0.5  # places measured first; the share of what the others promise that ends the choice
+_BESIDE = 0.03  # of the range: steps no longer than this show edges
+_MARGIN = 2 * DIFFERENCE  # of the range: how near contacts come to an edge that they do not cross
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -215,19 +214,18 @@ class _Ascent:
         self._quality_options = problem.quality_options
         self._lower, self._upper, self._range = lower, upper, upper - lower
         self._random = np.random.default_rng(seed)
-        # A parameter whose bounds are so close that rounding swallows the difference has nowhere to go.
-        rounding = np.spacing(np.maximum(np.abs(lower), np.abs(upper)))
-        self._free = np.flatnonzero(_DIFFERENCE * self._range >= rounding)
+        self._support = SupportPieces(problem, lower, upper)
+        self._free = self._support.free
+        self._walls: Walls | None = None
         self._start = start
         self._deadline = np.inf
-        self._coarse: LinearPieces | None = None
         self.evaluations = 0
 
     def run(self, max_iterations: int, goal: float = np.inf, deadline: float = np.inf) -> Refinement:
         params = self._start
         quality = first = self._quality(params)
         best, slope, stationary, iterations = (params, quality), 0.0, not len(self._free), 0
-        pieces, failures, hops = None, 0, 0
+        pieces, failures, hops, idle, highest = None, 0, 0, 0, -np.inf
         # The quality of the start, above, is computed in any case.
         self._deadline = deadline
 
@@ -246,24 +244,28 @@ class _Ascent:
                     if iterations >= max_iterations:
                         return result("iterations")
                     iterations += 1
-                    pieces = self._pieces(params[None], params, quality.epsilon)
+                    around = self._surroundings(params[None], params, quality.epsilon)
+                    pieces = around.pieces
                 uphill = float(np.linalg.norm(pieces.near(_NEAR).direction(1.0, *self._bounds_met(params))))
                 flat = uphill <= self._tolerance * max(abs(quality.epsilon), 1e-12)
                 if quality is best[1]:
                     slope, stationary = uphill, flat
-                places = self._tried(pieces, params, uphill, failures)
-                better = self._better(places, params, quality)
+                places = self._tried(pieces, around, params, uphill, failures)
+                better = self._better(places, params, quality, around.pieces)
                 if better is not None:
                     (params, quality), pieces, failures = better, None, 0
                     best = better if quality.epsilon > best[1].epsilon else best
                     continue
                 failures += 1
+                self._look_for_walls(around, places, params)
                 if quality is best[1] and failures < (_FAILURES // 2 if flat else _FAILURES):
                     radius = _RADII[(failures - 1) % len(_RADII)]
                     sample = self._nearby(params, _SAMPLED, (radius / 10, radius))
-                    pieces = pieces.with_others(self._pieces(sample, params, quality.epsilon))
+                    pieces = pieces.with_others(self._surroundings(sample, params, quality.epsilon).pieces)
                     continue
-                if hops == _HOPS or self.evaluations * best[1].supports ** 2 > _WORK:
+                idle = 0 if best[1].epsilon > highest else idle + 1
+                highest = best[1].epsilon
+                if hops == _HOPS or idle > _IDLE_HOPS or self.evaluations * best[1].supports ** 2 > _WORK:
                     break
                 params, quality = hopped = self._hopped(best[0], _HOPPED[hops % len(_HOPPED)])
                 hops += 1
@@ -287,17 +289,31 @@ class _Ascent:
         self._count()
         return self._source.grasp(params).quality(**self._quality_options)
 
-    def _better(self, places: Array, params: Array, quality: Quality) -> tuple[Array, Quality] | None:
+    def _better(
+        self, places: Array, params: Array, quality: Quality, pieces: LinearPieces
+    ) -> tuple[Array, Quality] | None:
         """Return the best of the places and its quality, if it is better than that at the parameters."""
-        self._count(len(places))
-        choice = self._source.best(np.vstack([params, places]), 0, quality.rho, self._score)
-        if choice is None or choice.index == 0:
+        enough = _WORTHWHILE * abs(quality.epsilon)
+        moves = (places - params)[:, self._free] / self._range[self._free]
+        promised = pieces.least(moves, self._free)
+        # Curvature, of which the pieces know nothing, grows with the square of the way.
+        reached = promised + _CURVED * pieces.steepest * (moves * moves).sum(axis=1)
+        order = np.argsort(-promised, kind="stable")
+        order = order[reached[order] > enough]
+        place, rho = params, quality.rho
+        for some in (order[:_FIRST], order[_FIRST:]):
+            # Places that promise less than others gained are not worth a look.
+            if not len(some) or quality.rho - rho > _ENOUGH * promised[some].max():
+                break
+            self._count(len(some))
+            choice = self._source.best(np.vstack([place, places[some]]), 0, rho, self._score)
+            if choice is not None and choice.index > 0:
+                place, rho = places[some[choice.index - 1]], choice.rho
+        if place is params:
             return None
-        place = places[choice.index - 1]
-        enough = quality.epsilon + _WORTHWHILE * abs(quality.epsilon)
         for end in (self._source.settled(place, self._lower, self._upper), place):
             found = self._quality(end)
-            if found.epsilon > enough:
+            if found.epsilon > quality.epsilon + enough:
                 return end, found
         return None
 
@@ -309,25 +325,52 @@ class _Ascent:
         place = params if choice is None else places[choice.index]
         return place, self._quality(place)
 
-    def _steps(self, pieces: LinearPieces, params: Array, further: tuple[float, ...]) -> Array:
-        """Places (n, p) that the pieces promise to be better."""
+    def _steps(
+        self,
+        pieces: LinearPieces,
+        around: Surroundings,
+        params: Array,
+        further: tuple[float, ...],
+        walls: tuple[Array, Array] | None = None,
+    ) -> Array:
+        """Places (n, p) that the pieces promise to be better, on this side of the walls."""
         bounds = self._bounds_met(params)
-        directions = [pieces.direction(time / pieces.steepest, *bounds) for time in (*_TIMES, *further)]
-        lengths = [time / pieces.steepest for time in _TIMES]
-        for direction, length in zip(directions[len(_TIMES) :], further, strict=True):
-            lengths.append(length / max(float(np.linalg.norm(direction)), 1e-300))
-        moves = np.array(lengths)[:, None] * directions
-        return np.clip(params + moves * self._range, self._lower, self._upper)
+        times = [time / pieces.steepest for time in (*_TIMES, *further)]
+        directions = pieces.directions(times, *bounds, walls)
+        sizes = np.maximum(np.linalg.norm(directions[len(_TIMES) :], axis=1), 1e-300)
+        lengths = np.concatenate([times[: len(_TIMES)], np.array(further) / sizes])
+        moves = lengths[:, None] * directions
+        if walls is not None:
+            moves = within(walls, moves)
+        return np.clip(params + around.moved(moves * self._range), self._lower, self._upper)
 
-    def _tried(self, pieces: LinearPieces, params: Array, uphill: float, failures: int) -> Array:
-        """Places (n, p) that may be better: by steps of the pieces, then by coarse ones, or at random."""
+    def _tried(
+        self, pieces: LinearPieces, around: Surroundings, params: Array, uphill: float, failures: int
+    ) -> Array:
+        """Places (n, p) that may be better: by steps of the pieces, along edges, coarse or random ones."""
         lengths = (*_LENGTHS, *_SHORT) if failures else _LENGTHS
-        places = [self._steps(pieces, params, lengths) if uphill > 0 else params[None]]
+        places = [self._steps(pieces, around, params, lengths) if uphill > 0 else params[None]]
+        walls = self._walls.beside(around.here) if self._walls and uphill > 0 else ()
+        if walls:
+            limits = walls.limits(around.here, around.moves, _MARGIN)
+            places.append(self._steps(pieces, around, params, lengths, limits))
         if failures:
             places.append(self._nearby(params, 2 * (len(self._free) + 2), _EXPLORED))
-        elif self._coarse is not None and not self._coarse.is_like(pieces, _ALIKE):
-            places.append(self._steps(self._coarse, params, _LENGTHS))
+        elif not around.coarse.is_like(pieces, _ALIKE):
+            places.append(self._steps(around.coarse, around, params, _LENGTHS))
         return np.concatenate(places)
+
+    def _surroundings(self, places: Array, params: Array, epsilon: float) -> Surroundings:
+        self._count(len(places))
+        return self._support.at(places, params, epsilon)
+
+    def _look_for_walls(self, around: Surroundings, places: Array, params: Array) -> None:
+        """Remember the edges that steps to places (n, p) have met."""
+        steps = (places - params)[:, self._free] / self._range[self._free]
+        short = places[np.linalg.norm(steps, axis=1) <= _BESIDE]
+        if len(short) and around.flat.any():
+            walls = self._walls or Walls.none(around.here["positions"].shape[-1])
+            self._walls = walls.with_crossed(around.here, around.flat, self._source.contacts(short))
 
     def _bounds_met(self, params: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         edge = 1e-12 * self._range
@@ -344,57 +387,3 @@ class _Ascent:
         places = np.repeat(params[None], count, axis=0)
         places[:, self._free] += moves * self._range[self._free]
         return np.clip(places, self._lower, self._upper)
-
-    def _pieces(self, places: Array, params: Array, epsilon: float) -> LinearPieces:
-        """Pieces of epsilon at places (n, p), continued to the parameters; `_coarse` keeps coarse ones."""
-        self._count(len(places))
-        free, moves = len(self._free), np.diag(self._range)[self._free]
-        ends = [
-            np.clip(places[:, None] + step * moves, self._lower, self._upper)
-            for step in (_DIFFERENCE, -_DIFFERENCE, _COARSE, -_COARSE)
-        ]
-        rows = [places, *(end.reshape(-1, len(params)) for end in ends)]
-        contacts, cuts = self._source.contacts(np.vstack(rows)), np.cumsum([0, *map(len, rows)])
-        parts = [{name: x[start:end] for name, x in contacts.items()} for start, end in pairwise(cuts)]
-        bundle = self._bundle(parts[0], places)
-        found = []
-        back, known = (params - places)[:, self._free] / self._range[self._free], np.isfinite(bundle.values)
-        for end, jump in ((0, _JUMP), (2, _COARSE_JUMP)):
-            spans = (ends[end] - ends[end + 1]).sum(axis=2) / self._range[self._free]
-            rise = self._rise(bundle, parts[end + 1], parts[end + 2], (len(places), free), jump)
-            rise /= spans[:, None]
-            slopes = np.zeros((int(known.sum()), len(params)))
-            slopes[:, self._free] = rise[known]
-            gaps = bundle.values + np.einsum("nkp,np->nk", rise, back) - epsilon
-            found.append(LinearPieces(np.maximum(gaps[known], 0.0), slopes))
-        pieces, self._coarse = found
-        return pieces
-
-    def _rise(
-        self, bundle: BundleBatch, after: Contacts, before: Contacts, rows: tuple[int, int], jump: float
-    ) -> Array:
-        """Return how supports (n, k, p) along critical directions rise between contacts of n places."""
-        shape = (*rows, *after["positions"].shape[1:])
-        positions = (after["positions"] - before["positions"]).reshape(shape)
-        normals = (unit(after["normals"]) - unit(before["normals"])).reshape(shape)
-        normals[np.linalg.norm(normals, axis=-1) > jump] = 0.0
-        rise = np.einsum("npmi,nkmi->nkp", positions, bundle.positions)
-        rise += np.einsum("npmi,nkmi->nkp", normals, bundle.normals)
-        if np.any(bundle.spins):
-            spins = frame_spins(self._frames(after), self._frames(before)).reshape(shape[:3])
-            spins[np.abs(spins) > jump] = 0.0
-            rise += np.einsum("npm,nkm->nkp", spins, bundle.spins)
-        return np.asarray(rise)
-
-    def _bundle(self, contacts: Contacts, places: Array) -> BundleBatch:
-        """Return the most critical directions of the grasps at places."""
-        options: dict[str, Any] = {**self._source.options, **contacts, **self._quality_options}
-        batch = quality_many(**options, bundle=len(self._free) + _SPARE_PIECES)
-        for row, reason in batch.errors.items():
-            raise InvalidGraspError(f"parameters {places[row].tolist()}: {reason}")
-        if batch.bundle is None:
-            raise InvalidGraspError("no critical directions")
-        return batch.bundle
-
-    def _frames(self, contacts: Contacts) -> Array:
-        return contact_frames(contacts, self._source.options.get("tangents"))

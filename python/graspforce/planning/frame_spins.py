@@ -20,15 +20,15 @@ __all__ = ["contact_frames", "frame_spins"]
 
 
 def frame_spins(new: Array, old: Array) -> Array:
-    """Return angles (B, m) from old frames (B, m, 3, 3) to new ones."""
-    n_new, n_old, o_old = new[:, :, 0], old[:, :, 0], old[:, :, 1]
+    """Return angles (..., m) from old frames (..., m, 3, 3) to new ones."""
+    n_new, n_old, o_old = new[..., 0, :], old[..., 0, :], old[..., 1, :]
     # The smallest rotation from n_old to n_new, applied to o_old.
     axis = cross(n_old, n_new)
     cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
     along = (axis * o_old).sum(axis=-1, keepdims=True)
     carried = o_old * cosine + cross(axis, o_old) + axis * along / (1 + cosine)
-    sine = (cross(carried, new[:, :, 1]) * n_new).sum(axis=-1)
-    angles: Array = np.arctan2(sine, (carried * new[:, :, 1]).sum(axis=-1))
+    sine = (cross(carried, new[..., 1, :]) * n_new).sum(axis=-1)
+    angles: Array = np.arctan2(sine, (carried * new[..., 1, :]).sum(axis=-1))
     return angles
 
 

@@ -17,6 +17,8 @@ from graspforce._internal.optional_imports import optional
 from graspforce.errors import NotConvergedError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
@@ -37,6 +39,10 @@ class LinearPieces:
         rows = self.gaps <= self.gaps.min() + 2 * reach * self.steepest
         return LinearPieces(np.zeros(rows.sum()), self.slopes[rows])
 
+    def rows(self, chosen: Flags) -> LinearPieces:
+        """Return some of the pieces."""
+        return LinearPieces(self.gaps[chosen], self.slopes[chosen])
+
     def with_others(self, others: LinearPieces) -> LinearPieces:
         """Return these pieces and others."""
         gaps, slopes = [self.gaps, others.gaps], [self.slopes, others.slopes]
@@ -46,41 +52,63 @@ class LinearPieces:
         """Return whether the slopes of as many other pieces differ by less than a share of the longest."""
         return bool(np.abs(self.slopes - others.slopes).max() <= share * others.steepest)
 
+    def least(self, moves: Array, free: NDArray[np.int64]) -> Array:
+        """Return how much the function rises (n,) by moves (n, p) of some of the parameters."""
+        return np.asarray((self.gaps + moves @ self.slopes[:, free].T).min(axis=1))
+
     @property
     def steepest(self) -> float:
         """Length of the longest slopes."""
-        return float(np.linalg.norm(self.slopes, axis=1).max())
+        return float(np.sqrt((self.slopes * self.slopes).sum(axis=1).max()))
+
+    def directions(
+        self,
+        times: Sequence[float],
+        at_lower: Flags,
+        at_upper: Flags,
+        walls: tuple[Array, Array] | None = None,
+    ) -> Array:
+        """Return the ``d`` (n, p) of the best steps ``time * d`` that leave no bound which is met.
+
+        Neither do they go further against the unit slopes (k, p) of `walls` than their slacks (k,).
+
+        Each minimises ``|d|^2 / 2 + gap / time`` over the hull of the pieces and over multipliers of the
+        bounds and walls. That is a nonnegative least squares problem once the sum of the weights is a heavy
+        equation. The gap is one more coordinate, so far from its target that the square is linear.
+        """
+        nnls = optional("scipy.optimize", "search").nnls
+        size, identity = len(at_lower), np.eye(len(at_lower))
+        # At a lower bound a negative slope is no way to go: its multiplier takes it away; upper ones
+        # likewise, and walls.
+        outward, slacks = np.concatenate([identity[at_lower], -identity[at_upper]]), np.zeros(0)
+        if walls is not None:
+            outward, slacks = np.concatenate([outward, walls[0]]), walls[1]
+        scale = max(self.steepest, 1e-150)
+        # What all are above the function changes nothing.
+        gaps, count = (self.gaps - self.gaps.min()) / scale, len(self.gaps)
+        met = np.zeros(len(outward) - len(slacks))
+        # Of each piece and multiplier: its part of the direction, how far away it is, and of the sum.
+        columns = np.zeros((size + 2, count + len(outward)))
+        columns[:size] = np.concatenate([self.slopes / scale, outward]).T
+        columns[size + 1, :count] = _HEAVY
+        away = np.concatenate([gaps, met, slacks]) / scale
+        target = np.zeros(size + 2)
+        target[size:] = -_LIFT, _HEAVY
+        found = np.zeros((len(times), size))
+        for direction, time in zip(found, times, strict=True):
+            # No step of this time closes larger gaps, or meets walls further away.
+            near = away <= 2 * time
+            columns[size] = away / (time * _LIFT)
+            try:
+                weights, _ = nnls(columns[:, near], target)
+            except RuntimeError as error:
+                raise NotConvergedError(
+                    f"the shortest vector in the hull of the gradients: {error}"
+                ) from error
+            total = weights[: np.count_nonzero(near[:count])].sum()
+            direction[:] = columns[:size, near] @ weights * (scale / total)
+        return found
 
     def direction(self, time: float, at_lower: Flags, at_upper: Flags) -> Array:
-        """Return the ``d`` (p,) of the best step ``time * d`` that leaves no bound which is met.
-
-        It minimises ``|d|^2 / 2 + gap / time`` over the hull of the pieces and over multipliers of the
-        bounds. That is a nonnegative least squares problem once the sum of the weights is a heavy equation.
-        The gap is one more coordinate, so far from its target that the square is linear.
-        """
-        optimize = optional("scipy.optimize", "search")
-        identity = np.eye(len(at_lower))
-        # At a lower bound a negative slope is no way to go: its multiplier takes it away; upper ones
-        # likewise.
-        outward = np.concatenate([identity[at_lower], -identity[at_upper]])
-        scale = max(self.steepest, 1e-150)
-        unit_gap = time * scale**2
-        # What all are above the function changes nothing.
-        gaps = self.gaps - self.gaps.min()
-        # No step of this time closes larger gaps.
-        rows = gaps <= 2 * unit_gap
-        slopes = self.slopes[rows]
-        none = np.zeros(len(outward))
-        lifted = np.concatenate([gaps[rows] / (unit_gap * _LIFT), none])
-        sums = np.concatenate([np.full(len(slopes), _HEAVY), none])
-        columns = np.vstack([np.concatenate([slopes / scale, outward]).T, lifted, sums])
-        target = np.concatenate([np.zeros(len(at_lower)), [-_LIFT, _HEAVY]])
-        try:
-            weights, _ = optimize.nnls(columns, target)
-        except RuntimeError as error:
-            raise NotConvergedError(f"the shortest vector in the hull of the gradients: {error}") from error
-        shares = weights[: len(slopes)] / weights[: len(slopes)].sum()
-        direction = shares @ slopes
-        direction[at_lower] = np.maximum(direction[at_lower], 0.0)
-        direction[at_upper] = np.minimum(direction[at_upper], 0.0)
-        return np.asarray(direction)
+        """Return the one of `directions` for this time."""
+        return np.asarray(self.directions([time], at_lower, at_upper)[0])

@@ -15,7 +15,7 @@ use crate::memory::{filled, room};
 const LEAF: usize = 4;
 
 /// Fewer queries are no task of their own for a thread.
-const QUERIES_PER_TASK: usize = 256;
+pub const QUERIES_PER_TASK: usize = 256;
 
 /// The nearest point of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,7 +131,7 @@ impl TriangleTree {
         best.1
     }
 
-    /// The nearest points of many, on all cores.
+    /// The nearest points of many, on all cores if they are more than [`QUERIES_PER_TASK`].
     pub fn closest_many(&self, points: &[Vector3<f64>]) -> Result<Vec<ClosestPoint>> {
         let interrupt = interrupt::current();
         let closest = |(row, point): (usize, &Vector3<f64>)| {
@@ -143,12 +143,15 @@ impl TriangleTree {
         };
         // Collecting results would allocate without asking.
         let mut found = filled("points", points.len(), UNKNOWN_POINT)?;
-        points
-            .par_iter()
-            .enumerate()
-            .zip(&mut found)
-            .with_min_len(QUERIES_PER_TASK)
-            .try_for_each(|(given, found)| closest(given).map(|nearest| *found = nearest))?;
+        let answer = |(given, found): ((usize, &Vector3<f64>), &mut ClosestPoint)| {
+            closest(given).map(|nearest| *found = nearest)
+        };
+        if points.len() <= QUERIES_PER_TASK {
+            points.iter().enumerate().zip(&mut found).try_for_each(answer)?;
+        } else {
+            let all = points.par_iter().enumerate().zip(&mut found);
+            all.with_min_len(QUERIES_PER_TASK).try_for_each(answer)?;
+        }
         Ok(found)
     }
 }

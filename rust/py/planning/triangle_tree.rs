@@ -1,6 +1,6 @@
 //! `graspforce._core.TriangleTree`: nearest points of a mesh.
 
-use graspforce::{ClosestPoint, TriangleTree, room};
+use graspforce::{ClosestPoint, QUERIES_PER_TASK, TriangleTree, room};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -53,7 +53,13 @@ impl PyTriangleTree {
     /// The nearest points of (B, 3) points, the triangles they are on (B,), and the weights of its corners (B, 3).
     fn closest<'py>(&self, py: Python<'py>, points: &Bound<'py, PyAny>) -> PyResult<Nearest<'py>> {
         let points = vectors(py, "points", points)?;
-        let found = on_all_cores(py, || self.inner.closest_many(&points))?;
+        let closest = || self.inner.closest_many(&points);
+        // Few are found sooner than another thread wakes.
+        let found = if points.len() <= QUERIES_PER_TASK {
+            detached(py, closest)?
+        } else {
+            on_all_cores(py, closest)?
+        };
         let found: Vec<ClosestPoint> = found.map_err(|error| to_python(py, &error))?;
         let places = matrix(py, found.len(), 3, found.iter().flat_map(|c| c.point.iter().copied()))?;
         let faces = vector(py, "faces", found.len(), found.iter().map(|c| c.face as i64))?;

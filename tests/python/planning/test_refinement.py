@@ -5,12 +5,15 @@ import time
 import numpy as np
 import pytest
 import trimesh
+from benches.refine import problem
 from scipy import optimize
 
 import graspforce as gf
 from graspforce.paper import RACKET, tile_side
 from graspforce.planning.bundle_ascent import _Ascent
+from graspforce.planning.frame_spins import contact_frames
 from graspforce.planning.problem import SearchProblem
+from graspforce.planning.walls import within
 from graspforce.surfaces import MeshSurface, contacts_on, ellipse
 
 TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
@@ -31,7 +34,7 @@ def test_slopes_by_the_chain_rule_are_those_of_differences(criterion, edges):
     params = np.array([-0.17, -0.15, 0.16, 0.13, -0.19, -0.05, 0.18, 0.07])
     quality = climb._quality(params)
     assert quality.gradient.unique
-    pieces = climb._pieces(params[None], params, quality.epsilon)
+    pieces = climb._surroundings(params[None], params, quality.epsilon).pieces
     slopes = pieces.slopes[pieces.gaps.argmin()]
     source, step = climb._source, 1e-6
     for axis in range(8):
@@ -85,6 +88,49 @@ def test_refinement_never_worsens_a_grasp_of_a_mesh(seed):
 
 def surface_bounds(mesh):
     return np.array(mesh.bounds).T
+
+
+def beside_an_edge(distance):
+    """Return a refinement of contacts on a box, and a start with the first one so far from an edge."""
+    box = MeshSurface(trimesh.creation.box((0.08, 0.06, 0.04)), normals="face")
+    start = np.array([0.04 - distance, 0.01, 0.02, -0.04, 0.0, 0.0])
+    climb = ascent(contacts_on(box, box), np.tile(box.bounds, (2, 1)), friction=0.5, length_scale=0.04)
+    return climb, start
+
+
+@pytest.mark.parametrize("distance", [1e-3, 6e-8])
+def test_a_difference_that_meets_an_edge_is_taken_on_the_face_of_the_contact(distance):
+    climb, start = beside_an_edge(distance)
+    found = climb._surroundings(start[None], start, 0.0)
+    by_params = found.moves / climb._range[:, None, None]
+    np.testing.assert_allclose(by_params[:3, 0], np.diag([1.0, 1.0, 0.0]), atol=1e-6)
+    assert found.flat.all()
+    # Into the box leads nowhere.
+    np.testing.assert_allclose(found.moved(np.eye(6)), np.diag([1.0, 1, 0, 0, 1, 1]), atol=1e-6)
+
+
+@pytest.mark.parametrize("distance", [1e-3, 6e-8])
+def test_steps_stay_on_their_side_of_an_edge(distance):
+    climb, start = beside_an_edge(distance)
+    found = climb._surroundings(start[None], start, 0.0)
+    across = start + np.array([2 * distance, 1e-4, -5e-4, 0, 0, 0])
+    climb._look_for_walls(found, across[None], start)
+    walls = climb._walls.beside(found.here)
+    assert (len(walls), walls.contacts.tolist()) == (1, [0])
+    limits = walls.limits(found.here, found.moves, margin=0.0)
+    np.testing.assert_allclose(limits[1] * climb._range[0], distance, rtol=1e-6)
+    moves = np.random.default_rng(0).normal(size=(50, 6)) * 0.1
+    ends = start + found.moved(within(limits, moves) * climb._range)
+    assert (ends[:, 0] <= 0.04 + 1e-15).all()
+    assert (ends[:, 0] > 0.04 - 1e-9).any()
+
+
+def test_contacts_slide_along_edges_to_better_grasps():
+    # A refinement that stopped at the edge ended at 0.3236.
+    _, surface, bounds, _, options = problem(44)
+    start = [-0.011796, 0.03568, -0.025414, -0.025438, 0.007964, 0.031876, 0.021588, 0.008357, 0.012995]
+    better = gf.refine(surface, start, bounds, **options)
+    assert better.quality.epsilon >= 0.3244
 
 
 def test_two_opposite_fingers_on_a_disc_are_stationary():
@@ -149,7 +195,7 @@ def test_frames_of_many_grasps_at_once_are_those_of_each(tangents):
     params = np.random.default_rng(0).uniform(-0.2, 0.2, (6, 8))
     contacts = climb._source.contacts(params)
     each = [climb._source.grasp_of(contacts, row).frames for row in range(6)]
-    np.testing.assert_array_equal(climb._frames(contacts), each)
+    np.testing.assert_array_equal(contact_frames(contacts, tangents), each)
 
 
 def never_beyond(surface, bounds):
@@ -188,7 +234,7 @@ def test_least_squares_that_do_not_end_keep_the_best_so_far(monkeypatch):
 
     def giving_up(matrix, right):
         calls.append(right)
-        if len(calls) > 20:
+        if len(calls) > 40:
             raise RuntimeError("Maximum number of iterations reached.")
         return solve(matrix, right)
 
