@@ -16,7 +16,7 @@ use crate::status::Status;
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
 
-/// Least contact forces for many wrenches; rows that were not solved hold NaN.
+/// Least contact forces for many wrenches. Rows without forces hold NaN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistributionBatch {
     /// Contact forces, row by row and contact by contact, in the components of
@@ -31,9 +31,12 @@ pub struct DistributionBatch {
     /// The norm of each residual, in that of the grasp's length scale or the metric of
     /// [`nearest_many`](ForceDistributor::nearest_many).
     pub distance: Vec<f64>,
+    /// The relative gap between the objective of each row and what is proven; of nearest forces as
+    /// [`nearest`](ForceDistributor::nearest) explains it.
+    pub gap: Vec<f64>,
     /// Whether the forces of each row balance it, within the feasibility tolerance.
     pub balanced: Vec<bool>,
-    /// How each row ended.
+    /// How each row ended. Nearest forces with a gap above `rtol` and 1e-9 are there, but [`Status::NotConverged`].
     pub status: Vec<Status>,
 }
 
@@ -90,6 +93,7 @@ impl<const D: usize> ForceDistributor<D> {
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
             residual: Vec::new(),
             distance: Vec::new(),
+            gap: filled("gap", rows, 0.0)?,
             balanced: Vec::new(),
             status: filled("status", rows, Status::Invalid)?,
         };
@@ -98,19 +102,18 @@ impl<const D: usize> ForceDistributor<D> {
             .par_chunks(chunk)
             .zip(batch.forces.par_chunks_mut(chunk * stride))
             .zip(batch.sigma_max.par_chunks_mut(chunk).zip(batch.sigma_sum.par_chunks_mut(chunk)))
-            .zip(batch.status.par_chunks_mut(chunk));
+            .zip(batch.gap.par_chunks_mut(chunk).zip(batch.status.par_chunks_mut(chunk)));
         if parallel {
             let interrupt = interrupt::current();
-            chunks.try_for_each(|(((w, f), (max, sum)), s)| {
+            chunks.try_for_each(|(((w, forces), (sigma_max, sigma_sum)), (gap, status))| {
                 let workspace = &mut self.workspace();
-                interrupt::inherit(interrupt.as_ref(), || {
-                    self.solve_rows(workspace, (w, nearest), f, max, sum, s)
-                })
+                let rows = Rows { forces, sigma_max, sigma_sum, gap, status };
+                interrupt::inherit(interrupt.as_ref(), || self.solve_rows(workspace, (w, nearest), rows))
             })?;
         } else {
-            let (w, s) = (external_wrenches, &mut batch.status);
-            let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
-            self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
+            let DistributionBatch { forces, sigma_max, sigma_sum, gap, status, .. } = &mut batch;
+            let rows = Rows { forces, sigma_max, sigma_sum, gap, status };
+            self.solve_rows(workspace, (external_wrenches, nearest), rows)?;
         }
         batch.residual = room("residual", rows.saturating_mul(D))?;
         (batch.distance, batch.balanced) = (room("distance", rows)?, room("balanced", rows)?);
@@ -127,8 +130,9 @@ impl<const D: usize> ForceDistributor<D> {
             let residual = self.problem.residual_of(&-wrench, forces.clone());
             batch.residual.extend_from_slice(residual.as_slice());
             batch.distance.push(metric.to_euclidean(&residual).norm());
-            let solved = *status == Status::Solved;
-            batch.balanced.push(solved && (!checked || balances(self.grasp(), &-wrench, held, forces)));
+            let loose = nearest.is_some() && *status == Status::NotConverged;
+            let answered = *status == Status::Solved || loose;
+            batch.balanced.push(answered && (!checked || balances(self.grasp(), &-wrench, held, forces)));
         }
         Ok(batch)
     }
@@ -137,24 +141,26 @@ impl<const D: usize> ForceDistributor<D> {
         &self,
         workspace: &mut ForceWorkspace<D>,
         (wrenches, nearest): (&[Wrench<D>], Option<&NearestOptions<D>>),
-        forces: &mut [f64],
-        sigma_max: &mut [f64],
-        sigma_sum: &mut [f64],
-        status: &mut [Status],
+        rows: Rows<'_>,
     ) -> Result<()> {
+        let Rows { forces, sigma_max, sigma_sum, gap, status } = rows;
         let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
         for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
             interrupt::check()?;
             let solved = match nearest {
-                Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
-                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.last().forces.totals() }
-                }),
+                Some(options) => {
+                    self.nearest_into_with_gap(workspace, wrench, options, row).map(|(_, gap)| {
+                        let without = row.iter().all(|x| *x == 0.0);
+                        (if without { (0.0, 0.0) } else { workspace.last().forces.totals() }, gap)
+                    })
+                }
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
-                    0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
-                    _ => workspace.last().totals(&-wrench),
+                    0.0 if row.iter().all(|x| *x == 0.0) => ((0.0, 0.0), 0.0),
+                    _ => (workspace.last().totals(&-wrench), workspace.last().gap(&-wrench)),
                 }),
             };
             status[k] = match &solved {
+                Ok((_, gap)) if nearest.is_some() && *gap > self.proven_gap() => Status::NotConverged,
                 Ok(_) => Status::Solved,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => Status::of(error),
@@ -162,8 +168,17 @@ impl<const D: usize> ForceDistributor<D> {
             if solved.is_err() {
                 row.fill(f64::NAN);
             }
-            (sigma_max[k], sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
+            ((sigma_max[k], sigma_sum[k]), gap[k]) = solved.unwrap_or(((f64::NAN, f64::NAN), f64::NAN));
         }
         Ok(())
     }
+}
+
+/// The rows of a batch that one workspace fills.
+struct Rows<'a> {
+    forces: &'a mut [f64],
+    sigma_max: &'a mut [f64],
+    sigma_sum: &'a mut [f64],
+    gap: &'a mut [f64],
+    status: &'a mut [Status],
 }

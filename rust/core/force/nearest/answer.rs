@@ -40,17 +40,18 @@ impl<const D: usize> Problem<D> {
         Ok(self.distribution(&-external_wrench, forces, &answer, forces.totals(), Some(distance)))
     }
 
-    /// The same, written as rows of [`Grasp::force_components`](crate::Grasp::force_components); returns the distance.
+    /// The same, written as rows of [`Grasp::force_components`](crate::Grasp::force_components); returns the distance and the
+    /// gap.
     pub(crate) fn nearest_into(
         &self,
         workspace: &mut ProblemWorkspace<D>,
         external_wrench: &Wrench<D>,
         options: &NearestOptions<D>,
         rows: &mut [f64],
-    ) -> Result<f64> {
-        let Found { distance, .. } = self.find(workspace, external_wrench, options)?;
+    ) -> Result<(f64, f64)> {
+        let Found { distance, answer } = self.find(workspace, external_wrench, options)?;
         write_components(&workspace.forces.forces, self.grasp.force_components(), rows);
-        Ok(distance)
+        Ok((distance, answer.gap))
     }
 
     /// Takes the memory of these options before the first wrench comes.
@@ -100,6 +101,11 @@ impl<const D: usize> Problem<D> {
         Ok(found)
     }
 
+    /// The gap that counts as solved.
+    pub(crate) fn proven_gap(&self) -> f64 {
+        self.options.rtol.max(AT_LIMIT)
+    }
+
     /// The objective of these forces.
     pub(crate) fn value(&self, forces: &ContactForces) -> f64 {
         self.program.value(&forces.forces, forces.totals(), self.options.weight)
@@ -119,7 +125,7 @@ impl<const D: usize> Query<'_, D> {
     /// Leaves the forces. The gap is at most 1: no objective is negative.
     fn find(mut self) -> Found<D> {
         let found = self.find_in_doubles();
-        if found.answer.gap <= self.tight() {
+        if found.answer.gap <= self.problem.proven_gap() {
             return found;
         }
         self.memory.kept.clone_from(&self.workspace.forces);
@@ -133,13 +139,8 @@ impl<const D: usize> Query<'_, D> {
         }
     }
 
-    /// The gap that counts as solved.
-    fn tight(&self) -> f64 {
-        self.problem.options.rtol.max(AT_LIMIT)
-    }
-
     fn find_in_doubles(&mut self) -> Found<D> {
-        let (b, tight) = (self.b, self.tight());
+        let (b, tight) = (self.b, self.problem.proven_gap());
         self.memory.apart = self.memory.projection.project_if_beyond(b, &mut self.workspace.forces);
         let mut loose_answer = None;
         if self.memory.apart.is_none()
@@ -303,7 +304,7 @@ impl<const D: usize> Query<'_, D> {
             lowered = lower_sum(&problem.grasp, &mut dual, &exerted, found);
         }
         let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
-        if known > self.tight() {
+        if known > self.problem.proven_gap() {
             let mut forces = self.workspace.forces.clone();
             let found = least_sum_by_weights(&problem.grasp, &problem.options, &exerted, &mut forces);
             if found.is_some_and(|(_, gap, _)| gap < known) {

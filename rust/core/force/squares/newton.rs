@@ -10,10 +10,10 @@ use crate::linalg::dense::solve_definite;
 use crate::linalg::real::{Real, dot, norm, values};
 
 /// Newton steps at most: 7 from nothing and 2 from the last wrench are usual.
-const MAX_STEPS: usize = 80;
+const MAX_NEWTON_STEPS: usize = 80;
 
 /// The same in 32 digits, which are asked where a high price makes the function steep.
-const MAX_STEPS_32_DIGITS: usize = 40;
+const MAX_NEWTON_STEPS_32_DIGITS: usize = 40;
 
 /// Points that a line search looks at.
 const MAX_TRIALS: usize = 60;
@@ -50,7 +50,7 @@ pub(crate) fn minimise<const D: usize, R: Real>(
     let mut was_long = false;
     // Beside a high price the forces are a small part of the terms.
     let finer = R::ROUNDING.sqrt();
-    let max_steps = if R::ROUNDING == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
+    let max_steps = if R::ROUNDING == 1.0 { MAX_NEWTON_STEPS } else { MAX_NEWTON_STEPS_32_DIGITS };
     for step in 0..max_steps {
         let left = norm(&point.gradient).value();
         let relative = left / point.size;
