@@ -224,9 +224,8 @@ impl PyForceDistributor {
     ) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
         let query = self.query(py, &state, external_wrench)?;
-        let limits = limits_flag(py, &limits)?;
         let distribution = map_dimension!(&state.inner, of => {
-            nearest(py, of, &query.external_wrench, metric, limits)?
+            nearest(py, of, &query.external_wrench, metric, limits_flag(py, &limits)?)?
         });
         Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }

@@ -130,7 +130,7 @@ impl<const D: usize> Problem<D> {
             pivots: pricing.steps,
             fell_back: true,
         };
-        Some(Found { answer, distance: point.distance })
+        Some(Found { answer, distance: point.distance, steep: false })
     }
 
     fn cost(&self) -> Cost {

@@ -47,7 +47,9 @@ impl<const D: usize> Query<'_, D> {
                 let gap = answer.gap.max((distance - lower) / size);
                 if gap <= tolerance {
                     let sigma = problem.value(&workspace.forces);
-                    return Some(Found { answer: Certificate { sigma, gap, ..answer }, distance });
+                    let answer = Certificate { sigma, gap, ..answer };
+                    let steep = projection.metric.is_steep(&answer, size);
+                    return Some(Found { answer, distance, steep });
                 }
             }
             workspace.forces.clone_from(&kept);
