@@ -1,0 +1,61 @@
+"""Grasps that act along some directions by noise of their normals alone: least squares, gaps, histories."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from benches.trust.degenerate_nearest import cases
+
+import graspforce as gf
+
+pytestmark = pytest.mark.filterwarnings("ignore::graspforce.GraspWarning")
+
+
+def opposite_normals(rng: np.random.Generator) -> gf.Grasp:
+    """Draw frictionless contacts in the plane whose normals are opposite but for noise."""
+    count = int(rng.integers(2, 6))
+    sides = np.where(np.arange(count) % 2, -1.0, 1.0)
+    noise = 10.0 ** rng.uniform(-13, -11.3)
+    positions = np.column_stack([0.05 * sides, np.zeros(count)])
+    normals = np.column_stack([-sides, noise * rng.normal(size=count)])
+    return gf.Grasp(positions, normals, friction=0.0, max_normal_force=100.0)
+
+
+@pytest.mark.parametrize("limits", [False, True])
+@pytest.mark.parametrize("pull", [False, True])
+def test_least_squares_are_solved_where_the_maximum_is(limits, pull):
+    rng = np.random.default_rng(15)
+    for _ in range(60):
+        grasp = opposite_normals(rng)
+        m = grasp.num_contacts
+        options = {"limits": limits, "weights": 10.0 ** rng.uniform(-3, 3, m)}
+        if pull:
+            options["reference"] = np.column_stack([rng.uniform(0, 60, m), np.zeros(m)])
+        weights, reference = options["weights"], options.get("reference", np.zeros((m, 2)))[:, 0]
+        wrench = [100.0 * rng.choice([-1, 1]) * rng.uniform(0.2, 0.9), 0, 0]
+        most = gf.ForceDistributor(grasp, "max").solve(wrench)
+        found = gf.ForceDistributor(grasp, "squares", **options).solve(wrench)
+        assert most.balanced
+        assert found.balanced
+        # The least squares of one equation, along the normals: f = max(reference + z side / weight, 0), by bisection.
+        sides = np.where(np.arange(m) % 2, -1.0, 1.0)
+
+        def forces(z, sides=sides, weights=weights, reference=reference):
+            return np.clip(reference - z * sides / weights, 0, 100.0 if limits else np.inf)
+
+        low, high = -1e8, 1e8
+        for _ in range(200):
+            middle = 0.5 * (low + high)
+            if wrench[0] - sides @ forces(middle) > 0:
+                high = middle
+            else:
+                low = middle
+        np.testing.assert_allclose(found.forces[:, 0], forces(low), atol=1e-4)
+
+
+@pytest.mark.parametrize("noise", [1e-12, 1e-11, 1e-10])
+def test_one_finger_of_two_pushes_alone(noise):
+    grasp = gf.Grasp([(0.05, 0), (-0.05, 0)], [(-1, noise), (1, noise)], friction=0.0, max_normal_force=100)
+    found = gf.ForceDistributor(grasp, objective="squares").solve([100, 0, 0])
+    np.testing.assert_allclose(found.forces[:, 0], [100, 0], atol=1e-6)
+    assert found.balanced
