@@ -1,4 +1,4 @@
-"""Least distances and least objectives of contact forces by an interior-point method in 60 digits.
+"""Least distances and least objectives of contact forces by an interior-point method in 90 digits.
 
 Nothing here calls the library. Newton's method follows the central path of
 ``min t objective(x) - log(D^2 - |A x + w|^2) - sum log(slacks of x)``, or of half the squared distance in place of
@@ -16,9 +16,9 @@ import numpy as np
 if TYPE_CHECKING:
     import graspforce as gf
 
-DIGITS = 60
+DIGITS = 90
 
-LAST = mpmath.mpf(10) ** 44
+LAST = mpmath.mpf(10) ** 34
 """How much the weight of the objective grows along the path."""
 
 FASTER = 20
@@ -28,7 +28,7 @@ MAX_STEPS = 3000
 
 
 def exact(array: np.ndarray) -> np.ndarray:
-    """Return the same numbers with 60 digits."""
+    """Return the same numbers with 90 digits."""
     return np.vectorize(mpmath.mpf, otypes=[object])(np.asarray(array, float))
 
 

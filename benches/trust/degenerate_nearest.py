@@ -215,7 +215,7 @@ def contradiction(
 def refuted(
     grasp: gf.Grasp, wrench: np.ndarray, objective: str, options: dict[str, Any], found: gf.ForceSolution
 ) -> str:
-    """Decide a doubt in 60 digits: say what is wrong, or what even these leave open; nothing if all is proven."""
+    """Decide a doubt in 90 digits: say what is wrong, or what even these leave open; nothing if all is proven."""
     oracle = Barrier(grasp, wrench, objective, options)
     forces = exact(found.forces)
     matrix = exact(grasp.grasp_matrix)
@@ -233,7 +233,7 @@ def refuted(
     known = oracle.least(max(distance, upper * (1 + mpmath.mpf(10) ** -20)))
     if known is None:
         return "no forces are as near"
-    proven, attained = known
+    proven, attained = max(known[0], 0), known[1]
     allowed = max(found.gap, GAP) * found.value
     if found.value - proven > allowed:
         which = "is" if found.value - attained > allowed else "may be"
@@ -255,4 +255,4 @@ def rows(share: float) -> list[Row]:
             doubt = refuted(grasp, wrench, objective, options, found)
         wrong += bool(doubt)
     family = "nearest forces, degenerate but for noise, gap 1e-9"
-    return [Row(family, asked, "duality in extended precision, 60 digits in doubt", missed, wrong)]
+    return [Row(family, asked, "duality in extended precision, 90 digits in doubt", missed, wrong)]

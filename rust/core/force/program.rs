@@ -101,6 +101,21 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// The same with the last resorts of least squares, but for those that leave some of the wrench.
+    pub(crate) fn solve_in_doubles(
+        &mut self,
+        b: &Wrench<D>,
+        components: &[usize],
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        match self {
+            Self::Squares(program, workspace) => {
+                program.solve_in_doubles(workspace, b, forces).map_err(|unsolved| unsolved.error)
+            }
+            Self::Shares(_) => self.solve(b, components, forces),
+        }
+    }
+
     /// Writes the components as rows, and returns the objective. Over listed extreme forces `forces` stays behind.
     pub(crate) fn solve_into(
         &mut self,

@@ -235,8 +235,11 @@ impl<const D: usize> Query<'_, D> {
     fn least_at_last(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
         let components = self.problem.grasp.force_components();
         match &mut self.memory.bounded {
-            Some(solver) => solver.solve(b, components, &mut self.workspace.forces),
-            None => self.workspace.solve(b),
+            Some(solver) => solver.solve_in_doubles(b, components, &mut self.workspace.forces),
+            None => {
+                let ProblemWorkspace { solver, forces, .. } = &mut *self.workspace;
+                solver.solve_in_doubles(b, components, forces)
+            }
         }
     }
 

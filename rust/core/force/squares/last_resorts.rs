@@ -8,25 +8,27 @@ use crate::force::solution::DistributionOptions;
 use crate::force::squares::dual::{Dual, ForceSet};
 use crate::force::squares::interior_point_qp::multiplier;
 use crate::force::squares::newton::minimise;
-use crate::force::squares::program::{SquaresProgram, SquaresWorkspace};
+use crate::force::squares::program::{SquaresProgram, SquaresWorkspace, Unsolved};
 use crate::grasp::{Wrench, unit};
 use crate::tolerances::AT_LIMIT;
 use crate::wrench_set::Criterion;
 
 impl<const D: usize> SquaresProgram<D> {
-    /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
+    /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier. `error` is what is known.
     #[cold]
     pub(super) fn solve_again(
         &self,
         workspace: &mut SquaresWorkspace<D>,
         b: &Wrench<D>,
         forces: &mut ContactForces,
-    ) -> Option<Result<Certificate<D>>> {
+        error: Error,
+    ) -> std::result::Result<Certificate<D>, Unsolved> {
         let target = &self.target(b);
         let mut beyond = None;
         if self.slack.is_none() {
             match self.feasible(b) {
-                Err(error) => return error.is_infeasible().then_some(Err(error)),
+                Err(found) if found.is_infeasible() => return Err(Unsolved { error: found, open: false }),
+                Err(_) => return Err(Unsolved { error, open: false }),
                 Ok(found) => beyond = found,
             }
         }
@@ -37,7 +39,7 @@ impl<const D: usize> SquaresProgram<D> {
             }
         }
         if let Some(answer) = self.solve_from(workspace, b, target, &searching, &Wrench::zeros(), forces) {
-            return Some(Ok(answer));
+            return Ok(answer);
         }
         let answer = match self.solve_by_interior_point(workspace, b, target, &searching, forces) {
             None if beyond.is_some() => {
@@ -51,12 +53,8 @@ impl<const D: usize> SquaresProgram<D> {
             }
             answer => answer,
         };
-        let answer =
-            if answer.is_none() && self.slack.is_none() { self.solve_by_price(b, forces) } else { answer };
-        match (answer, beyond) {
-            (Some(answer), _) => Some(Ok(answer)),
-            (None, beyond) => beyond.map(|direction| Err(Error::BeyondLimits { direction })),
-        }
+        let error = beyond.map_or(error, |direction| Error::BeyondLimits { direction });
+        answer.ok_or(Unsolved { error, open: true })
     }
 
     /// Newton's method from the interior-point solver's multiplier, over the contacts of `dual`.

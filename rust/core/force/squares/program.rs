@@ -38,6 +38,13 @@ pub(crate) struct SquaresProgram<const D: usize> {
     pub(super) feasibility: OnceLock<ShareProgram<D>>,
 }
 
+/// Why there are no forces yet.
+pub(crate) struct Unsolved {
+    pub(crate) error: Error,
+    /// Whether forces may yet balance the wrench within the tolerance.
+    pub(super) open: bool,
+}
+
 /// How often a target is moved by what the forces leave over.
 const MAX_REFINEMENTS: usize = 3;
 
@@ -123,13 +130,12 @@ impl<const D: usize> SquaresProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        let answer = match self.solve_once(workspace, b, forces) {
-            Err(error @ Error::NotConverged { .. }) => {
-                self.solve_again(workspace, b, forces).unwrap_or(Err(error))
+        match self.solve_in_doubles(workspace, b, forces) {
+            // The wrench is at the limits, or nothing is known of it.
+            Err(Unsolved { error, open: true }) if self.slack.is_none() => {
+                self.solve_by_price(b, forces).ok_or(error)
             }
-            answer => answer,
-        };
-        match answer {
+            Err(Unsolved { error, .. }) => Err(error),
             // On the edge of what forces balance multipliers grow, and with them what rounding of the balance is worth.
             Ok(found) if found.gap > self.rtol && self.slack.is_none() => {
                 let kept = forces.clone();
@@ -139,7 +145,21 @@ impl<const D: usize> SquaresProgram<D> {
                     found
                 }))
             }
-            answer => answer,
+            Ok(found) => Ok(found),
+        }
+    }
+
+    /// The same without a price of the residual, which leaves some of the wrench.
+    pub(crate) fn solve_in_doubles(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> std::result::Result<Certificate<D>, Unsolved> {
+        match self.solve_once(workspace, b, forces) {
+            Ok(answer) => Ok(answer),
+            Err(error @ Error::NotConverged { .. }) => self.solve_again(workspace, b, forces, error),
+            Err(error) => Err(Unsolved { error, open: false }),
         }
     }
 

@@ -198,7 +198,12 @@ impl CutCone {
         let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
         let (mut low, mut high) = (R::zero(), one);
-        let mut u = R::zero();
+        // Doubles come near to it.
+        let mut u = if R::ROUNDING == 1.0 {
+            R::zero()
+        } else {
+            R::from(self.root(a.value(), b.value(), right.value()).clamp(0.0, 1.0))
+        };
         let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 * (one - u) + u, gamma2 * (one - u) + u);
@@ -234,7 +239,12 @@ impl CutCone {
         let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
         let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
-        let mut lambda = R::zero();
+        let mut lambda = if R::ROUNDING == 1.0 {
+            R::zero()
+        } else {
+            // Newton's method rises to the root.
+            R::from(self.multiplier(a.value(), b.value(), level.value()) * (1.0 - 1e-12))
+        };
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 + lambda, gamma2 + lambda);
             let (p, q) = (a * mu / wide, b * gamma / twist);
