@@ -1,6 +1,6 @@
 //! The minimiser of the dual function by Newton's method: semismooth, with a line search on the dual function.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::grasp::Wrench;
@@ -95,6 +95,19 @@ fn newton_direction<const D: usize, R: Real>(point: &DualPoint<D, R>, regularise
     solve_definite(&mut matrix, &-point.gradient, least)
 }
 
+/// The curvature along a direction; of the matrix the lower triangle counts.
+fn along<const D: usize, R: Real>(hessian: &SMatrix<R, D, D>, direction: &SVector<R, D>) -> R {
+    let mut sum = R::zero();
+    for c in 0..D {
+        let mut row = hessian[(c, c)] * direction[c];
+        for r in c + 1..D {
+            row += (hessian[(r, c)] * direction[r]).times(2.0);
+        }
+        sum += row * direction[c];
+    }
+    sum
+}
+
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
 /// slope grows along the direction: a slope that is still negative proves the descent without differences of
 /// values, which rounding hides near the end.
@@ -116,7 +129,8 @@ fn line_search<const D: usize, R: Real>(
     let max_trials = if R::ROUNDING == 1.0 { MAX_TRIALS } else { MAX_TRIALS_32_DIGITS };
     for trial in 1..=max_trials {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
-        let now = dot(&found.gradient, direction).value();
+        let at_point = dot(&found.gradient, direction);
+        let now = at_point.value();
         if !now.is_finite() {
             high = Some(step);
             step = step.times(0.1);
@@ -127,6 +141,9 @@ fn line_search<const D: usize, R: Real>(
         if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || lowered()) {
             return Some(found);
         }
+        // Beside a high price the slope rises steeply from a kink on: Newton's method meets it from there.
+        let curvature = along(&found.hessian, direction);
+        let newton = if curvature > R::zero() { step - at_point / curvature } else { step };
         if now <= 0.0 {
             (low, low_slope, lower) = (step, now, Some(found));
             // Along a direction without end.
@@ -137,10 +154,15 @@ fn line_search<const D: usize, R: Real>(
             (high, high_slope) = (Some(step), now);
         }
         step = if let Some(high) = high {
-            // Every third time the middle: at a kink the secant comes nearer from one side only.
-            let secant = high_slope > 0.0 && trial % 3 != 0;
-            let share = if secant { low_slope / (low_slope - high_slope) } else { 0.5 };
-            low + (high - low).times(share.clamp(0.1, 0.9))
+            // Every third time the middle: at a kink secant and tangent come nearer from one side only.
+            let middle = trial % 3 == 0;
+            if !middle && newton > low && newton < high {
+                newton
+            } else {
+                let secant = high_slope > 0.0 && !middle;
+                let share = if secant { low_slope / (low_slope - high_slope) } else { 0.5 };
+                low + (high - low).times(share.clamp(0.1, 0.9))
+            }
         } else {
             step.times(4.0)
         };
