@@ -123,6 +123,9 @@ fn line_search<const D: usize, R: Real>(
     if slope >= 0.0 || slope.is_nan() {
         return None;
     }
+    // Steps that differ by less lead to the same multiplier.
+    let resolution =
+        f64::EPSILON * R::ROUNDING * norm(&from.y).value() / norm(direction).value().max(f64::MIN_POSITIVE);
     let (mut low, mut low_slope, mut high, mut high_slope) = (R::zero(), slope, None::<R>, 0.0);
     let mut lower: Option<DualPoint<D, R>> = None;
     let mut step = R::from(1.0);
@@ -154,6 +157,9 @@ fn line_search<const D: usize, R: Real>(
             (high, high_slope) = (Some(step), now);
         }
         step = if let Some(high) = high {
+            if (high - low).value() <= resolution {
+                break;
+            }
             // Every third time the middle: at a kink secant and tangent come nearer from one side only.
             let middle = trial % 3 == 0;
             if !middle && newton > low && newton < high {
