@@ -39,7 +39,7 @@ const MAX_STALLED: usize = 6;
 
 /// The length of the first proximal step in shares where steps only choose among equal forces, what all steps grow by, and
 /// how many there are at most.
-const FREE_STEP: f64 = 1e4;
+const FREE_STEP: f64 = 100.0;
 const STEP_GROWTH: f64 = 20.0;
 const MAX_STEPS_OF_WEIGHT: usize = 16;
 
