@@ -47,6 +47,13 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return x
 
 
+def solve_near_diagonal(diagonal: np.ndarray, columns: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve with the matrix ``diag(diagonal) + columns @ columns.T``."""
+    scaled, lifted = columns / diagonal[:, None], right / diagonal[:, None]
+    inner = np.diag(exact(np.ones(columns.shape[1]))) + columns.T @ scaled
+    return lifted - scaled @ solve(inner, columns.T @ lifted)
+
+
 @dataclass
 class Contact:
     """Unknowns of a contact: the force in its cone, or coefficients of extreme forces."""
@@ -72,16 +79,20 @@ class Contact:
             return [*x, 1 - self.share @ x]
         return [x[0], x @ (self.cone * x), 1 - self.share @ x]
 
-    def barrier(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return gradient and Hessian of the barrier."""
-        left = 1 - self.share @ x
-        gradient = self.share / left
-        hessian = np.outer(gradient, gradient)
+    def barrier(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the gradient of the barrier, and its Hessian: a diagonal, and columns whose squares are added."""
+        limit = self.share / (1 - self.share @ x)
         if self.cone is None:
-            return gradient - 1 / x, hessian + np.diag(1 / x**2)
+            return limit - 1 / x, 1 / x**2, limit[:, None]
         form = x @ (self.cone * x)
         slope = 2 * self.cone * x / form
-        return gradient - slope, hessian + np.outer(slope, slope) - np.diag(2 * self.cone / form)
+        return limit - slope, -2 * self.cone / form, np.stack([limit, slope], axis=1)
+
+    def solve(self, diagonal: np.ndarray, columns: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """Solve with a Hessian."""
+        if self.cone is None:
+            return solve_near_diagonal(diagonal, columns, right)
+        return solve(np.diag(diagonal) + columns @ columns.T, right)
 
 
 class Barrier:
@@ -136,21 +147,21 @@ class Barrier:
             outer = solve(2 * eye / q + np.outer(pull, pull), eye)
         blocks, rights, schur, moved, border, corner, slope = [], [], outer, 0, [], 0, 0
         for c, a, x in zip(self.contacts, self.maps, xs, strict=True):
-            g, h = c.barrier(x)
+            g, diagonal, squares = c.barrier(x)
             cross = None
             if ball is not None:
                 if self.objective == "squares":
-                    push = t * c.weight * c.forces.T
-                    g, h = g + push @ (c.forces @ x), h + push @ c.forces
+                    g = g + t * c.weight * c.forces.T @ (c.forces @ x)
+                    squares = np.concatenate([squares, mpmath.sqrt(t * c.weight) * c.forces.T], axis=1)
                 else:
                     g = g + t * self.of_sum * c.share
                 if self.objective == "max":
                     by = 1 / (top - c.share @ x)
-                    g, h = g + by * c.share, h + by**2 * np.outer(c.share, c.share)
+                    g, squares = g + by * c.share, np.concatenate([squares, by * c.share[:, None]], axis=1)
                     cross, corner, slope = -(by**2) * c.share, corner + by**2, slope - by
             g = g + a.T @ pull
             columns = [a.T, g[:, None]] + ([] if cross is None else [cross[:, None]])
-            found = solve(h, np.concatenate(columns, axis=1))
+            found = c.solve(diagonal, squares, np.concatenate(columns, axis=1))
             blocks.append(found)
             rights.append(g)
             border.append(cross)
@@ -174,9 +185,8 @@ class Barrier:
         moved_to = [x + by * move for x, move in zip(xs, moves, strict=True)]
         return moved_to, top + by * raised, decrement
 
-    def follow(self, xs, t, top=mpmath.mpf(0), ball=None, *, until=None):
+    def follow(self, xs, t, last, top=mpmath.mpf(0), ball=None, *, until=None):
         """Follow the path to its end, or until the forces are nearer than asked for."""
-        last = t * LAST
         for _ in range(MAX_STEPS):
             xs, top, decrement = self.step(xs, t, top, ball)
             if decrement < mpmath.mpf("0.3"):
@@ -203,7 +213,9 @@ class Barrier:
     def distance(self) -> tuple[mpmath.mpf, mpmath.mpf]:
         """Return proven bounds of the least distance."""
         size = self.wrench @ self.wrench
-        xs, _ = self.follow([c.start() for c in self.contacts], 1 / size)
+        xs = [c.start() for c in self.contacts]
+        r = self.residual(xs)
+        xs, _ = self.follow(xs, 1 / (r @ r), LAST / size)
         r = self.residual(xs)
         upper = mpmath.sqrt(r @ r)
         along = r @ self.wrench - sum(max(p, 0) for p in self.reach(-r))
@@ -214,14 +226,16 @@ class Barrier:
         """Return proven bounds of the least objective of forces within a distance; None if none are strictly."""
         size = self.wrench @ self.wrench
         ball = distance**2
-        xs, _ = self.follow([c.start() for c in self.contacts], 1 / size, until=ball)
+        xs = [c.start() for c in self.contacts]
+        r = self.residual(xs)
+        xs, _ = self.follow(xs, 1 / (r @ r), LAST / size, until=ball)
         r = self.residual(xs)
         if not r @ r < ball:
             return None
         shares = [c.share @ x for c, x in zip(self.contacts, xs, strict=True)]
         top = max(shares) + 1
         value = self.value(xs)
-        xs, t = self.follow(xs, 1 / (1 + value), top, ball)
+        xs, t = self.follow(xs, 1 / value, LAST / value, top, ball)
         r = self.residual(xs)
         z = -2 * r / (ball - r @ r) / t
         return self.proven(z, distance, xs), self.value(xs)

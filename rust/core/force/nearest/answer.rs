@@ -234,13 +234,8 @@ impl<const D: usize> Query<'_, D> {
     #[cold]
     fn least_at_last(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
         let components = self.problem.grasp.force_components();
-        match &mut self.memory.bounded {
-            Some(solver) => solver.solve_in_doubles(b, components, &mut self.workspace.forces),
-            None => {
-                let ProblemWorkspace { solver, forces, .. } = &mut *self.workspace;
-                solver.solve_in_doubles(b, components, forces)
-            }
-        }
+        let ProblemWorkspace { solver, forces, .. } = &mut *self.workspace;
+        self.memory.bounded.as_mut().unwrap_or(solver).solve_in_doubles(b, components, forces)
     }
 
     /// The least forces that balance `b`, within the limits if they count.

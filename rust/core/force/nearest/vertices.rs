@@ -280,7 +280,7 @@ impl<const D: usize> Vertices<D> {
                 let slope = (0..moved.len()).fold(dearer, |sum, k| sum + moved[k] * others_cost(k));
                 moved.push(DoubleDouble::ONE);
                 if slope > zero {
-                    moved.iter_mut().for_each(|by| *by = -*by);
+                    moved = moved.iter().map(|by| -*by).collect();
                 }
                 return Aim::Direction(all_weights(&moved, zero));
             }
