@@ -117,20 +117,21 @@ impl<const D: usize> ForceDistributor<D> {
         nearest: Option<&NearestOptions<D>>,
         rows: BatchRows<'_>,
     ) -> Result<()> {
+        let BatchRows { forces, sigma_max, sigma_sum, residual, distance, gap, balanced, status } = rows;
         let metric = nearest.copied().unwrap_or_default().metric_of(self.grasp());
         let checked =
             nearest.is_some() || self.squares_options().is_some_and(|squares| squares.slack.is_some());
         let components = self.grasp().force_components();
         let stride = self.grasp().num_contacts() * components.len();
-        let forces = rows.forces.chunks_exact_mut(stride);
-        let rests = rows.residual.chunks_exact_mut(D);
+        let forces = forces.chunks_exact_mut(stride);
+        let rests = residual.chunks_exact_mut(D);
         for (((wrench, row), rest), k) in wrenches.iter().zip(forces).zip(rests).zip(0..) {
             interrupt::check()?;
             let solved = match nearest {
                 Some(options) => {
-                    self.nearest_into_with_gap(workspace, wrench, options, row).map(|(_, gap)| {
+                    self.nearest_into_with_gap(workspace, wrench, options, row).map(|(_, found)| {
                         let without = row.iter().all(|x| *x == 0.0);
-                        (if without { (0.0, 0.0) } else { workspace.last().forces.totals() }, gap)
+                        (if without { (0.0, 0.0) } else { workspace.last().forces.totals() }, found)
                     })
                 }
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
@@ -138,8 +139,8 @@ impl<const D: usize> ForceDistributor<D> {
                     _ => (workspace.last().totals(&-wrench), workspace.last().gap(&-wrench)),
                 }),
             };
-            rows.status[k] = match &solved {
-                Ok((_, gap)) if nearest.is_some() && *gap > self.proven_gap() => Status::NotConverged,
+            status[k] = match &solved {
+                Ok((_, found)) if nearest.is_some() && *found > self.proven_gap() => Status::NotConverged,
                 Ok(_) => Status::Solved,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => Status::of(error),
@@ -149,14 +150,12 @@ impl<const D: usize> ForceDistributor<D> {
                 row.fill(f64::NAN);
             }
             let answered = solved.is_ok();
-            ((rows.sigma_max[k], rows.sigma_sum[k]), rows.gap[k]) =
-                solved.unwrap_or(((f64::NAN, f64::NAN), f64::NAN));
-            let residual = self.problem.residual_of_rows(&-wrench, row);
-            rest.copy_from_slice(residual.as_slice());
-            rows.distance[k] = metric.to_euclidean(&residual).norm();
+            ((sigma_max[k], sigma_sum[k]), gap[k]) = solved.unwrap_or(((f64::NAN, f64::NAN), f64::NAN));
+            let left = self.problem.residual_of_rows(&-wrench, row);
+            rest.copy_from_slice(left.as_slice());
+            distance[k] = metric.to_euclidean(&left).norm();
             let contacts = row.chunks_exact(components.len()).map(|force| contact_force(force, components));
-            rows.balanced[k] =
-                answered && (!checked || balances(self.grasp(), &-wrench, self.held(), contacts));
+            balanced[k] = answered && (!checked || balances(self.grasp(), &-wrench, self.held(), contacts));
         }
         Ok(())
     }
