@@ -61,3 +61,32 @@ def test_one_finger_of_two_pushes_alone(noise):
     found = gf.ForceDistributor(grasp, objective="squares").solve([100, 0, 0])
     np.testing.assert_allclose(found.forces[:, 0], [100, 0], atol=1e-6)
     assert found.balanced
+
+
+def test_batches_give_the_gap_of_each_row_and_keep_forces_that_are_not_proven():
+    grasp = gf.Grasp([(-1, 0), (1, 0)], [(1, 0), (-1, 0)], friction=0.5, max_normal_force=4)
+    distributor = gf.ForceDistributor(grasp)
+    wrenches = [[0, -1, 0], [0, -5, 0], [float("nan"), 0, 0]]
+    batch = distributor.solve_many(wrenches, infeasible="nearest")
+    assert (batch.gap[:2] <= 1e-9).all()
+    assert np.isnan(batch.gap[2])
+    assert batch.to_dict()["gap"][2] is None
+    assert distributor.solve_many(wrenches[:1]).gap[0] <= 1e-9
+    forces = np.empty((2, 2))
+    distance, gap = distributor.nearest_into(wrenches[1], forces, return_gap=True)
+    assert distance == pytest.approx(1.0)
+    assert gap <= 1e-9
+
+
+def test_rows_with_a_wide_gap_have_the_status_of_the_single_call():
+    loose = 0
+    for grasp, wrench, objective, options in cases(200, 3):
+        distributor = gf.ForceDistributor(grasp, objective, **options)
+        alone = distributor.nearest(wrench)
+        row = distributor.solve_many([wrench], infeasible="nearest")
+        expected = gf.Status.NOT_CONVERGED if row.gap[0] > 1e-9 else gf.Status.SOLVED
+        assert row.status[0] == expected
+        assert np.isfinite(row.forces).all()
+        np.testing.assert_allclose(row.distance[0], alone.distance, rtol=1e-6, atol=1e-9 * np.abs(wrench).max())
+        loose += expected == gf.Status.NOT_CONVERGED
+    assert loose < 20
