@@ -1,8 +1,8 @@
 """Least distances and least objectives of contact forces by an interior-point method in 90 digits.
 
 Nothing here calls the library. Newton's method follows the central path of
-``min t objective(x) - log(D^2 - |A x + w|^2) - sum log(slacks of x)``, or of half the squared distance in place of
-objective and ball. The slacks are those of cones, pyramids and limits, contact by contact.
+``min t objective(x) - log(D^2 - |A x + w|^2) - sum log(slacks of x)``, or of half the squared distance in
+place of objective and ball. The slacks are those of cones, pyramids and limits, contact by contact.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Contact:
         return [x[0], x @ (self.cone * x), 1 - self.share @ x]
 
     def barrier(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the gradient of the barrier, and its Hessian: a diagonal, and columns whose squares are added."""
+        """Return the gradient of the barrier, and its Hessian: a diagonal, and columns that are squared."""
         limit = self.share / (1 - self.share @ x)
         if self.cone is None:
             return limit - 1 / x, 1 / x**2, limit[:, None]
@@ -115,10 +115,14 @@ class Barrier:
                 forces = exact(grasp.extreme_forces[first[i] : first[i + 1], :k]).T
                 share, cone = exact(np.ones(forces.shape[1])), None
             else:
-                scales = [grasp.friction[i]] * 2 + [grasp.torsion[i]] if k == 4 else [grasp.friction[i]] * (k - 1)
+                scales = (
+                    [grasp.friction[i]] * 2 + [grasp.torsion[i]] if k == 4 else [grasp.friction[i]] * (k - 1)
+                )
                 moves = [0, *(j + 1 for j, s in enumerate(scales) if s > 0)]
                 forces = exact(np.eye(k)[:, moves])
-                share = np.array([1 / mpmath.mpf(grasp.max_normal_force[i]), *[mpmath.mpf(0)] * (len(moves) - 1)])
+                share = np.array(
+                    [1 / mpmath.mpf(grasp.max_normal_force[i]), *[mpmath.mpf(0)] * (len(moves) - 1)]
+                )
                 cone = np.array([mpmath.mpf(1), *(-1 / mpmath.mpf(scales[j - 1]) ** 2 for j in moves[1:])])
             self.contacts.append(Contact(forces, share, cone, mpmath.mpf(float(weights[i]))))
         self.maps = [maps[:, i] @ contact.forces for i, contact in enumerate(self.contacts)]
@@ -185,7 +189,7 @@ class Barrier:
         moved_to = [x + by * move for x, move in zip(xs, moves, strict=True)]
         return moved_to, top + by * raised, decrement
 
-    def follow(self, xs, t, last, top=mpmath.mpf(0), ball=None, *, until=None):
+    def follow(self, xs, t, last, top=0, ball=None, *, until=None):
         """Follow the path to its end, or until the forces are nearer than asked for."""
         for _ in range(MAX_STEPS):
             xs, top, decrement = self.step(xs, t, top, ball)
@@ -223,7 +227,7 @@ class Barrier:
         return lower, upper
 
     def least(self, distance: mpmath.mpf) -> tuple[mpmath.mpf, mpmath.mpf] | None:
-        """Return proven bounds of the least objective of forces within a distance; None if none are strictly."""
+        """Return proven bounds of the least objective within a distance; None if no forces lie inside."""
         size = self.wrench @ self.wrench
         ball = distance**2
         xs = [c.start() for c in self.contacts]

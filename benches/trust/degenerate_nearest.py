@@ -215,7 +215,7 @@ def contradiction(
 def refuted(
     grasp: gf.Grasp, wrench: np.ndarray, objective: str, options: dict[str, Any], found: gf.ForceSolution
 ) -> str:
-    """Decide a doubt in 90 digits: say what is wrong, or what even these leave open; nothing if all is proven."""
+    """Decide a doubt in 90 digits: say what is wrong or stays open; nothing if all is proven."""
     oracle = Barrier(grasp, wrench, objective, options)
     forces = exact(found.forces)
     matrix = exact(grasp.grasp_matrix)

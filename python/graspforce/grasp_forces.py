@@ -72,8 +72,9 @@ class ForceGradients(Record):
 class GraspForces(Record):
     """Least contact forces of B grasps with m contacts for K wrenches each.
 
-    Numbers are NaN where there are no forces. Nearest forces whose ``gap`` is above ``rtol`` and 1e-9 are there, but
-    ``NOT_CONVERGED``. The axes (B, K, m) of a ragged batch are the axes (N, K) of its contacts. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where there are no forces. Nearest forces whose ``gap`` is above ``rtol`` and 1e-9 are
+    there, but ``NOT_CONVERGED``. The axes (B, K, m) of a ragged batch are the axes (N, K) of its contacts.
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------

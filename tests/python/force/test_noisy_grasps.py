@@ -87,6 +87,8 @@ def test_rows_with_a_wide_gap_have_the_status_of_the_single_call():
         expected = gf.Status.NOT_CONVERGED if row.gap[0] > 1e-9 else gf.Status.SOLVED
         assert row.status[0] == expected
         assert np.isfinite(row.forces).all()
-        np.testing.assert_allclose(row.distance[0], alone.distance, rtol=1e-6, atol=1e-9 * np.abs(wrench).max())
+        np.testing.assert_allclose(
+            row.distance[0], alone.distance, rtol=1e-6, atol=1e-9 * np.abs(wrench).max()
+        )
         loose += expected == gf.Status.NOT_CONVERGED
     assert loose < 20
