@@ -92,3 +92,16 @@ def test_rows_with_a_wide_gap_have_the_status_of_the_single_call():
         )
         loose += expected == gf.Status.NOT_CONVERGED
     assert loose < 20
+
+
+def test_nearest_forces_do_not_depend_on_earlier_wrenches():
+    rng = np.random.default_rng(4)
+    for grasp, wrench, objective, options in cases(120, 5):
+        fresh = gf.ForceDistributor(grasp, objective, **options).nearest(wrench)
+        distributor = gf.ForceDistributor(grasp, objective, **options)
+        for earlier in (wrench, 3 * wrench, np.abs(wrench).max() * rng.normal(size=6)):
+            distributor.nearest(earlier)
+            again = distributor.nearest(wrench)
+            size = max(np.abs(fresh.forces).max(), 1e-300)
+            assert again.value == pytest.approx(fresh.value, rel=1e-6, abs=1e-300)
+            assert np.abs(again.forces - fresh.forces).max() <= 1e-5 * size or not fresh.unique
