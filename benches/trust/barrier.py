@@ -24,7 +24,11 @@ LAST = mpmath.mpf(10) ** 34
 FASTER = 20
 """The factor between two weights."""
 
-MAX_STEPS = 3000
+MAX_STEPS = 500
+
+
+class UndecidedError(Exception):
+    """The path did not end within the steps allowed."""
 
 
 def exact(array: np.ndarray) -> np.ndarray:
@@ -200,7 +204,7 @@ class Barrier:
                 if t >= last:
                     return xs, t
                 t *= FASTER
-        return xs, t
+        raise UndecidedError
 
     def reach(self, z: np.ndarray) -> list[mpmath.mpf]:
         """Return how far each contact reaches along z within its limit."""
