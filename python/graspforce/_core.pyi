@@ -1,5 +1,5 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypedDict, final, type_check_only
+from typing import Any, Literal, TypedDict, final, overload, type_check_only
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -367,13 +367,25 @@ class ForceDistributor:
     def nearest(
         self, external_wrench: ArrayLike, metric: ArrayLike | None = None, limits: bool = True
     ) -> ForceSolution: ...
+    @overload
     def nearest_into(
         self,
         external_wrench: ArrayLike,
         forces: _Floats,
         metric: ArrayLike | None = None,
         limits: bool = True,
+        return_gap: Literal[False] = False,
     ) -> float: ...
+    @overload
+    def nearest_into(
+        self,
+        external_wrench: ArrayLike,
+        forces: _Floats,
+        metric: ArrayLike | None = None,
+        limits: bool = True,
+        *,
+        return_gap: Literal[True],
+    ) -> tuple[float, float]: ...
     def set_limits(self, max_normal_force: ArrayLike) -> None: ...
     def set_reference(self, reference: ArrayLike | None) -> None: ...
     def solve_many(
@@ -406,6 +418,8 @@ class ForceBatch:
     def balanced(self) -> NDArray[np.bool_]: ...
     @property
     def distance(self) -> _Floats: ...
+    @property
+    def gap(self) -> _Floats: ...
     @property
     def status(self) -> NDArray[np.int8]: ...
     def to_dict(self) -> dict[str, Any]: ...

@@ -28,7 +28,7 @@ __all__ = ["ForceGradients", "GraspForces", "forces_many"]
 class ForceGradients(Record):
     """Gradients of B grasps with m contacts for K wrenches each.
 
-    They are NaN where the status of the batch is not 0. The axes (B, K, m) of a ragged batch are the axes (N,
+    They are NaN where the batch has no forces. The axes (B, K, m) of a ragged batch are the axes (N,
     K) of its contacts. Threads may share it; it can be copied and pickled.
 
     Attributes
@@ -72,8 +72,9 @@ class ForceGradients(Record):
 class GraspForces(Record):
     """Least contact forces of B grasps with m contacts for K wrenches each.
 
-    Numbers are NaN where the status is not 0. The axes (B, K, m) of a ragged batch are the axes (N, K) of its
-    contacts. Threads may share it; it can be copied and pickled.
+    Numbers are NaN where there are no forces. Nearest forces whose ``gap`` is above ``rtol`` and 1e-9 are
+    there, but ``NOT_CONVERGED``. The axes (B, K, m) of a ragged batch are the axes (N, K) of its contacts.
+    Threads may share it; it can be copied and pickled.
 
     Attributes
     ----------

@@ -32,7 +32,8 @@ class Status(IntEnum):
     """The row is not finite, too large or too small to compute with, or not a grasp; its numbers are NaN."""
 
     NOT_CONVERGED = 3
-    """The tolerance was not met. Forces are NaN; a quality keeps its proven bracket, wider than asked for."""
+    """The tolerance was not met. Forces are NaN, but nearest ones stay, with a wider ``gap`` than asked for.
+    A quality keeps its proven bracket, wider than asked for."""
 
     @property
     def success(self) -> bool:

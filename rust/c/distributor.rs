@@ -199,8 +199,9 @@ pub unsafe extern "C" fn gf_distributor_solve(
 /// in which norm.
 ///
 /// Every wrench has nearest forces; `residual` holds what they leave unbalanced. Without limits the distance is proven for
-/// forces up to ten times as strong as those returned. `distance` gets the norm of the residual; it and `solution` may
-/// be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
+/// forces up to ten times as strong as those returned. `distance` gets the norm of the residual, and `gap` of `solution`
+/// what is proven of the forces: above `rtol` and 1e-9 less than asked for. Both may be NULL, the rest is as for
+/// `gf_distributor_solve`. For the control loop: see there.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "the contract with C")]
 pub unsafe extern "C" fn gf_distributor_nearest(

@@ -181,7 +181,8 @@ def forces(
         None if tangents is None else np.broadcast_to(tangents, normals.shape)[:, None],
     )
     values = found.distance if nearest else found.sigma
-    solved = np.asarray(found.status) == 0
+    # Nearest forces whose gap is wide are not converged, but there.
+    solved = np.isfinite(found.sigma)
     derivatives = {
         "positions": gradient.positions,
         "normals": by_normals,

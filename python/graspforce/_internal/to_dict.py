@@ -173,7 +173,7 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
     """Rows of a batch; None in place of what has no answer."""
 
     def solved(rows: NDArray[np.float64]) -> list[Any]:
-        pairs = zip(rows.tolist(), batch.status == 0, strict=True)
+        pairs = zip(rows.tolist(), np.isfinite(batch.sigma_max), strict=True)
         return [row if answered else None for row, answered in pairs]
 
     return {
@@ -183,6 +183,7 @@ def forces_dict(batch: ForceBatch) -> dict[str, Any]:
         "residual": solved(batch.residual),
         "balanced": batch.balanced.tolist(),
         "distance": _known(batch.distance),
+        "gap": _known(batch.gap),
         "status": batch.status.tolist(),
     }
 

@@ -465,8 +465,9 @@ gf_status gf_distributor_solve(gf_distributor *distributor,
  * in which norm.
  *
  * Every wrench has nearest forces; `residual` holds what they leave unbalanced. Without limits the distance is proven for
- * forces up to ten times as strong as those returned. `distance` gets the norm of the residual; it and `solution` may
- * be NULL, the rest is as for `gf_distributor_solve`. For the control loop: see there.
+ * forces up to ten times as strong as those returned. `distance` gets the norm of the residual, and `gap` of `solution`
+ * what is proven of the forces: above `rtol` and 1e-9 less than asked for. Both may be NULL, the rest is as for
+ * `gf_distributor_solve`. For the control loop: see there.
  */
 gf_status gf_distributor_nearest(gf_distributor *distributor,
                                  const double *external_wrench,

@@ -16,7 +16,7 @@ use crate::status::Status;
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
 const CHUNK: usize = 256;
 
-/// Least contact forces for many wrenches; rows that were not solved hold NaN.
+/// Least contact forces for many wrenches. Rows without forces hold NaN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistributionBatch {
     /// Contact forces, row by row and contact by contact, in the components of
@@ -31,9 +31,12 @@ pub struct DistributionBatch {
     /// The norm of each residual, in that of the grasp's length scale or the metric of
     /// [`nearest_many`](ForceDistributor::nearest_many).
     pub distance: Vec<f64>,
+    /// The relative gap between the objective of each row and what is proven; of nearest forces as
+    /// [`nearest`](ForceDistributor::nearest) explains it.
+    pub gap: Vec<f64>,
     /// Whether the forces of each row balance it, within the feasibility tolerance.
     pub balanced: Vec<bool>,
-    /// How each row ended.
+    /// How each row ended. Nearest forces with a gap above `rtol` and 1e-9 are there, but [`Status::NotConverged`].
     pub status: Vec<Status>,
 }
 
@@ -90,6 +93,7 @@ impl<const D: usize> ForceDistributor<D> {
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
             residual: filled("residual", rows.saturating_mul(D), 0.0)?,
             distance: filled("distance", rows, 0.0)?,
+            gap: filled("gap", rows, 0.0)?,
             balanced: filled("balanced", rows, false)?,
             status: filled("status", rows, Status::Invalid)?,
         };
@@ -113,25 +117,30 @@ impl<const D: usize> ForceDistributor<D> {
         nearest: Option<&NearestOptions<D>>,
         rows: BatchRows<'_>,
     ) -> Result<()> {
+        let BatchRows { forces, sigma_max, sigma_sum, residual, distance, gap, balanced, status } = rows;
         let metric = nearest.copied().unwrap_or_default().metric_of(self.grasp());
         let checked =
             nearest.is_some() || self.squares_options().is_some_and(|squares| squares.slack.is_some());
         let components = self.grasp().force_components();
         let stride = self.grasp().num_contacts() * components.len();
-        let forces = rows.forces.chunks_exact_mut(stride);
-        let rests = rows.residual.chunks_exact_mut(D);
+        let forces = forces.chunks_exact_mut(stride);
+        let rests = residual.chunks_exact_mut(D);
         for (((wrench, row), rest), k) in wrenches.iter().zip(forces).zip(rests).zip(0..) {
             interrupt::check()?;
             let solved = match nearest {
-                Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
-                    if row.iter().all(|x| *x == 0.0) { (0.0, 0.0) } else { workspace.last().forces.totals() }
-                }),
+                Some(options) => {
+                    self.nearest_into_with_gap(workspace, wrench, options, row).map(|(_, found)| {
+                        let without = row.iter().all(|x| *x == 0.0);
+                        (if without { (0.0, 0.0) } else { workspace.last().forces.totals() }, found)
+                    })
+                }
                 None => self.solve_into(workspace, wrench, row).map(|sigma| match sigma {
-                    0.0 if row.iter().all(|x| *x == 0.0) => (0.0, 0.0),
-                    _ => workspace.last().totals(&-wrench),
+                    0.0 if row.iter().all(|x| *x == 0.0) => ((0.0, 0.0), 0.0),
+                    _ => (workspace.last().totals(&-wrench), workspace.last().gap(&-wrench)),
                 }),
             };
-            rows.status[k] = match &solved {
+            status[k] = match &solved {
+                Ok((_, found)) if nearest.is_some() && *found > self.proven_gap() => Status::NotConverged,
                 Ok(_) => Status::Solved,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => Status::of(error),
@@ -140,14 +149,13 @@ impl<const D: usize> ForceDistributor<D> {
                 // The residual is NaN where the forces are.
                 row.fill(f64::NAN);
             }
-            (rows.sigma_max[k], rows.sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
-            let residual = self.problem.residual_of_rows(&-wrench, row);
-            rest.copy_from_slice(residual.as_slice());
-            rows.distance[k] = metric.to_euclidean(&residual).norm();
+            let answered = solved.is_ok();
+            ((sigma_max[k], sigma_sum[k]), gap[k]) = solved.unwrap_or(((f64::NAN, f64::NAN), f64::NAN));
+            let left = self.problem.residual_of_rows(&-wrench, row);
+            rest.copy_from_slice(left.as_slice());
+            distance[k] = metric.to_euclidean(&left).norm();
             let contacts = row.chunks_exact(components.len()).map(|force| contact_force(force, components));
-            let solved = rows.status[k] == Status::Solved;
-            rows.balanced[k] =
-                solved && (!checked || balances(self.grasp(), &-wrench, self.held(), contacts));
+            balanced[k] = answered && (!checked || balances(self.grasp(), &-wrench, self.held(), contacts));
         }
         Ok(())
     }
@@ -160,6 +168,7 @@ struct BatchRows<'a> {
     sigma_sum: &'a mut [f64],
     residual: &'a mut [f64],
     distance: &'a mut [f64],
+    gap: &'a mut [f64],
     balanced: &'a mut [bool],
     status: &'a mut [Status],
 }
@@ -177,15 +186,9 @@ impl DistributionBatch {
             .zip(self.residual.par_chunks_mut(rows * dim))
             .zip(self.sigma_max.par_chunks_mut(rows).zip(self.sigma_sum.par_chunks_mut(rows)))
             .zip(self.distance.par_chunks_mut(rows).zip(self.balanced.par_chunks_mut(rows)))
-            .zip(self.status.par_chunks_mut(rows))
-            .map(|((((forces, residual), (sigma_max, sigma_sum)), (distance, balanced)), status)| BatchRows {
-                forces,
-                sigma_max,
-                sigma_sum,
-                residual,
-                distance,
-                balanced,
-                status,
+            .zip(self.gap.par_chunks_mut(rows).zip(self.status.par_chunks_mut(rows)))
+            .map(|((((forces, residual), (sigma_max, sigma_sum)), (distance, balanced)), (gap, status))| {
+                BatchRows { forces, sigma_max, sigma_sum, residual, distance, gap, balanced, status }
             })
     }
 
@@ -197,6 +200,7 @@ impl DistributionBatch {
             sigma_sum: &mut self.sigma_sum,
             residual: &mut self.residual,
             distance: &mut self.distance,
+            gap: &mut self.gap,
             balanced: &mut self.balanced,
             status: &mut self.status,
         }

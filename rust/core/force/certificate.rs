@@ -17,18 +17,21 @@ pub(crate) struct ContactForces {
     pub(crate) shares: Vec<f64>,
     /// Whether the forces were the only optimal ones.
     pub(crate) unique: bool,
+    /// The relative gap of the last answer.
+    pub(crate) gap: f64,
 }
 
 impl Clone for ContactForces {
     fn clone(&self) -> Self {
-        Self { forces: self.forces.clone(), shares: self.shares.clone(), unique: self.unique }
+        let Self { unique, gap, .. } = *self;
+        Self { forces: self.forces.clone(), shares: self.shares.clone(), unique, gap }
     }
 
     /// Allocates nothing where there are as many contacts.
     fn clone_from(&mut self, other: &Self) {
         self.forces.clone_from(&other.forces);
         self.shares.clone_from(&other.shares);
-        self.unique = other.unique;
+        (self.unique, self.gap) = (other.unique, other.gap);
     }
 }
 
@@ -61,7 +64,8 @@ pub(crate) struct Requirements<'a, const D: usize> {
 
 impl ContactForces {
     pub(crate) fn new(contacts: usize) -> Self {
-        Self { forces: vec![ContactForce::zeros(); contacts], shares: vec![0.0; contacts], unique: false }
+        let forces = vec![ContactForce::zeros(); contacts];
+        Self { forces, shares: vec![0.0; contacts], unique: false, gap: 0.0 }
     }
 
     pub(crate) fn clear(&mut self) {

@@ -232,9 +232,11 @@ impl<const D: usize> ForceDistributor<D> {
         self.claim(workspace);
         match &self.limited {
             None => self.problem.solve_into(&mut workspace.all, external_wrench, forces),
-            Some(limited) => {
-                let request = Request::Balance;
-                limited.answer_into(self.grasp(), &mut workspace.limited, external_wrench, request, forces)
+            Some(of) => {
+                let (grasp, request) = (self.grasp(), Request::Balance);
+                let limited = &mut workspace.limited;
+                let answer = of.answer_into(grasp, limited, external_wrench, request, forces);
+                answer.map(|(value, _)| value)
             }
         }
     }
@@ -305,6 +307,17 @@ impl<const D: usize> ForceDistributor<D> {
         options: &NearestOptions<D>,
         forces: &mut [f64],
     ) -> Result<f64> {
+        self.nearest_into_with_gap(workspace, external_wrench, options, forces).map(|(distance, _)| distance)
+    }
+
+    /// The same; returns the distance and the gap, as [`Self::nearest`] explains it.
+    pub fn nearest_into_with_gap(
+        &self,
+        workspace: &mut ForceWorkspace<D>,
+        external_wrench: &Wrench<D>,
+        options: &NearestOptions<D>,
+        forces: &mut [f64],
+    ) -> Result<(f64, f64)> {
         self.check_rows(forces)?;
         self.claim(workspace);
         match &self.limited {
@@ -314,6 +327,11 @@ impl<const D: usize> ForceDistributor<D> {
                 limited.answer_into(self.grasp(), &mut workspace.limited, external_wrench, request, forces)
             }
         }
+    }
+
+    /// The gap up to which nearest forces count as proven: `rtol`, or 1e-9 if that is less.
+    pub(crate) fn proven_gap(&self) -> f64 {
+        self.problem.proven_gap()
     }
 
     /// Refuses an array that does not hold the components of all forces.

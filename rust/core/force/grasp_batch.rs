@@ -28,7 +28,8 @@ pub struct GraspForcesOptions<const D: usize> {
     pub force_dim: usize,
 }
 
-/// Least forces of one grasp for K wrenches; NaN where the status is not [`Status::Solved`].
+/// Least forces of one grasp for K wrenches; NaN where there are none. Nearest forces with a gap above `rtol` and 1e-9 are
+/// there, but [`Status::NotConverged`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GraspForces {
     /// (K,) the objective.
@@ -120,7 +121,9 @@ fn of_grasp<const D: usize>(
         match solved {
             Ok(answer) => {
                 let balanced = balances(grasp, &-wrench, distributor.held(), answer.forces.iter().copied());
-                found.push(&answer, balanced, options.force_dim);
+                let loose = options.nearest.is_some() && answer.gap > distributor.proven_gap();
+                let status = if loose { Status::NotConverged } else { Status::Solved };
+                found.push(&answer, balanced, options.force_dim, status);
                 if let Some(gradients) = &mut found.gradient {
                     gradients.push(&distributor.gradient(&answer, options.nearest.as_ref()));
                 }
@@ -145,7 +148,13 @@ impl GraspForces {
         }
     }
 
-    fn push<const D: usize>(&mut self, answer: &Distribution<D>, balanced: bool, force_dim: usize) {
+    fn push<const D: usize>(
+        &mut self,
+        answer: &Distribution<D>,
+        balanced: bool,
+        force_dim: usize,
+        status: Status,
+    ) {
         let start = self.forces.len();
         self.forces.resize(start + answer.forces.len() * force_dim, 0.0);
         write_components(&answer.forces, force_components(force_dim), &mut self.forces[start..]);
@@ -154,7 +163,7 @@ impl GraspForces {
         self.distance.push(answer.distance);
         self.gap.push(answer.gap);
         self.balanced.push(balanced);
-        self.status.push(Status::Solved);
+        self.status.push(status);
     }
 
     fn push_unsolved<const D: usize>(&mut self, contacts: usize, force_dim: usize, status: Status) {

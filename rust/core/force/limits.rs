@@ -161,7 +161,7 @@ impl<const D: usize> Limited<D> {
         }?))
     }
 
-    /// Writes the components that `grasp` has; returns the objective, or the distance of the nearest forces.
+    /// Writes the components that `grasp` has; returns the objective, or the distance of the nearest forces and its gap.
     pub(crate) fn answer_into(
         &self,
         grasp: &Grasp<D>,
@@ -169,15 +169,15 @@ impl<const D: usize> Limited<D> {
         external_wrench: &Wrench<D>,
         request: Request<'_, D>,
         forces: &mut [f64],
-    ) -> Result<f64> {
+    ) -> Result<(f64, f64)> {
         let Some(problem) = &self.problem else {
             let distance = distance_without_contacts(grasp, external_wrench, request)?;
             forces.fill(0.0);
-            return Ok(distance);
+            return Ok((distance, 0.0));
         };
         let LimitedWorkspace { active, rows, .. } = self.claim(problem, workspace);
         let value = match request {
-            Request::Balance => problem.solve_into(active, external_wrench, rows),
+            Request::Balance => problem.solve_into(active, external_wrench, rows).map(|value| (value, 0.0)),
             Request::Nearest(options) => problem.nearest_into(active, external_wrench, options, rows),
         }?;
         self.spread(rows, &problem.grasp, grasp, forces);

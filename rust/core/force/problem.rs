@@ -223,6 +223,11 @@ impl<const D: usize> ProblemWorkspace<D> {
         self.solver.solve_once(b, self.grasp.force_components(), &mut self.forces)
     }
 
+    /// The relative gap of the last solve that wrote rows.
+    pub(crate) fn gap(&self, b: &Wrench<D>) -> f64 {
+        self.solver.gap(b, &self.forces)
+    }
+
     /// The largest share of the last solve and the sum of its shares.
     pub(crate) fn totals(&self, b: &Wrench<D>) -> (f64, f64) {
         self.solver.totals(b, &self.forces)

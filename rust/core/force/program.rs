@@ -101,6 +101,21 @@ impl<const D: usize> Solver<D> {
         }
     }
 
+    /// The same with the last resorts of least squares, but for those that leave some of the wrench.
+    pub(crate) fn solve_in_doubles(
+        &mut self,
+        b: &Wrench<D>,
+        components: &[usize],
+        forces: &mut ContactForces,
+    ) -> Result<Certificate<D>> {
+        match self {
+            Self::Squares(program, workspace) => {
+                program.solve_in_doubles(workspace, b, forces).map_err(|unsolved| unsolved.error)
+            }
+            Self::Shares(_) => self.solve(b, components, forces),
+        }
+    }
+
     /// Writes the components as rows, and returns the objective. Over listed extreme forces `forces` stays behind.
     pub(crate) fn solve_into(
         &mut self,
@@ -115,6 +130,7 @@ impl<const D: usize> Solver<D> {
             return Ok(region.dual.dot(b));
         }
         let certificate = self.solve(b, components, forces)?;
+        forces.gap = certificate.gap;
         write_components(&forces.forces, components, rows);
         Ok(certificate.sigma)
     }
@@ -122,6 +138,14 @@ impl<const D: usize> Solver<D> {
     /// The largest share of the last solve and the sum of its shares.
     pub(crate) fn totals(&self, b: &Wrench<D>, forces: &ContactForces) -> (f64, f64) {
         if let Self::Shares(solver) = self { solver.totals(b, forces) } else { forces.totals() }
+    }
+
+    /// The relative gap of the last [`Self::solve_into`].
+    pub(crate) fn gap(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
+        match self {
+            Self::Shares(ShareSolver::Linear(_, workspace)) => workspace.latest().proof(b).1,
+            _ => forces.gap,
+        }
     }
 
     /// Starts from the last basis of another solver, if both number the same extreme forces in the same way, or from its last

@@ -204,3 +204,30 @@ pub(crate) const IMMENSE_ARM: f64 = 1e20;
 
 /// Forces that need this share of their limits more than all of them are at their limits.
 pub(crate) const AT_LIMIT: f64 = 1e-9;
+
+/// How much nearer, relative to the wrench, other forces may come: a tenth of what `nearest` proves.
+pub(crate) const NEAREST_DISTANCE: f64 = 1e-10;
+
+/// The gap of a distance, relative to the norm of the wrench, that rounding leaves: some fifty roundings.
+pub(crate) const ROUNDED_DISTANCE_GAP: f64 = 1e-14;
+
+/// What rounding leaves of the reach of all forces, relative to its terms.
+pub(crate) const ROUNDED_REACH: f64 = 16.0 * f64::EPSILON;
+
+/// The gap of an objective at which no further step is worth it where steps bring little.
+pub(crate) const CLOSE_GAP: f64 = 1e-10;
+
+/// The gap of a least sum within limits at which no further step or weight is worth it.
+pub(crate) const PROVEN_SUM: f64 = 1e-12;
+
+/// What the forces of a step, or on exposed faces, may leave unbalanced, relative to the wrench.
+pub(crate) const BALANCED_STEP: f64 = 1e-11;
+
+/// A contact is about to change its face where its furthest forces differ by this, relative to the pull on it.
+pub(crate) const TOUCHING: f64 = 1e-9;
+
+/// A direction with less than this outside the span of the others depends on them.
+pub(crate) const DEPENDENT_DIRECTION: f64 = 1e-9;
+
+/// Directions with more than this outside the span of the others prove forces to be the only ones.
+pub(crate) const INDEPENDENT_DIRECTION: f64 = 1e-7;

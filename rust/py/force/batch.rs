@@ -16,23 +16,27 @@ use crate::convert::restored::{Checked, copied, expect, within};
 /// Attributes
 /// ----------
 /// forces : numpy.ndarray
-///     (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+///     (T, m, k) contact forces in the contact frames; NaN, as all other numbers, where there are none. Nearest forces
+///     are there, but not converged, where ``gap`` is above ``rtol`` and 1e-9.
 /// sigma_max : numpy.ndarray
 ///     (T,) largest normalised normal force (Eq. 7).
 /// sigma_sum : numpy.ndarray
 ///     (T,) sum of normalised normal forces (Eq. 6).
 /// residual : numpy.ndarray
-///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``; NaN where the status is not 0.
+///     (T, d) what the forces leave unbalanced, ``external_wrench + sum_i G_i f_i``.
 /// balanced : numpy.ndarray
-///     (T,) whether the residual is within `FEASIBILITY_TOLERANCE`; False where the status is not 0.
+///     (T,) whether the residual is within `FEASIBILITY_TOLERANCE`; False where there are no forces.
 /// distance : numpy.ndarray
-///     (T,) norm of the residual, in that of the grasp's ``length_scale``; NaN where the status is not 0.
+///     (T,) norm of the residual, in that of the grasp's ``length_scale``.
+/// gap : numpy.ndarray
+///     (T,) relative gap between the objective and its proven lower bound; of nearest forces as in
+///     `ForceDistributor.nearest`.
 /// status : numpy.ndarray
 ///     (T,) int8 of `Status`: ``SOLVED`` (0), ``INFEASIBLE`` (1), ``INVALID`` (2, not finite, or too large or too small
 ///     to compute with) or ``NOT_CONVERGED`` (3).
 #[pyclass(name = "ForceBatch", module = "graspforce", frozen)]
 pub struct PyForceBatch {
-    /// (T, m, k) contact forces in the contact frames; NaN where the status is not 0.
+    /// (T, m, k) contact forces in the contact frames; NaN where there are none.
     #[pyo3(get)]
     forces: Py<PyArray3<f64>>,
     /// (T,) largest normalised normal force (Eq. 7).
@@ -41,15 +45,18 @@ pub struct PyForceBatch {
     /// (T,) sum of normalised normal forces (Eq. 6).
     #[pyo3(get)]
     sigma_sum: Py<PyArray1<f64>>,
-    /// (T, d) what the forces leave unbalanced; NaN where the status is not 0.
+    /// (T, d) what the forces leave unbalanced.
     #[pyo3(get)]
     residual: Py<PyArray2<f64>>,
     /// (T,) whether the residual is within `FEASIBILITY_TOLERANCE`.
     #[pyo3(get)]
     balanced: Py<PyArray1<bool>>,
-    /// (T,) norm of the residual; NaN where the status is not 0.
+    /// (T,) norm of the residual.
     #[pyo3(get)]
     distance: Py<PyArray1<f64>>,
+    /// (T,) relative gap between the objective and its proven lower bound, or of nearest forces.
+    #[pyo3(get)]
+    gap: Py<PyArray1<f64>>,
     /// (T,) int8 of `Status`: 0 solved, 1 infeasible, 2 invalid, 3 not converged.
     #[pyo3(get)]
     status: Py<PyArray1<i8>>,
@@ -85,6 +92,7 @@ impl PyForceBatch {
         residual: Bound<'py, PyArray2<f64>>,
         balanced: Bound<'py, PyArray1<bool>>,
         distance: Bound<'py, PyArray1<f64>>,
+        gap: Bound<'py, PyArray1<f64>>,
         status: Bound<'py, PyArray1<i8>>,
         py: Python<'py>,
     ) -> PyResult<Self> {
@@ -93,10 +101,12 @@ impl PyForceBatch {
         let ((sums, sigma_sum), (ends, status)) = (copied(&sigma_sum)?, copied(&status)?);
         let (rest, residual) = copied(&residual)?;
         let ((held, balanced), (lengths, distance)) = (copied(&balanced)?, copied(&distance)?);
+        let (gaps, gap) = copied(&gap)?;
         let dim = residual.shape()[1];
         let rows = [largest.len(), sums.len(), ends.len(), residual.shape()[0], held.len(), lengths.len()];
         let check = || -> Checked {
-            expect(rows == [forces.shape()[0]; 6], "rows", format!("{rows:?}"), "as many of each")?;
+            expect(rows == [gaps.len(); 6], "rows", format!("{rows:?}"), "as many of each")?;
+            expect(gaps.len() == forces.shape()[0], "gap", gaps.len(), "as many as forces")?;
             within("components of a force", components, 2..=4)?;
             expect(matches!(dim, 3 | 6), "components of a wrench", dim, "3 or 6")?;
             let stride = forces.shape()[1] * components;
@@ -108,11 +118,14 @@ impl PyForceBatch {
                         &largest[row],
                         &sums[row],
                         &lengths[row],
+                        &gaps[row],
                     ])
                 };
-                let whole = if end == 0 { all().all(|x| x.is_finite()) } else { all().all(|x| x.is_nan()) };
+                let (known, none) = (all().all(|x| x.is_finite()), all().all(|x| x.is_nan()));
+                // Nearest forces whose gap is too wide are there.
+                let whole = (known && matches!(end, 0 | 3)) || (none && end != 0);
                 expect(whole, "row", row, "numbers where the status is 0, NaN elsewhere")?;
-                expect(end == 0 || !held[row], "row", row, "balanced only where the status is 0")?;
+                expect(known || !held[row], "row", row, "balanced only where the status is 0")?;
             }
             Ok(())
         };
@@ -124,14 +137,15 @@ impl PyForceBatch {
             residual: residual.unbind(),
             balanced: balanced.unbind(),
             distance: distance.unbind(),
+            gap: gap.unbind(),
             status: status.unbind(),
         })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let Self { forces, sigma_max, sigma_sum, residual, balanced, distance, status } = this;
-        let state = (forces, sigma_max, sigma_sum, residual, balanced, distance, status);
+        let Self { forces, sigma_max, sigma_sum, residual, balanced, distance, gap, status } = this;
+        let state = (forces, sigma_max, sigma_sum, residual, balanced, distance, gap, status);
         Ok((py.get_type::<Self>().getattr("_restore")?, state.into_pyobject(py)?))
     }
 
@@ -159,6 +173,7 @@ impl PyForceBatch {
             residual: read_only(PyArray1::from_vec(py, batch.residual)).reshape([shape[0], D])?.unbind(),
             balanced: read_only(PyArray1::from_vec(py, batch.balanced)).unbind(),
             distance: read_only(PyArray1::from_vec(py, batch.distance)).unbind(),
+            gap: read_only(PyArray1::from_vec(py, batch.gap)).unbind(),
             status: vector(py, "status", shape[0], batch.status.iter().map(|&status| status as i8))?.unbind(),
         })
     }

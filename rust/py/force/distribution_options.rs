@@ -76,6 +76,11 @@ fn rows(argument: &str, value: &Bound<'_, PyAny>) -> Result<Vec<Vec<f64>>, Strin
     }
 }
 
+/// Whether `nearest_into` returns the gap.
+pub fn gap_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
+    given.or(false, |value| flag("return_gap", value)).map_err(|message| invalid_input(py, message))
+}
+
 /// Whether `nearest` keeps the limits.
 pub fn limits_flag(py: Python<'_>, given: &Given<'_>) -> PyResult<bool> {
     given.or(true, |value| flag("limits", value)).map_err(|message| invalid_input(py, message))

@@ -15,7 +15,7 @@ use crate::force::batch::PyForceBatch;
 use crate::force::construction::{
     check_distributor, distributor, one_or_each, other_dimension, refuse_beside_squares,
 };
-use crate::force::distribution_options::{distribution_options, limits_flag, parse_objective};
+use crate::force::distribution_options::{distribution_options, gap_flag, limits_flag, parse_objective};
 use crate::force::nearest::{nearest, nearest_into};
 use crate::force::query::ForceQuery;
 use crate::force::shared::SharedDistributor;
@@ -224,29 +224,29 @@ impl PyForceDistributor {
     ) -> PyResult<PyForceSolution> {
         let state = self.state(py)?;
         let query = self.query(py, &state, external_wrench)?;
-        let limits = limits_flag(py, &limits)?;
         let distribution = map_dimension!(&state.inner, of => {
-            nearest(py, of, &query.external_wrench, metric, limits)?
+            nearest(py, of, &query.external_wrench, metric, limits_flag(py, &limits)?)?
         });
         Ok(PyForceSolution::new(state.grasp.clone_ref(py), distribution, query))
     }
 
     #[doc = include_str!("docs/nearest_into.rst")]
     #[pyo3(
-        signature = (external_wrench, forces, metric=None, limits=Given::default()),
-        text_signature = "($self, external_wrench, forces, metric=None, limits=True)"
+        signature = (external_wrench, forces, metric=None, limits=Given::default(), return_gap=Given::default()),
+        text_signature = "($self, external_wrench, forces, metric=None, limits=True, return_gap=False)"
     )]
-    fn nearest_into(
+    fn nearest_into<'py>(
         &self,
-        py: Python<'_>,
-        external_wrench: &Bound<'_, PyAny>,
-        forces: &Bound<'_, PyAny>,
-        metric: Option<&Bound<'_, PyAny>>,
-        limits: Given<'_>,
-    ) -> PyResult<f64> {
+        py: Python<'py>,
+        external_wrench: &Bound<'py, PyAny>,
+        forces: &Bound<'py, PyAny>,
+        metric: Option<&Bound<'py, PyAny>>,
+        limits: Given<'py>,
+        return_gap: Given<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state(py)?;
-        let limits = limits_flag(py, &limits)?;
-        by_dimension!(&state.inner, of => nearest_into(py, of, external_wrench, forces, metric, limits))
+        let flags = (limits_flag(py, &limits)?, gap_flag(py, &return_gap)?);
+        by_dimension!(&state.inner, of => nearest_into(py, of, external_wrench, forces, metric, flags))
     }
 
     #[doc = include_str!("docs/set_limits.rst")]

@@ -1,6 +1,7 @@
 //! Calls of a distributor that find the forces nearest to balance.
 
 use graspforce::{Distribution, ForceDistributor, Metric, NearestOptions, Wrench};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
 use crate::convert::errors::{invalid_input, to_python};
@@ -36,19 +37,20 @@ pub fn nearest<const D: usize>(
     unless_busy(py, watched(work)?)?.map_err(|error| to_python(py, &error))
 }
 
-/// The same, written into an array of the caller's; returns the distance.
-pub fn nearest_into<const D: usize>(
-    py: Python<'_>,
+/// The same, written into an array of the caller's; returns the distance, and the gap if asked for.
+pub fn nearest_into<'py, const D: usize>(
+    py: Python<'py>,
     shared: &SharedDistributor<D>,
-    external_wrench: &Bound<'_, PyAny>,
-    forces: &Bound<'_, PyAny>,
-    metric: Option<&Bound<'_, PyAny>>,
-    limits: bool,
-) -> PyResult<f64> {
+    external_wrench: &Bound<'py, PyAny>,
+    forces: &Bound<'py, PyAny>,
+    metric: Option<&Bound<'py, PyAny>>,
+    (limits, with_gap): (bool, bool),
+) -> PyResult<Bound<'py, PyAny>> {
     let options = nearest_options(metric, limits).map_err(|message| invalid_input(py, message))?;
     let solve = |distributor: &ForceDistributor<D>, workspace: &mut _, wrench: &_, rows: &mut _| {
-        distributor.nearest_into(workspace, wrench, &options, rows)
+        distributor.nearest_into_with_gap(workspace, wrench, &options, rows)
     };
-    written(py, shared, (external_wrench, forces), Work::Nearest, solve)?
-        .map_err(|error| to_python(py, &error))
+    let found = written(py, shared, (external_wrench, forces), Work::Nearest, solve)?
+        .map_err(|error| to_python(py, &error))?;
+    if with_gap { found.into_bound_py_any(py) } else { found.0.into_bound_py_any(py) }
 }

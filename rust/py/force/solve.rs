@@ -42,7 +42,7 @@ pub fn solve_into<const D: usize>(
 }
 
 /// Runs a call that writes the forces for a wrench into an array of the caller's.
-pub fn written<const D: usize>(
+pub fn written<const D: usize, T>(
     py: Python<'_>,
     shared: &SharedDistributor<D>,
     (external_wrench, forces): (&Bound<'_, PyAny>, &Bound<'_, PyAny>),
@@ -52,8 +52,8 @@ pub fn written<const D: usize>(
         &mut ForceWorkspace<D>,
         &Wrench<D>,
         &mut [f64],
-    ) -> graspforce::Result<f64>,
-) -> PyResult<graspforce::Result<f64>> {
+    ) -> graspforce::Result<T>,
+) -> PyResult<graspforce::Result<T>> {
     let refused = |message: String| invalid_input(py, message);
     let array = float_array("external_wrench", external_wrench).map_err(refused)?;
     if array.shape() != [D] {

@@ -214,10 +214,11 @@ def test_records_that_contradict_themselves_are_refused():
         with pytest.raises(gf.InvalidInputError):
             make(state[0], state[1], offsets, rows)
     make, state = state_of(gf.ForceDistributor(PLANAR).solve_many([[0, -1, 0], [math.nan] * 3]))
-    forces, largest, sums, rest, held, lengths, status = state
+    forces, largest, sums, rest, held, lengths, gaps, status = state
     for changed in [
-        (forces[:1], *state[1:]), (forces, largest[:1], *state[2:]), (*state[:6], 1 - status),
-        (*state[:6], status + 4), (*state[:4], ~held, lengths, status), (*state[:5], -lengths[:1], status),
+        (forces[:1], *state[1:]), (forces, largest[:1], *state[2:]), (*state[:7], 1 - status),
+        (*state[:7], status + 4), (*state[:4], ~held, *state[5:]), (*state[:5], -lengths[:1], gaps, status),
+        (*state[:6], gaps[:1], status),
         (forces * math.nan, *state[1:]), (forces[:, :, :1], *state[1:]),
         (forces, largest, sums, rest[:, :2], *state[4:]),
     ]:  # fmt: skip

@@ -13,10 +13,15 @@ use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{Distribution, DistributionOptions, check_wrench};
 use crate::force::squares::dual::Dual;
 use crate::grasp::contact::write_components;
+use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
-use crate::tolerances::{AT_LIMIT, LOOSEST_GAP};
+use crate::tolerances::{AT_LIMIT, ILL_CONDITIONED, LOOSEST_GAP};
 use crate::wrench_set::Criterion;
+
+/// Wrenches that are apart from what forces balance by less than this, relative to their norm, may be balanced within
+/// the feasibility tolerance, which counts in other units.
+const NEARLY_BALANCED: f64 = 1e-6;
 
 /// The gap that decides whether forces keep their limits: a tenth of the tolerance of limits.
 const TIGHT_GAP: f64 = 0.1 * AT_LIMIT;
@@ -25,6 +30,8 @@ const TIGHT_GAP: f64 = 0.1 * AT_LIMIT;
 pub(crate) struct Found<const D: usize> {
     pub(crate) answer: Certificate<D>,
     pub(crate) distance: f64,
+    /// Whether the objective changes by more than its tolerance where rounding moves the nearest wrench.
+    pub(crate) steep: bool,
 }
 
 impl<const D: usize> Problem<D> {
@@ -35,22 +42,23 @@ impl<const D: usize> Problem<D> {
         external_wrench: &Wrench<D>,
         options: &NearestOptions<D>,
     ) -> Result<Distribution<D>> {
-        let Found { answer, distance } = self.find(workspace, external_wrench, options)?;
+        let Found { answer, distance, .. } = self.find(workspace, external_wrench, options)?;
         let forces = &workspace.forces;
         Ok(self.distribution(&-external_wrench, forces, &answer, forces.totals(), Some(distance)))
     }
 
-    /// The same, written as rows of [`Grasp::force_components`](crate::Grasp::force_components); returns the distance.
+    /// The same, written as rows of [`Grasp::force_components`](crate::Grasp::force_components); returns the distance and the
+    /// gap.
     pub(crate) fn nearest_into(
         &self,
         workspace: &mut ProblemWorkspace<D>,
         external_wrench: &Wrench<D>,
         options: &NearestOptions<D>,
         rows: &mut [f64],
-    ) -> Result<f64> {
-        let Found { distance, .. } = self.find(workspace, external_wrench, options)?;
+    ) -> Result<(f64, f64)> {
+        let Found { distance, answer, .. } = self.find(workspace, external_wrench, options)?;
         write_components(&workspace.forces.forces, self.grasp.force_components(), rows);
-        Ok(distance)
+        Ok((distance, answer.gap))
     }
 
     /// Takes the memory of these options before the first wrench comes.
@@ -100,6 +108,11 @@ impl<const D: usize> Problem<D> {
         Ok(found)
     }
 
+    /// The gap that counts as solved.
+    pub(crate) fn proven_gap(&self) -> f64 {
+        self.options.rtol.max(AT_LIMIT)
+    }
+
     /// The objective of these forces.
     pub(crate) fn value(&self, forces: &ContactForces) -> f64 {
         self.program.value(&forces.forces, forces.totals(), self.options.weight)
@@ -119,13 +132,14 @@ impl<const D: usize> Query<'_, D> {
     /// Leaves the forces. The gap is at most 1: no objective is negative.
     fn find(mut self) -> Found<D> {
         let found = self.find_in_doubles();
-        if found.answer.gap <= self.tight() {
+        let proven = self.problem.proven_gap();
+        if found.answer.gap <= proven && !found.steep {
             return found;
         }
         self.memory.kept.clone_from(&self.workspace.forces);
         let Self { problem, workspace, memory, b, .. } = self;
         match problem.nearest_by_price(&memory.projection, b, &mut workspace.forces) {
-            Some(better) if better.answer.gap < found.answer.gap => better,
+            Some(better) if better.answer.gap < found.answer.gap.max(proven) => better,
             _ => {
                 workspace.forces.clone_from(&memory.kept);
                 found
@@ -133,21 +147,22 @@ impl<const D: usize> Query<'_, D> {
         }
     }
 
-    /// The gap that counts as solved.
-    fn tight(&self) -> f64 {
-        self.problem.options.rtol.max(AT_LIMIT)
-    }
-
     fn find_in_doubles(&mut self) -> Found<D> {
-        let (b, tight) = (self.b, self.tight());
+        let (b, tight) = (self.b, self.problem.proven_gap());
         self.memory.apart = self.memory.projection.project_if_beyond(b, &mut self.workspace.forces);
+        let metric = self.memory.projection.metric;
+        let size = metric.norm(b);
+        // What `solve` balances within its tolerance is balanced, whatever the last wrench was.
+        let nearly_balanced = |nearest: &Nearest<D>| nearest.distance <= NEARLY_BALANCED * size;
+        if self.memory.apart.as_ref().is_some_and(nearly_balanced) {
+            self.memory.apart = None;
+        }
         let mut loose_answer = None;
         if self.memory.apart.is_none()
             && let Ok(answer) = self.least(b)
         {
-            let metric = &self.memory.projection.metric;
-            let (distance, size) = (metric.norm(&self.residual()), metric.norm(b));
-            let mut found = Found { answer, distance };
+            let distance = metric.norm(&self.residual());
+            let mut found = Found { answer, distance, steep: false };
             if found.answer.gap <= tight {
                 // The tolerance of the balance is none of the distance.
                 if size > 0.0 {
@@ -163,8 +178,6 @@ impl<const D: usize> Query<'_, D> {
             Some(nearest) => nearest,
             None => self.memory.projection.project(b, &mut self.workspace.forces),
         };
-        let metric = self.memory.projection.metric;
-        let size = metric.norm(b);
         let loose = if size > 0.0 { (nearest.distance - nearest.lower) / size } else { 0.0 };
         if nearest.unique {
             return self.as_projected(&nearest, loose);
@@ -194,7 +207,8 @@ impl<const D: usize> Query<'_, D> {
             && answer.gap.max(loose) <= tight
         {
             let (gap, pivots) = (answer.gap.max(loose), answer.pivots + nearest.steps);
-            return Found { answer: Certificate { gap, pivots, ..answer }, distance };
+            let steep = metric.is_steep(&answer, size);
+            return Found { answer: Certificate { gap, pivots, ..answer }, distance, steep };
         }
         self.workspace.forces.clone_from(&self.memory.kept);
         if let Some(found) = normal.and_then(|normal| self.least_on_faces(&normal, tight)) {
@@ -213,17 +227,15 @@ impl<const D: usize> Query<'_, D> {
         let dual = -metric.functional(&metric.to_euclidean(&self.residual()));
         let sigma = self.problem.value(&self.workspace.forces);
         let answer = Certificate { sigma, dual, gap: loose, pivots: nearest.steps, fell_back: false };
-        Found { answer, distance: nearest.distance }
+        Found { answer, distance: nearest.distance, steep: false }
     }
 
     /// The same with the last resorts of least squares.
     #[cold]
     fn least_at_last(&mut self, b: &Wrench<D>) -> Result<Certificate<D>> {
         let components = self.problem.grasp.force_components();
-        match &mut self.memory.bounded {
-            Some(solver) => solver.solve(b, components, &mut self.workspace.forces),
-            None => self.workspace.solve(b),
-        }
+        let ProblemWorkspace { solver, forces, .. } = &mut *self.workspace;
+        self.memory.bounded.as_mut().unwrap_or(solver).solve_in_doubles(b, components, forces)
     }
 
     /// The least forces that balance `b`, within the limits if they count.
@@ -303,7 +315,7 @@ impl<const D: usize> Query<'_, D> {
             lowered = lower_sum(&problem.grasp, &mut dual, &exerted, found);
         }
         let known = lowered.map_or(f64::INFINITY, |(_, gap, _)| gap);
-        if known > self.tight() {
+        if known > self.problem.proven_gap() {
             let mut forces = self.workspace.forces.clone();
             let found = least_sum_by_weights(&problem.grasp, &problem.options, &exerted, &mut forces);
             if found.is_some_and(|(_, gap, _)| gap < known) {
@@ -313,6 +325,14 @@ impl<const D: usize> Query<'_, D> {
         let (dual, gap, pivots) = lowered.ok_or_else(&beyond)?;
         let sigma = problem.value(&self.workspace.forces);
         Ok(Certificate { sigma, dual, gap, pivots: pivots + nearest.steps, fell_back: false })
+    }
+}
+
+impl<const D: usize> Metric<D> {
+    /// Whether multipliers are so large beside the objective that rounding of a wrench of this norm changes it.
+    pub(crate) fn is_steep(&self, answer: &Certificate<D>, size: f64) -> bool {
+        let squares = self.inverse_columns().map(|column| column.dot(&answer.dual).powi(2));
+        squares.sum::<f64>().sqrt() * size > ILL_CONDITIONED * answer.sigma
     }
 }
 

@@ -5,12 +5,14 @@
 //! The first `w` at which nothing comes nearer by more than a tolerance ends the search: both claims hold there. The least
 //! forces of the nearest wrench itself have multipliers without bound; these have none.
 //!
-//! Least squares are minimised at once. Shares need proximal steps, because they are linear in the forces. The least
-//! maximum is the cap of all shares at which a larger cap costs as much as it saves.
+//! Least squares are minimised at once, and so are shares of [finitely many extreme forces](super::vertices). Shares of true
+//! cones need proximal steps, because they are linear in the forces. Their least maximum is the cap of all shares at which
+//! a larger cap costs as much as it saves.
 
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::answer::Found;
-use crate::force::nearest::limited_sum::is_linear_in_forces;
+use crate::force::nearest::limited_sum::{FIRST_STEP, is_linear_in_forces};
+use crate::force::nearest::vertices::{ShareCost, Vertices};
 use crate::force::nearest::wrench_projection::WrenchProjection;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
@@ -22,6 +24,7 @@ use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
 use crate::linalg::double_double::DoubleDouble;
 use crate::linalg::real::{dot, values};
+use crate::tolerances::{CLOSE_GAP, NEAREST_DISTANCE};
 use crate::wrench_set::Criterion;
 
 use nalgebra::SVector;
@@ -34,38 +37,26 @@ const MAX_WEIGHTS: usize = 22;
 /// Weights after which the gap may grow: the lightest leave few digits.
 const MAX_STALLED: usize = 6;
 
-/// How much nearer, relative to the wrench, other forces may come.
-const NEAREST: f64 = 1e-10;
-
-/// Lengths of the first proximal step in shares, what steps grow by, and how many there are at most.
-const STEP: f64 = 3.0;
-const FREE_STEP: f64 = 1e4;
-const LONGER: f64 = 20.0;
-const MAX_STEPS: usize = 16;
-
-/// The gap of the objective at which no further step is worth it.
-const EXACT: f64 = 1e-10;
-
-/// How much smaller than the gap of the least maximum that of the forces up to a cap has to be.
-const PRECISER: f64 = 1e-3;
-
-/// Caps of the shares that are tried at one weight.
-const MAX_CAPS: usize = 40;
+/// The length of the first proximal step in shares where steps only choose among equal forces, what all steps grow by, and
+/// how many there are at most.
+const FREE_STEP: f64 = 100.0;
+const STEP_GROWTH: f64 = 20.0;
+const MAX_STEPS_OF_WEIGHT: usize = 16;
 
 /// Newton's steps of one wrench: a hundred are usual.
-const MAX_NEWTON_STEPS: usize = 2000;
+const MAX_STEPS_OF_SEARCH: usize = 2000;
 
-pub(super) type Vector<const D: usize> = SVector<DoubleDouble, D>;
+pub(crate) type Vector<const D: usize> = SVector<DoubleDouble, D>;
 
 /// The weight of the objective, the largest share, and the gap of the objective at which no further step is worth it.
-struct Trial {
-    weight: f64,
-    cap: f64,
-    enough: f64,
+pub(super) struct Trial {
+    pub(super) weight: f64,
+    pub(super) cap: f64,
+    pub(super) enough: f64,
 }
 
 /// What is minimised beside the residual.
-pub(super) enum Cost {
+pub(crate) enum Cost {
     /// Half the squares of forces less their references, with weights relative to the heaviest.
     Squares { weights: Vec<f64>, heaviest: f64, reference: Vec<ContactForce> },
     /// The sum of shares times a factor, and the largest share if it counts.
@@ -73,15 +64,15 @@ pub(super) enum Cost {
 }
 
 /// Forces at one weight, with what their multiplier proves.
-pub(super) struct Point<const D: usize> {
+pub(crate) struct Point<const D: usize> {
     pub(super) y: Vector<D>,
     /// The multiplier that proves the excess.
-    pub(super) proof: Vector<D>,
-    pub(super) forces: ContactForces,
+    pub(crate) proof: Vector<D>,
+    pub(crate) forces: ContactForces,
     /// The same forces in 32 digits.
     pub(super) exact: Vec<Force<DoubleDouble>>,
     /// What the objective may be above the least, times the weight, and the objective times the weight.
-    pub(super) excess: f64,
+    pub(crate) excess: f64,
     pub(super) cost: f64,
     /// The excess over forces up to the same cap.
     pub(super) capped: f64,
@@ -97,10 +88,10 @@ impl<const D: usize> Point<D> {
     }
 }
 
-pub(super) struct Pricing<'a, const D: usize> {
+pub(crate) struct Pricing<'a, const D: usize> {
     pub(super) grasp: &'a Grasp<D>,
     pub(super) projection: &'a WrenchProjection<D>,
-    pub(super) dual: Dual<D>,
+    pub(crate) dual: Dual<D>,
     pub(super) cost: Cost,
     pub(super) b: &'a Wrench<D>,
     pub(super) target: Wrench<D>,
@@ -108,7 +99,11 @@ pub(super) struct Pricing<'a, const D: usize> {
     /// Bounds of the shares, and the largest upper bound or infinity.
     pub(super) bounds: Vec<(f64, f64)>,
     pub(super) linear: bool,
-    pub(super) steps: usize,
+    pub(crate) steps: usize,
+    /// Of contacts without true cones, if shares are minimised.
+    vertices: Option<Vertices<D>>,
+    /// What forces have to keep, where that ends the search instead of the distance.
+    enough: Option<&'a dyn Fn(&ContactForces) -> bool>,
 }
 
 impl<const D: usize> Problem<D> {
@@ -121,24 +116,7 @@ impl<const D: usize> Problem<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Option<Found<D>> {
-        let sets: Vec<_> = projection.dual.contacts.iter().map(|contact| contact.set.clone()).collect();
-        let dual = Dual::unrounded(&self.grasp, sets, &projection.metric);
-        let bounds = dual.contacts.iter().map(|contact| {
-            let (low, high) = contact.bounds();
-            (low / contact.unit, high / contact.unit)
-        });
-        let mut pricing = Pricing {
-            grasp: &self.grasp,
-            projection,
-            cost: self.cost(),
-            b,
-            target: dual.whitening.map * b,
-            size: projection.metric.norm(b),
-            bounds: bounds.collect(),
-            linear: is_linear_in_forces(&self.grasp),
-            steps: 0,
-            dual,
-        };
+        let mut pricing = Pricing::new(&self.grasp, projection, self.cost(), b, None);
         let (point, weight) = pricing.search()?;
         let gap = point.gap(pricing.size);
         let unit = if let Cost::Squares { heaviest, .. } = pricing.cost { heaviest } else { 1.0 };
@@ -152,7 +130,7 @@ impl<const D: usize> Problem<D> {
             pivots: pricing.steps,
             fell_back: true,
         };
-        Some(Found { answer, distance: point.distance })
+        Some(Found { answer, distance: point.distance, steep: false })
     }
 
     fn cost(&self) -> Cost {
@@ -161,22 +139,62 @@ impl<const D: usize> Problem<D> {
                 let max = *criterion == Criterion::Max;
                 Cost::Shares { of_sum: if max { self.options.weight } else { 1.0 }, max }
             }
-            Program::Squares(_, program) => {
-                let contacts = &program.dual.contacts;
-                let heaviest = contacts.iter().map(|contact| contact.weight).fold(0.0, f64::max);
-                Cost::Squares {
-                    weights: contacts.iter().map(|contact| contact.weight / heaviest).collect(),
-                    heaviest,
-                    reference: contacts.iter().map(|contact| contact.reference).collect(),
-                }
-            }
+            Program::Squares(_, program) => Cost::of_squares(&program.dual),
+        }
+    }
+}
+
+impl Cost {
+    pub(crate) fn of_squares<const D: usize>(dual: &Dual<D>) -> Self {
+        let heaviest = dual.heaviest();
+        Self::Squares {
+            weights: dual.contacts.iter().map(|contact| contact.weight / heaviest).collect(),
+            heaviest,
+            reference: dual.contacts.iter().map(|contact| contact.reference).collect(),
+        }
+    }
+}
+
+impl<'a, const D: usize> Pricing<'a, D> {
+    pub(crate) fn new(
+        grasp: &'a Grasp<D>,
+        projection: &'a WrenchProjection<D>,
+        cost: Cost,
+        b: &'a Wrench<D>,
+        enough: Option<&'a dyn Fn(&ContactForces) -> bool>,
+    ) -> Self {
+        let sets: Vec<_> = projection.dual.contacts.iter().map(|contact| contact.set.clone()).collect();
+        let dual = Dual::unrounded(grasp, sets, &projection.metric);
+        let bounds = dual.contacts.iter().map(|contact| {
+            let (low, high) = contact.bounds();
+            (low / contact.unit, high / contact.unit)
+        });
+        let bounds: Vec<_> = bounds.collect();
+        let target = dual.whitening.map * b;
+        let vertices = match cost {
+            Cost::Squares { .. } => None,
+            Cost::Shares { .. } => Vertices::new(&dual, &bounds, &target),
+        };
+        Self {
+            grasp,
+            projection,
+            cost,
+            b,
+            target,
+            size: projection.metric.norm(b),
+            bounds,
+            linear: is_linear_in_forces(grasp),
+            steps: 0,
+            vertices,
+            enough,
+            dual,
         }
     }
 }
 
 impl<const D: usize> Pricing<'_, D> {
-    /// The first weight at which nothing comes nearer; else the one of the smallest gap.
-    fn search(&mut self) -> Option<(Point<D>, f64)> {
+    /// The first weight at which the forces are near enough; else the one of the smallest gap.
+    pub(crate) fn search(&mut self) -> Option<(Point<D>, f64)> {
         let limit = |i: usize| self.grasp.contacts()[i].max_normal_force;
         let strongest = |i: usize| self.projection.maps[i].norm() * limit(i);
         let strongest = (0..self.dual.contacts.len()).map(strongest).fold(0.0, f64::max);
@@ -191,11 +209,15 @@ impl<const D: usize> Pricing<'_, D> {
         let mut last = ContactForces::new(self.dual.contacts.len());
         let mut lower = 0.0_f64;
         for _ in 0..MAX_WEIGHTS {
-            let mut point = self.at(&Trial { weight, cap: f64::INFINITY, enough: EXACT }, &start, &last)?;
-            if self.size - point.lower <= NEAREST * self.size && self.may_rest() {
+            let mut point =
+                self.at(&Trial { weight, cap: f64::INFINITY, enough: CLOSE_GAP }, &start, &last)?;
+            if self.enough.is_none()
+                && self.size - point.lower <= NEAREST_DISTANCE * self.size
+                && self.may_rest()
+            {
                 return Some((self.without_forces(point), weight));
             }
-            if point.distance - point.lower <= NEAREST * self.size {
+            if point.distance - point.lower <= NEAREST_DISTANCE * self.size {
                 point = self.lower_cap(weight, point);
             }
             // A bound over all forces within the limits holds at every weight.
@@ -208,7 +230,13 @@ impl<const D: usize> Pricing<'_, D> {
             let ahead = start.first().map(|before| y + (y - before).map(|x| x.times(1.0 / LIGHTER)));
             start = ahead.into_iter().chain([y]).collect();
             last.clone_from(&point.forces);
-            let near_enough = point.distance - point.lower <= NEAREST * self.size;
+            let near_enough = match self.enough {
+                Some(enough) => enough(&point.forces),
+                None => point.distance - point.lower <= NEAREST_DISTANCE * self.size,
+            };
+            if near_enough && self.enough.is_some() {
+                return Some((point, weight));
+            }
             let better = best.as_ref().is_none_or(|(best, _)| point.gap(self.size) < best.gap(self.size));
             let nearer = best.as_ref().is_some_and(|(best, _)| point.distance < 0.5 * best.distance);
             stalled = if better || nearer { 0 } else { stalled + 1 };
@@ -223,8 +251,8 @@ impl<const D: usize> Pricing<'_, D> {
         best
     }
 
-    fn has_to_end(&self) -> bool {
-        self.steps >= MAX_NEWTON_STEPS || interrupt::stopped()
+    pub(super) fn has_to_end(&self) -> bool {
+        self.steps >= MAX_STEPS_OF_SEARCH || interrupt::stopped()
     }
 
     /// Whether no forces cost nothing.
@@ -242,8 +270,20 @@ impl<const D: usize> Pricing<'_, D> {
     }
 
     /// The least cost of shares up to `cap`.
-    fn at(&mut self, trial: &Trial, starts: &[Vector<D>], from: &ContactForces) -> Option<Point<D>> {
+    pub(super) fn at(
+        &mut self,
+        trial: &Trial,
+        starts: &[Vector<D>],
+        from: &ContactForces,
+    ) -> Option<Point<D>> {
         let Trial { weight, cap, enough } = *trial;
+        if let (Some(vertices), Cost::Shares { of_sum, max }) = (&mut self.vertices, &self.cost) {
+            let cost = ShareCost { weight, of_sum: *of_sum, max: *max };
+            let (y, steps) = vertices.minimise(cost, self.projection.strongest(0.0, self.size));
+            let (exact, forces) = vertices.forces(&self.dual);
+            self.steps += steps;
+            return Some(self.proven(weight, y, exact, forces));
+        }
         for (contact, (low, high)) in self.dual.contacts.iter_mut().zip(&self.bounds) {
             let high = high.min(cap.max(f64::MIN_POSITIVE)) * contact.unit;
             match &mut contact.set {
@@ -255,9 +295,9 @@ impl<const D: usize> Pricing<'_, D> {
         let mut forces = from.clone();
         // Without a cost of their sum proximal steps only choose among equal forces.
         let free = matches!(self.cost, Cost::Shares { of_sum: 0.0, .. });
-        let (mut y, mut length) = (*starts.first()?, if free { FREE_STEP } else { STEP });
+        let (mut y, mut length) = (*starts.first()?, if free { FREE_STEP } else { FIRST_STEP });
         let mut best: Option<Point<D>> = None;
-        for step in 0..MAX_STEPS {
+        for step in 0..MAX_STEPS_OF_WEIGHT {
             self.weigh(weight, length, &forces.forces);
             let ContactForces { forces: f, shares, .. } = &mut forces;
             let candidates = if step == 0 { starts } else { std::slice::from_ref(&y) };
@@ -283,7 +323,7 @@ impl<const D: usize> Pricing<'_, D> {
             if excess <= enough * cost || !self.linear || self.has_to_end() {
                 break;
             }
-            length *= LONGER;
+            length *= STEP_GROWTH;
         }
         best
     }
@@ -305,54 +345,5 @@ impl<const D: usize> Pricing<'_, D> {
                 }
             }
         }
-    }
-
-    /// The least maximum: the cap of all shares that costs as much as it saves.
-    fn lower_cap(&mut self, weight: f64, point: Point<D>) -> Point<D> {
-        let Cost::Shares { of_sum, max: true } = self.cost else { return point };
-        // What a larger cap costs more than it saves.
-        let loss = |dual: &Dual<D>, y: &Vector<D>| {
-            dual.contacts.iter().fold(DoubleDouble::from(weight), |left, contact| {
-                let gain = contact.furthest(&contact.pull(y)).times(contact.unit)
-                    - DoubleDouble::from(weight * of_sum);
-                if gain > DoubleDouble::ZERO { left - gain } else { left }
-            })
-        };
-        let least = self.bounds.iter().map(|(low, _)| *low).fold(0.0, f64::max);
-        let (mut low, mut low_y, mut low_loss, mut part) = (least, None, f64::NEG_INFINITY, 0.1_f64);
-        let (mut high, mut high_loss) = (point.forces.totals().0, loss(&self.dual, &point.y).value());
-        let mut best = point;
-        for turn in 0..MAX_CAPS {
-            if high_loss <= 0.0 || best.excess <= EXACT * best.cost || self.has_to_end() {
-                break;
-            }
-            // What the multiplier proves of the least maximum is near to it from below.
-            let proven = (high - best.excess / weight).max(low);
-            let cap = if turn % 4 == 3 { 0.5 * (low + high) } else { proven + (high - proven) * part };
-            if cap <= low || cap >= high {
-                break;
-            }
-            let enough = EXACT.max(PRECISER * best.excess / best.cost);
-            let Some(found) = self.at(&Trial { weight, cap, enough }, &[best.y], &best.forces) else { break };
-            let now = loss(&self.dual, &found.y).value();
-            if now < 0.0 {
-                (low, low_y, low_loss, part) = (cap, Some(found.y), now, part.sqrt());
-            } else {
-                (high, high_loss, part) = (cap, now, part * part);
-                best = found;
-            }
-            // Between both multipliers lies one whose cap costs as much as it saves.
-            if let Some(low_y) = low_y {
-                let share = -low_loss / (high_loss - low_loss);
-                let y = low_y + (best.y - low_y).map(|x| x.times(share));
-                let (excess, ..) = self.excess(weight, &y, &best.exact, &best.forces);
-                let lower = self.lower(&y, &best.forces);
-                if excess < best.excess {
-                    (best.excess, best.proof) = (excess, y);
-                    best.lower = best.lower.max(lower);
-                }
-            }
-        }
-        best
     }
 }

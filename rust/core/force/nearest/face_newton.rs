@@ -17,13 +17,14 @@ use crate::force::nearest::exposed_face::{ExposedFace, Freedom, exposed_directio
 use crate::force::squares::dual::{Dual, DualContact, ForceSet};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::{ContactMap, Wrench};
+use crate::tolerances::{DEPENDENT_DIRECTION, INDEPENDENT_DIRECTION, TOUCHING};
 use crate::wrench_set::cone::{cone_slope, cone_support};
 
 /// Newton steps; two or three are usual.
-const MAX_STEPS: usize = 8;
+const MAX_FACE_STEPS: usize = 8;
 
 /// The step that ends the iteration, relative to the normal and to the target.
-const CONVERGED: f64 = 1e-14;
+const CONVERGED_NORMAL: f64 = 1e-14;
 
 /// The next step squares a step: one of this size is the last.
 const NEARLY: f64 = 1e-8;
@@ -33,15 +34,6 @@ const FURTHEST_TURN: f64 = 1.0;
 
 /// The least distance in Newton's matrix, relative to the target: corners and faces have normals of their own choice.
 const DAMPED: f64 = 1e-7;
-
-/// A direction with less than this outside the span of the others depends on them.
-const DEPENDENT: f64 = 1e-9;
-
-/// The same where forces are told to be the only ones.
-const CHOICE: f64 = 1e-7;
-
-/// A contact is about to change its face where its furthest forces differ by this, relative to the pull on it.
-pub(crate) const TOUCHING: f64 = 1e-9;
 
 /// Columns outside the span of those before: `Q` orthonormal, `R` triangular.
 struct Columns<const D: usize> {
@@ -102,7 +94,7 @@ pub(crate) fn settle<const D: usize>(
     }
     distance += n.dot(target);
     let (mut last, mut before) = (false, FURTHEST_TURN);
-    for _ in 0..MAX_STEPS {
+    for _ in 0..MAX_FACE_STEPS {
         let Some((step, further)) = newton_step(dual, maps, faces, target, (n, distance), forces) else {
             return false;
         };
@@ -115,7 +107,7 @@ pub(crate) fn settle<const D: usize>(
         *n = (*n + step).normalize();
         distance += further;
         let moved = moved.max(further.abs() / size);
-        if last || moved <= CONVERGED {
+        if last || moved <= CONVERGED_NORMAL {
             for ((contact, map), (face, force)) in
                 dual.contacts.iter().zip(maps).zip(faces.iter().zip(&mut *forces))
             {
@@ -178,7 +170,7 @@ fn newton_step<const D: usize>(
     // The distance moves along the normal, and the normal does not grow.
     let mut column = *n;
     factor.solve_lower_triangular_unchecked_mut(&mut column);
-    columns.push(&column, DEPENDENT);
+    columns.push(&column, DEPENDENT_DIRECTION);
     for (i, (map, face)) in maps.iter().zip(faces).enumerate() {
         let h = map.tr_mul(n);
         let ray = follow(&dual.contacts[i], face, &h, &mut forces[i]);
@@ -186,7 +178,7 @@ fn newton_step<const D: usize>(
             let mut column = map * axis;
             factor.solve_lower_triangular_unchecked_mut(&mut column);
             let at = columns.len;
-            if columns.push(&column, DEPENDENT) {
+            if columns.push(&column, DEPENDENT_DIRECTION) {
                 (slopes[at], places[at]) = (axis.dot(&h), (i, k));
             }
         }
@@ -255,14 +247,14 @@ pub(crate) fn are_the_only_ones<const D: usize>(
                 for known in axes[..count].iter().chain(&axes[..count]) {
                     axis -= known * known.dot(&axis);
                 }
-                if count == axes.len() || axis.norm() <= CHOICE * direction.norm() {
+                if count == axes.len() || axis.norm() <= INDEPENDENT_DIRECTION * direction.norm() {
                     return;
                 }
                 axis.normalize_mut();
                 axes[count] = axis;
                 count += 1;
             }
-            only = only && columns.push(&(map * axis), CHOICE);
+            only = only && columns.push(&(map * axis), INDEPENDENT_DIRECTION);
         });
     }
     only

@@ -12,21 +12,14 @@ use crate::force::squares::newton::minimise;
 use crate::grasp::contact::ForceModel;
 use crate::grasp::{ContactMap, Grasp, Wrench};
 use crate::interrupt;
-use crate::tolerances::LOOSEST_GAP;
+use crate::tolerances::{BALANCED_STEP, CLOSE_GAP, LOOSEST_GAP, PROVEN_SUM};
 
 /// Lengths of the first and of the longest proximal step in shares, and what a step grows by.
-const STEP: f64 = 3.0;
+pub(crate) const FIRST_STEP: f64 = 3.0;
 const LONGEST_STEP: f64 = 1e5;
 const LONGER: f64 = 4.0;
 
-const MAX_STEPS: usize = 80;
-
-/// The gap at which no further step is worth it, and that at which steps that bring little end.
-const EXACT: f64 = 1e-12;
-const CLOSE: f64 = 1e-10;
-
-/// What the forces of a step may leave unbalanced, relative to the wrench.
-const BALANCED: f64 = 1e-11;
+const MAX_SUM_STEPS: usize = 80;
 
 /// Whether the share of every contact is its normal force over its limit; not so of general extreme forces.
 pub(crate) fn is_linear_in_forces<const D: usize>(grasp: &Grasp<D>) -> bool {
@@ -35,7 +28,7 @@ pub(crate) fn is_linear_in_forces<const D: usize>(grasp: &Grasp<D>) -> bool {
 
 /// Weights in which forces are shares.
 pub(crate) fn weights_of_shares<const D: usize>(grasp: &Grasp<D>) -> Vec<f64> {
-    grasp.contacts().iter().map(|contact| contact.max_normal_force.powi(-2) / STEP).collect()
+    grasp.contacts().iter().map(|contact| contact.max_normal_force.powi(-2) / FIRST_STEP).collect()
 }
 
 /// Lowers the sum of the shares of forces that balance `b` and belong to the sets of `dual`, whose weights and references
@@ -48,12 +41,12 @@ pub(crate) fn lower_sum<const D: usize>(
     forces: &mut ContactForces,
 ) -> Option<(Wrench<D>, f64, usize)> {
     let contacts = grasp.contacts();
-    let mut length = STEP;
+    let mut length = FIRST_STEP;
     let target = dual.whitening.wrench(b);
     let mut kept = forces.clone();
     let mut y = Wrench::zeros();
     let (mut best, mut stalled, mut steps) = ((Wrench::zeros(), f64::INFINITY), 0, 0);
-    for _ in 0..MAX_STEPS {
+    for _ in 0..MAX_SUM_STEPS {
         if interrupt::stopped() {
             return None;
         }
@@ -76,14 +69,16 @@ pub(crate) fn lower_sum<const D: usize>(
         let (_, sum) = forces.totals();
         let gap = if sum > 0.0 { (sum - lower) / sum } else { 0.0 };
         // What is left unbalanced belongs to another wrench, and so does a bound above the sum.
-        let balanced = point.gradient.norm() <= BALANCED * target.norm() && gap >= -BALANCED;
+        let balanced = point.gradient.norm() <= BALANCED_STEP * target.norm() && gap >= -BALANCED_STEP;
         let gap = gap.max(0.0);
         stalled = if balanced && gap < 0.9 * best.1 { 0 } else { stalled + 1 };
         if balanced && gap < best.1 {
             best = (z, gap);
             kept.clone_from(forces);
         }
-        if (balanced && gap <= EXACT) || (stalled >= 6 && (best.1 <= CLOSE || length >= LONGEST_STEP)) {
+        if (balanced && gap <= PROVEN_SUM)
+            || (stalled >= 6 && (best.1 <= CLOSE_GAP || length >= LONGEST_STEP))
+        {
             break;
         }
         if stalled > 0 {

@@ -7,7 +7,7 @@
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::answer::{Found, Query};
 use crate::force::nearest::exposed_face::ExposedSet;
-use crate::force::nearest::face_newton::{TOUCHING, settle};
+use crate::force::nearest::face_newton::settle;
 use crate::force::nearest::limited_sum::{is_linear_in_forces, lower_sum, weights_of_shares};
 use crate::force::nearest::workspace::NearestWorkspace;
 use crate::force::nearest::wrench_projection::WrenchProjection;
@@ -17,12 +17,10 @@ use crate::force::squares::dual::Dual;
 use crate::force::squares::newton::minimise;
 use crate::grasp::Wrench;
 use crate::grasp::contact::ContactForce;
+use crate::tolerances::{BALANCED_STEP, TOUCHING};
 
 /// Contacts reach furthest within these tolerances, relative to their wrenches: the normal is exact, or it is not yet.
 const TOLERANCES: [f64; 4] = [TOUCHING, 1e-8, 1e-7, 1e-6];
-
-/// What the forces may leave of the wrench along the faces, relative to its terms.
-const BALANCED: f64 = 1e-11;
 
 /// The sets of forces that reach furthest, and the wrench nearest to `b` that they exert.
 struct Faces<const D: usize> {
@@ -49,7 +47,9 @@ impl<const D: usize> Query<'_, D> {
                 let gap = answer.gap.max((distance - lower) / size);
                 if gap <= tolerance {
                     let sigma = problem.value(&workspace.forces);
-                    return Some(Found { answer: Certificate { sigma, gap, ..answer }, distance });
+                    let answer = Certificate { sigma, gap, ..answer };
+                    let steep = projection.metric.is_steep(&answer, size);
+                    return Some(Found { answer, distance, steep });
                 }
             }
             workspace.forces.clone_from(&kept);
@@ -81,10 +81,10 @@ impl<const D: usize> Problem<D> {
                 let reference: Vec<_> = contacts.iter().map(|contact| contact.reference).collect();
                 let dual = over(&weights, &reference);
                 let target = dual.whitening.wrench(&faces.exerted);
-                let ContactForces { forces: f, shares, unique } = forces;
+                let ContactForces { forces: f, shares, unique, .. } = forces;
                 let start = dual.at(&Wrench::zeros(), &target, f, shares);
                 let (point, pivots) = minimise(&dual, &target, start, f, shares);
-                if point.gradient.norm().is_nan() || point.gradient.norm() > BALANCED * point.size {
+                if point.gradient.norm().is_nan() || point.gradient.norm() > BALANCED_STEP * point.size {
                     return None;
                 }
                 *unique = true;

@@ -18,12 +18,23 @@ impl<const D: usize> Pricing<'_, D> {
             contact.project(&(contact.reference.map(DoubleDouble::from) + pull)).force
         };
         let exact: Vec<_> = self.dual.contacts.iter().map(project).collect();
+        self.proven(weight, y, exact, forces.clone())
+    }
+
+    /// What a multiplier proves of forces, which are given in 32 digits and rounded.
+    pub(super) fn proven(
+        &self,
+        weight: f64,
+        y: Vector<D>,
+        exact: Vec<Force<DoubleDouble>>,
+        forces: ContactForces,
+    ) -> Point<D> {
         let maps = self.grasp.maps().iter().zip(forces.forces.iter().copied());
         let distance = self.projection.metric.norm(&exact_rest(self.b, maps));
-        let (excess, capped, cost) = self.excess(weight, &y, &exact, forces);
-        let lower = self.lower(&y, forces);
+        let (excess, capped, cost) = self.excess(weight, &y, &exact, &forces);
+        let lower = self.lower(&y, &forces);
         let lower = if distance > 0.0 { lower.clamp(0.0, distance) } else { 0.0 };
-        Point { y, proof: y, forces: forces.clone(), exact, excess, cost, capped, distance, lower }
+        Point { y, proof: y, forces, exact, excess, cost, capped, distance, lower }
     }
 
     /// The share up to which a bound holds.

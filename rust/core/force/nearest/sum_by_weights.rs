@@ -9,13 +9,10 @@ use crate::force::share_program::{ShareProgram, ShareSolver};
 use crate::force::solution::{DistributionOptions, Method};
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
-use crate::tolerances::AT_LIMIT;
+use crate::tolerances::{AT_LIMIT, PROVEN_SUM};
 use crate::wrench_set::Criterion;
 
-const MAX_WEIGHTS: usize = 40;
-
-/// The gap at which no further weight is worth it.
-const EXACT: f64 = 1e-12;
+const MAX_SUM_WEIGHTS: usize = 40;
 
 /// Leaves the forces, and returns the multiplier, the relative gap and the pivots. `None` where no forces keep the limits.
 pub(crate) fn least_sum_by_weights<const D: usize>(
@@ -28,7 +25,7 @@ pub(crate) fn least_sum_by_weights<const D: usize>(
     let mut solve = |criterion, weight: f64| -> Option<(ContactForces, Certificate<D>)> {
         let options = DistributionOptions {
             weight,
-            rtol: options.rtol.min(EXACT),
+            rtol: options.rtol.min(PROVEN_SUM),
             method: Method::Implicit,
             samples: Vec::new(),
             ..options.clone()
@@ -61,7 +58,7 @@ pub(crate) fn least_sum_by_weights<const D: usize>(
         }
         mixture
     };
-    for _ in 0..MAX_WEIGHTS {
+    for _ in 0..MAX_SUM_WEIGHTS {
         let ((low, sum_within), (high, sum_beyond)) = (within.totals(), beyond.totals());
         let weight = (high - low) / (sum_within - sum_beyond);
         if !(weight > 0.0 && weight.is_finite()) || interrupt::stopped() {
@@ -79,7 +76,7 @@ pub(crate) fn least_sum_by_weights<const D: usize>(
         } else {
             beyond = found;
         }
-        if gain <= EXACT * answer.sigma {
+        if gain <= PROVEN_SUM * answer.sigma {
             break;
         }
     }

@@ -16,29 +16,20 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{ContactMap, Grasp, Wrench, unit};
 use crate::interrupt;
-use crate::tolerances::AT_LIMIT;
+use crate::tolerances::{AT_LIMIT, NEAREST_DISTANCE, ROUNDED_DISTANCE_GAP, ROUNDED_REACH};
 
 /// Weights of the proximal steps, relative to the strongest contact; the last is that of all others. A step shrinks the
 /// error by about this, and loses as many digits of the forces.
 const PROXIMAL: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
 /// Proximal steps at most; one or two are usual.
-const MAX_STEPS: usize = 40;
-
-/// The gap of the distance, relative to the norm of the wrench, at which no further step is worth it.
-const EXACT: f64 = 1e-14;
-
-/// Beyond this gap the search bears more steps without progress.
-const LOOSE: f64 = 1e-10;
-
-/// The same with what rounding leaves of the reach of all forces, relative to it.
-const ROUNDED_REACH: f64 = 16.0 * f64::EPSILON;
+const MAX_PROXIMAL_STEPS: usize = 40;
 
 /// A wrench this far beyond a plane, relative to its norm, is projected before forces that balance it are looked for.
-const BEYOND: f64 = -1e-12;
+const BEYOND_LAST_PLANE: f64 = -1e-12;
 
 /// Distances that count as near, relative to the norm of the wrench, and how far out a wrench is moved instead.
-const NEAR: f64 = 1e-2;
+const NEAR_BOUNDARY: f64 = 1e-2;
 const OUTSIDE: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 
 /// Without limits the distance is proven for forces up to so many times as strong as those found, or as one contact would
@@ -157,7 +148,7 @@ impl<const D: usize> WrenchProjection<D> {
         let strongest = self.strongest(self.last.strongest, t.norm());
         let contacts = self.dual.contacts.iter().zip(&self.maps);
         let reach: f64 = contacts.map(|(contact, map)| contact.reach(&map.tr_mul(n), strongest)).sum();
-        t.dot(n) - reach > BEYOND * t.norm()
+        t.dot(n) - reach > BEYOND_LAST_PLANE * t.norm()
     }
 
     /// Leaves forces that exert the wrench nearest to `b`, where the last wrenches make it likely that it lies beyond all
@@ -186,7 +177,7 @@ impl<const D: usize> WrenchProjection<D> {
         let size = self.metric.norm(b);
         let found = self.search(b, forces, false);
         let found = found.unwrap_or(Nearest::of_no_forces(b, size));
-        if found.exact || found.distance > NEAR * size || found.distance == 0.0 {
+        if found.exact || found.distance > NEAR_BOUNDARY * size || found.distance == 0.0 {
             return found;
         }
         self.approach_from_outside(b, found, forces)
@@ -243,7 +234,7 @@ impl<const D: usize> WrenchProjection<D> {
         let mut stalled = 0;
         let last = PROXIMAL.len() - 1;
         let mut at = 0;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..MAX_PROXIMAL_STEPS {
             if interrupt::stopped() {
                 break;
             }
@@ -278,11 +269,14 @@ impl<const D: usize> WrenchProjection<D> {
             let lower = found.lower.max(earlier).min(found.distance);
             best = Some(Nearest { lower, ..found });
             stalled = if improved { 0 } else { stalled + 1 };
-            if at == last && (gap <= EXACT * size || stalled >= if gap <= LOOSE * size { 2 } else { 6 }) {
+            if at == last
+                && (gap <= ROUNDED_DISTANCE_GAP * size
+                    || stalled >= if gap <= NEAREST_DISTANCE * size { 2 } else { 6 })
+            {
                 break;
             }
             // The gap is as small as the square of the error of the forces: the last step makes them exact, too.
-            at = if gap <= EXACT * size { last } else { (at + 1).min(last) };
+            at = if gap <= ROUNDED_DISTANCE_GAP * size { last } else { (at + 1).min(last) };
             for (contact, force) in self.dual.contacts.iter_mut().zip(&forces.forces) {
                 contact.reference = *force;
             }
@@ -366,7 +360,7 @@ impl<const D: usize> WrenchProjection<D> {
             lower -= contact.reach(&h, strongest);
             terms += h.component_mul(force).lp_norm(1);
         }
-        let rounding = (ROUNDED_REACH * terms).max(EXACT * self.metric.norm(b));
+        let rounding = (ROUNDED_REACH * terms).max(ROUNDED_DISTANCE_GAP * self.metric.norm(b));
         let exact = distance - lower <= rounding;
         let lower = if distance > 0.0 { lower.clamp(0.0, distance) } else { 0.0 };
         Nearest { residual, distance, lower, steps, exact, unique: false }

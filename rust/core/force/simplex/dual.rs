@@ -12,7 +12,7 @@ use crate::force::simplex::primal::{Outcome, RightHandSide, Simplex};
 use crate::tolerances::{NEGATIVE_LEVEL, ROUNDED_SUPPORT_VALUE, SMALLEST_PIVOT, UNREACHED};
 
 /// Newton steps along one direction; each lands on another column, and three are usual.
-const MAX_STEPS: usize = 30;
+const MAX_DUAL_STEPS: usize = 30;
 
 impl<const R: usize> Simplex<R> {
     /// Re-optimises from the current basis within `cap` dual pivots. `None` asks for a cold start.
@@ -61,7 +61,7 @@ impl<const R: usize> Simplex<R> {
             return None;
         }
         let mut step = (column.costs[0] - column.wrench.dot(&z)) / slope;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..MAX_DUAL_STEPS {
             let moved = z + e * step;
             let next = pricing.furthest(&moved, 1.0, &mut self.candidate);
             let excess = next.wrench.dot(&moved) - next.costs[0];

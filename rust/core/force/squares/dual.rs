@@ -179,6 +179,11 @@ impl<const D: usize> Dual<D> {
         if most == 0.0 { 0.0 } else { most / largest }
     }
 
+    /// The largest weight of a contact.
+    pub(crate) fn heaviest(&self) -> f64 {
+        self.contacts.iter().map(|contact| contact.weight).fold(0.0, f64::max)
+    }
+
     /// `sum_i weight_i |f_i - reference_i|^2 / 2`.
     pub(crate) fn objective(&self, forces: &[ContactForce]) -> f64 {
         let contacts = self.contacts.iter().zip(forces);

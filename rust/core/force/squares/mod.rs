@@ -19,11 +19,13 @@
 //! - [`whitening`]: coordinates of wrenches in which Newton's matrix is at most the identity.
 //! - [`dual`]: the dual function of a grasp; [`newton`]: its minimiser.
 //! - [`program`]: the answer with its certificate; [`steep_price`]: in 32 digits, where doubles lose the forces beside a
-//!   high price of the residual.
-//! - [`interior_point_qp`]: Clarabel, where Newton's method ends without an answer.
+//!   high price of the residual; [`by_price`]: up to the feasibility tolerance, where exact balance has no multiplier.
+//! - [`last_resorts`]: where Newton's method ends without an answer, with [`interior_point_qp`]: Clarabel.
 
+pub(crate) mod by_price;
 pub(crate) mod dual;
 pub(crate) mod interior_point_qp;
+pub(crate) mod last_resorts;
 pub(crate) mod newton;
 pub(crate) mod options;
 pub(crate) mod polytope;

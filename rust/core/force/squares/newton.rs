@@ -1,6 +1,6 @@
 //! The minimiser of the dual function by Newton's method: semismooth, with a line search on the dual function.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::force::squares::dual::{Dual, DualPoint};
 use crate::grasp::Wrench;
@@ -10,10 +10,10 @@ use crate::linalg::dense::solve_definite;
 use crate::linalg::real::{Real, dot, norm, values};
 
 /// Newton steps at most: 7 from nothing and 2 from the last wrench are usual.
-const MAX_STEPS: usize = 80;
+const MAX_NEWTON_STEPS: usize = 80;
 
 /// The same in 32 digits, which are asked where a high price makes the function steep.
-const MAX_STEPS_32_DIGITS: usize = 40;
+const MAX_NEWTON_STEPS_32_DIGITS: usize = 40;
 
 /// Points that a line search looks at.
 const MAX_TRIALS: usize = 60;
@@ -50,7 +50,7 @@ pub(crate) fn minimise<const D: usize, R: Real>(
     let mut was_long = false;
     // Beside a high price the forces are a small part of the terms.
     let finer = R::ROUNDING.sqrt();
-    let max_steps = if R::ROUNDING == 1.0 { MAX_STEPS } else { MAX_STEPS_32_DIGITS };
+    let max_steps = if R::ROUNDING == 1.0 { MAX_NEWTON_STEPS } else { MAX_NEWTON_STEPS_32_DIGITS };
     for step in 0..max_steps {
         let left = norm(&point.gradient).value();
         let relative = left / point.size;
@@ -95,6 +95,19 @@ fn newton_direction<const D: usize, R: Real>(point: &DualPoint<D, R>, regularise
     solve_definite(&mut matrix, &-point.gradient, least)
 }
 
+/// The curvature along a direction; of the matrix the lower triangle counts.
+fn along<const D: usize, R: Real>(hessian: &SMatrix<R, D, D>, direction: &SVector<R, D>) -> R {
+    let mut sum = R::zero();
+    for c in 0..D {
+        let mut row = hessian[(c, c)] * direction[c];
+        for r in c + 1..D {
+            row += (hessian[(r, c)] * direction[r]).times(2.0);
+        }
+        sum += row * direction[c];
+    }
+    sum
+}
+
 /// A point along the direction where the function is lower and its slope at most half. The function is convex, so its
 /// slope grows along the direction: a slope that is still negative proves the descent without differences of
 /// values, which rounding hides near the end.
@@ -110,13 +123,17 @@ fn line_search<const D: usize, R: Real>(
     if slope >= 0.0 || slope.is_nan() {
         return None;
     }
+    // Steps that differ by less lead to the same multiplier.
+    let resolution =
+        f64::EPSILON * R::ROUNDING * norm(&from.y).value() / norm(direction).value().max(f64::MIN_POSITIVE);
     let (mut low, mut low_slope, mut high, mut high_slope) = (R::zero(), slope, None::<R>, 0.0);
     let mut lower: Option<DualPoint<D, R>> = None;
     let mut step = R::from(1.0);
     let max_trials = if R::ROUNDING == 1.0 { MAX_TRIALS } else { MAX_TRIALS_32_DIGITS };
     for trial in 1..=max_trials {
         let found = dual.at(&(from.y + direction * step), b, forces, shares);
-        let now = dot(&found.gradient, direction).value();
+        let at_point = dot(&found.gradient, direction);
+        let now = at_point.value();
         if !now.is_finite() {
             high = Some(step);
             step = step.times(0.1);
@@ -127,6 +144,9 @@ fn line_search<const D: usize, R: Real>(
         if now.abs() <= 0.5 * slope.abs() && (now <= 0.0 || lowered()) {
             return Some(found);
         }
+        // Beside a high price the slope rises steeply from a kink on: Newton's method meets it from there.
+        let curvature = along(&found.hessian, direction);
+        let newton = if curvature > R::zero() { step - at_point / curvature } else { step };
         if now <= 0.0 {
             (low, low_slope, lower) = (step, now, Some(found));
             // Along a direction without end.
@@ -137,10 +157,18 @@ fn line_search<const D: usize, R: Real>(
             (high, high_slope) = (Some(step), now);
         }
         step = if let Some(high) = high {
-            // Every third time the middle: at a kink the secant comes nearer from one side only.
-            let secant = high_slope > 0.0 && trial % 3 != 0;
-            let share = if secant { low_slope / (low_slope - high_slope) } else { 0.5 };
-            low + (high - low).times(share.clamp(0.1, 0.9))
+            if (high - low).value() <= resolution {
+                break;
+            }
+            // Every third time the middle: at a kink secant and tangent come nearer from one side only.
+            let middle = trial % 3 == 0;
+            if !middle && newton > low && newton < high {
+                newton
+            } else {
+                let secant = high_slope > 0.0 && !middle;
+                let share = if secant { low_slope / (low_slope - high_slope) } else { 0.5 };
+                low + (high - low).times(share.clamp(0.1, 0.9))
+            }
         } else {
             step.times(4.0)
         };

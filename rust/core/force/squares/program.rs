@@ -8,36 +8,41 @@ use crate::error::{Error, Result, Unmet};
 use crate::force::certificate::{Certificate, ContactForces, imbalance, residual};
 use crate::force::equilibration::units;
 use crate::force::preload::program::checked_bounds;
-use crate::force::share_program::{ShareProgram, ShareSolver};
+use crate::force::share_program::ShareProgram;
 use crate::force::solution::{DistributionOptions, check_wrench};
-use crate::force::squares::dual::{Dual, DualPoint, ForceSet};
-use crate::force::squares::interior_point_qp::multiplier;
+use crate::force::squares::dual::{Dual, DualPoint};
 use crate::force::squares::newton::minimise;
 use crate::force::squares::options::{SquaresOptions, checked};
 use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
-use crate::grasp::{Grasp, REPRESENTABLE, Wrench, unit};
+use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::linalg::real::{Real, values};
-use crate::tolerances::{AT_LIMIT, FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
-use crate::wrench_set::Criterion;
+use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
 
 /// The least squares of a grasp; it does not change while solving.
 #[derive(Debug, Clone)]
 pub(crate) struct SquaresProgram<const D: usize> {
-    grasp: Arc<Grasp<D>>,
+    pub(super) grasp: Arc<Grasp<D>>,
     pub(crate) dual: Dual<D>,
-    slack: Option<Slack<D>>,
-    units: Wrench<D>,
+    pub(super) slack: Option<Slack<D>>,
+    pub(super) units: Wrench<D>,
     /// Lower bounds of the shares; none where empty.
-    least: Vec<f64>,
+    pub(super) least: Vec<f64>,
     /// The largest reference, in `units`: what the contacts may press with where no wrench acts.
     pressed: f64,
-    limits: bool,
+    pub(super) limits: bool,
     rtol: f64,
     /// `phi(0)`: without references and lower bounds zero.
     value_at_zero: f64,
     /// Tells whether forces within the cones balance a wrench, and if not why.
-    feasibility: OnceLock<ShareProgram<D>>,
+    pub(super) feasibility: OnceLock<ShareProgram<D>>,
+}
+
+/// Why there are no forces yet.
+pub(crate) struct Unsolved {
+    pub(crate) error: Error,
+    /// Whether forces may yet balance the wrench within the tolerance.
+    pub(super) open: bool,
 }
 
 /// How often a target is moved by what the forces leave over.
@@ -45,12 +50,12 @@ const MAX_REFINEMENTS: usize = 3;
 
 /// The price of what stays unbalanced.
 #[derive(Debug, Clone)]
-struct Slack<const D: usize> {
+pub(super) struct Slack<const D: usize> {
     price: Metric<D>,
     /// `S^-1`.
     inverse: SMatrix<f64, D, D>,
     /// `T C^-1`.
-    columns: SMatrix<f64, D, D>,
+    pub(super) columns: SMatrix<f64, D, D>,
 }
 
 /// The multiplier of the last wrench.
@@ -125,11 +130,36 @@ impl<const D: usize> SquaresProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        match self.solve_once(workspace, b, forces) {
-            Err(error @ Error::NotConverged { .. }) => {
-                self.solve_again(workspace, b, forces).unwrap_or(Err(error))
+        match self.solve_in_doubles(workspace, b, forces) {
+            // The wrench is at the limits, or nothing is known of it.
+            Err(Unsolved { error, open: true }) if self.slack.is_none() => {
+                self.solve_by_price(b, forces).ok_or(error)
             }
-            answer => answer,
+            Err(Unsolved { error, .. }) => Err(error),
+            // On the edge of what forces balance multipliers grow, and with them what rounding of the balance is worth.
+            Ok(found) if found.gap > self.rtol && self.slack.is_none() => {
+                let kept = forces.clone();
+                let tighter = self.solve_by_price(b, forces).filter(|other| other.gap < found.gap);
+                Ok(tighter.unwrap_or_else(|| {
+                    *forces = kept;
+                    found
+                }))
+            }
+            Ok(found) => Ok(found),
+        }
+    }
+
+    /// The same without a price of the residual, which leaves some of the wrench.
+    pub(crate) fn solve_in_doubles(
+        &self,
+        workspace: &mut SquaresWorkspace<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> std::result::Result<Certificate<D>, Unsolved> {
+        match self.solve_once(workspace, b, forces) {
+            Ok(answer) => Ok(answer),
+            Err(error @ Error::NotConverged { .. }) => self.solve_again(workspace, b, forces, error),
+            Err(error) => Err(Unsolved { error, open: false }),
         }
     }
 
@@ -149,7 +179,7 @@ impl<const D: usize> SquaresProgram<D> {
         }
         check_wrench(&-b)?;
         let target = self.target(b);
-        let ContactForces { forces: f, shares, unique } = forces;
+        let ContactForces { forces: f, shares, unique, .. } = forces;
         *unique = true;
         let mut start = self.dual.at(&workspace.y, &target, f, shares);
         if start.value > self.value_at_zero || start.value.is_nan() {
@@ -168,7 +198,7 @@ impl<const D: usize> SquaresProgram<D> {
     }
 
     /// `T b`; without slack only what the contacts can reach of it.
-    fn target(&self, b: &Wrench<D>) -> Wrench<D> {
+    pub(super) fn target(&self, b: &Wrench<D>) -> Wrench<D> {
         if self.slack.is_some() { self.dual.whitening.map * b } else { self.dual.whitening.wrench(b) }
     }
 
@@ -198,109 +228,6 @@ impl<const D: usize> SquaresProgram<D> {
         Err(error)
     }
 
-    /// Tells an infeasible wrench, or starts from the interior-point solver's multiplier; `None` where neither helps.
-    #[cold]
-    fn solve_again(
-        &self,
-        workspace: &mut SquaresWorkspace<D>,
-        b: &Wrench<D>,
-        forces: &mut ContactForces,
-    ) -> Option<Result<Certificate<D>>> {
-        let target = &self.target(b);
-        let mut beyond = None;
-        if self.slack.is_none() {
-            match self.feasible(b) {
-                Err(error) => return error.is_infeasible().then_some(Err(error)),
-                Ok(found) => beyond = found,
-            }
-        }
-        let mut searching = self.dual.clone();
-        for contact in &mut searching.contacts {
-            if let ForceSet::Finite(polytope) = &mut contact.set {
-                polytope.search_only();
-            }
-        }
-        if let Some(answer) = self.solve_from(workspace, b, target, &searching, &Wrench::zeros(), forces) {
-            return Some(Ok(answer));
-        }
-        let answer = match self.solve_by_interior_point(workspace, b, target, &searching, forces) {
-            None if beyond.is_some() => {
-                // A wrench at the limits up to the tolerance.
-                let mut relaxed = searching.clone();
-                for i in 0..self.grasp.num_contacts() {
-                    relaxed.bound(i, self.least.get(i).copied().unwrap_or(0.0), 1.0 + AT_LIMIT);
-                }
-                self.solve_from(workspace, b, target, &relaxed, &Wrench::zeros(), forces)
-                    .or_else(|| self.solve_by_interior_point(workspace, b, target, &relaxed, forces))
-            }
-            answer => answer,
-        };
-        match (answer, beyond) {
-            (Some(answer), _) => Some(Ok(answer)),
-            (None, beyond) => beyond.map(|direction| Err(Error::BeyondLimits { direction })),
-        }
-    }
-
-    /// Newton's method from the interior-point solver's multiplier, over the contacts of `dual`.
-    fn solve_by_interior_point(
-        &self,
-        workspace: &mut SquaresWorkspace<D>,
-        b: &Wrench<D>,
-        target: &Wrench<D>,
-        dual: &Dual<D>,
-        forces: &mut ContactForces,
-    ) -> Option<Certificate<D>> {
-        let columns = self.slack.as_ref().map(|slack| &slack.columns);
-        let ContactForces { forces: f, shares, .. } = &mut *forces;
-        let size = dual.at(&Wrench::zeros(), target, f, shares).size;
-        let y = multiplier(dual, target, size, columns)?;
-        let answer = self.solve_from(workspace, b, target, dual, &y, forces)?;
-        Some(Certificate { fell_back: true, ..answer })
-    }
-
-    /// Newton's method from `y`, over the contacts of `dual`.
-    fn solve_from(
-        &self,
-        workspace: &mut SquaresWorkspace<D>,
-        b: &Wrench<D>,
-        target: &Wrench<D>,
-        dual: &Dual<D>,
-        y: &Wrench<D>,
-        forces: &mut ContactForces,
-    ) -> Option<Certificate<D>> {
-        let ContactForces { forces: f, shares, .. } = &mut *forces;
-        let start = dual.at(y, target, f, shares);
-        let (point, steps) = minimise(dual, target, start, f, shares);
-        let (answer, y) = self.certify(b, &point, steps, forces).ok()?;
-        workspace.y = y;
-        Some(answer)
-    }
-
-    /// Whether forces in the cones, and within the limits, balance `b`; the direction in which limits are reached where
-    /// they need the limits up to their tolerance.
-    fn feasible(&self, b: &Wrench<D>) -> Result<Option<Vec<f64>>> {
-        let program = if let Some(known) = self.feasibility.get() {
-            known
-        } else {
-            let options =
-                DistributionOptions { min_normal: self.least.clone(), ..DistributionOptions::default() };
-            let made = ShareProgram::new(&self.grasp, Criterion::Max, &options)?;
-            self.feasibility.get_or_init(|| made)
-        };
-        if b.amax() == 0.0 && !program.has_lower_bounds() {
-            return Ok(None);
-        }
-        let mut solver = ShareSolver::new(program);
-        let mut forces = ContactForces::new(self.grasp.num_contacts());
-        let answer = solver.solve(b, self.grasp.force_components(), &mut forces)?;
-        let largest = solver.totals(b, &forces).0;
-        if !self.limits || largest <= 1.0 - AT_LIMIT {
-            return Ok(None);
-        }
-        let direction = unit(&answer.dual).as_slice().to_vec();
-        if largest > 1.0 + AT_LIMIT { Err(Error::BeyondLimits { direction }) } else { Ok(Some(direction)) }
-    }
-
     /// What forces leave of `b`.
     fn residual(&self, b: &Wrench<D>, forces: &ContactForces) -> Wrench<D> {
         residual(b, self.grasp.maps().iter().zip(forces.forces.iter().copied()))
@@ -317,12 +244,7 @@ impl<const D: usize> SquaresProgram<D> {
     ) -> Result<(Certificate<D>, Wrench<D>)> {
         let (y, gradient) = (values(&point.y), values(&point.gradient));
         let dual = self.dual.physical(&y);
-        let (mut sigma, mut size) = (0.0, 0.0);
-        for (contact, force) in self.dual.contacts.iter().zip(&forces.forces) {
-            let half = 0.5 * contact.weight;
-            sigma += half * (force - contact.reference).norm_squared();
-            size += half * (force.norm_squared() + contact.reference.norm_squared());
-        }
+        let (mut sigma, mut size) = self.objective(forces);
         let (gap, missing, allowed);
         if let Some(slack) = &self.slack {
             let rest = self.residual(b, forces);
@@ -339,16 +261,7 @@ impl<const D: usize> SquaresProgram<D> {
             let rounding = ROUNDED_BALANCE * y.norm() * point.size / size;
             gap = y.dot(&gradient).abs();
             allowed = self.rtol.max(rounding.min(LOOSEST_GAP));
-            let held = self.least.iter().copied().fold(0.0, f64::max);
-            let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
-            let wanting = imbalance(b, &self.units, held, contacts);
-            // Beside references a small wrench counts as little.
-            missing = if wanting > FEASIBILITY_TOLERANCE && self.pressed > 0.0 {
-                let left = self.residual(b, forces).component_mul(&self.units).lp_norm(1);
-                wanting.min(left / self.pressed)
-            } else {
-                wanting
-            };
+            missing = self.missing(b, forces);
         }
         let gap = if gap == 0.0 { 0.0 } else { gap / size };
         let unmet = if missing > FEASIBILITY_TOLERANCE || missing.is_nan() {
@@ -360,6 +273,34 @@ impl<const D: usize> SquaresProgram<D> {
             return Ok((certificate, y));
         };
         Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
+    }
+
+    /// The objective of the forces, and the size of its terms.
+    #[inline]
+    pub(crate) fn objective(&self, forces: &ContactForces) -> (f64, f64) {
+        let contacts = self.dual.contacts.iter().zip(&forces.forces);
+        contacts.fold((0.0, 0.0), |(sigma, size), (contact, force)| {
+            let half = 0.5 * contact.weight;
+            (
+                sigma + half * (force - contact.reference).norm_squared(),
+                size + half * (force.norm_squared() + contact.reference.norm_squared()),
+            )
+        })
+    }
+
+    /// What the forces leave unbalanced, as a share of the wrench.
+    #[inline]
+    pub(crate) fn missing(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
+        let held = self.least.iter().copied().fold(0.0, f64::max);
+        let contacts = self.grasp.maps().iter().zip(forces.forces.iter().copied());
+        let wanting = imbalance(b, &self.units, held, contacts);
+        // Beside references a small wrench counts as little.
+        if wanting > FEASIBILITY_TOLERANCE && self.pressed > 0.0 {
+            let left = self.residual(b, forces).component_mul(&self.units).lp_norm(1);
+            wanting.min(left / self.pressed)
+        } else {
+            wanting
+        }
     }
 
     /// What lies between the residual of the forces and that of the multiplier, as a share of the wrench.

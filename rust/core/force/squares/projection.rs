@@ -195,15 +195,23 @@ impl CutCone {
     /// `A = mu^2 (1 - u) + u` and `B = gamma^2 (1 - u) + u`: by Newton's method between bounds. The left side falls.
     fn root<R: Real>(&self, a: R, b: R, right: R) -> R {
         let (one, two) = (R::from(1.0), R::from(2.0));
+        // Of length one, so that no square overflows.
+        let size = a.hypotenuse(b);
+        let (a, b, right) = (a / size, b / size, right / size);
         let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
         let (mut low, mut high) = (R::zero(), one);
-        let mut u = R::zero();
+        // Doubles come near to it.
+        let mut u = if R::ROUNDING == 1.0 {
+            R::zero()
+        } else {
+            R::from(self.root(a.value(), b.value(), right.value()).clamp(0.0, 1.0))
+        };
         let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 * (one - u) + u, gamma2 * (one - u) + u);
             let (p, q) = (a * mu / wide, b * gamma / twist);
-            let reach = p.hypotenuse(q);
+            let reach = (p * p + q * q).square_root();
             let value = (one - two * u) * reach - right;
             if value > R::zero() {
                 low = u;
@@ -234,7 +242,12 @@ impl CutCone {
         let (mu, gamma) = (R::from(self.mu), R::from(self.gamma));
         let (mu2, gamma2) = (mu * mu, gamma * gamma);
         let rounded = 2.0 * f64::EPSILON * R::ROUNDING;
-        let mut lambda = R::zero();
+        let mut lambda = if R::ROUNDING == 1.0 {
+            R::zero()
+        } else {
+            // Newton's method rises to the root.
+            R::from(self.multiplier(a.value(), b.value(), level.value()) * (1.0 - 1e-12))
+        };
         for _ in 0..MAX_ROOT_STEPS {
             let (wide, twist) = (mu2 + lambda, gamma2 + lambda);
             let (p, q) = (a * mu / wide, b * gamma / twist);

@@ -20,12 +20,12 @@ use crate::force::true_cones::contact_status::{ContactStatus, friction, load};
 use crate::force::true_cones::optimal_point::{ConeConditions, OptimalPoint};
 use crate::force::true_cones::optimality_system::{OptimalitySystem, Unknown};
 
-const MAX_STEPS: usize = 60;
-const MAX_TRIALS: usize = 20;
+const MAX_CHOICE_STEPS: usize = 60;
+const MAX_CHOICE_TRIALS: usize = 20;
 
 /// The gradient that counts as zero, relative to its terms, and what a stalled iteration may leave of it.
-const CONVERGED: f64 = 2e-14;
-const STALLED: f64 = 1e-10;
+const CONVERGED_CHOICE: f64 = 2e-14;
+const STALLED_CHOICE: f64 = 1e-10;
 
 /// Shares of the norm fall by this factor, this often.
 const FALL: f64 = 0.25;
@@ -285,13 +285,13 @@ impl<const D: usize> Program<'_, D> {
         let scale: f64 =
             self.conditions.cones.iter().map(|c| c.axes[0].norm_squared()).sum::<f64>() / self.share;
         let mut stalled = 0;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..MAX_CHOICE_STEPS {
             let error = point.gradient.amax() / point.size;
             *z = point.z;
-            if error <= CONVERGED {
+            if error <= CONVERGED_CHOICE {
                 return true;
             }
-            if stalled >= 2 && error <= STALLED {
+            if stalled >= 2 && error <= STALLED_CHOICE {
                 return true;
             }
             if stalled > 6 || !error.is_finite() {
@@ -305,10 +305,10 @@ impl<const D: usize> Program<'_, D> {
             let direction = -factor.solve(&point.gradient);
             let Some(next) = self.line_search(&point, &direction, solution) else {
                 self.at(point.z, solution);
-                return error <= STALLED;
+                return error <= STALLED_CHOICE;
             };
             let halved = next.gradient.amax() <= 0.5 * point.gradient.amax();
-            stalled = if halved { 0 } else { stalled + usize::from(error <= STALLED) };
+            stalled = if halved { 0 } else { stalled + usize::from(error <= STALLED_CHOICE) };
             point = next;
         }
         false
@@ -324,7 +324,7 @@ impl<const D: usize> Program<'_, D> {
         let slope = from.gradient.dot(direction);
         let (mut low, mut low_slope, mut high, mut high_slope) = (0.0, slope, f64::INFINITY, 0.0);
         let mut step = 1.0;
-        for _ in 0..MAX_TRIALS {
+        for _ in 0..MAX_CHOICE_TRIALS {
             let found = self.at(from.z + direction * step, solution);
             let now = found.gradient.dot(direction);
             let rounding = 8.0 * f64::EPSILON * found.terms.max(from.terms);

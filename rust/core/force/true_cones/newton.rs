@@ -11,7 +11,7 @@ use crate::force::true_cones::segment::Segment;
 use crate::force::true_cones::tie_break::TieBreak;
 
 /// Steps with one set of statuses: from a near point it takes one to three.
-const MAX_STEPS: usize = 12;
+const MAX_STATUS_STEPS: usize = 12;
 
 /// Sets of statuses from a point nearby, and from one of column generation.
 pub(crate) const FEW_CHANGES: usize = 3;
@@ -166,7 +166,7 @@ impl<const D: usize> NewtonWorkspace<D> {
     ) -> Steps {
         let Self { point, system, factorised, .. } = self;
         let mut before = f64::INFINITY;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..MAX_STATUS_STEPS {
             let exerted = target.copied().unwrap_or(point.z);
             let Missing { balance, error } = conditions.evaluate(point, &exerted, &mut system.missing);
             if error <= 1.0 {
