@@ -80,6 +80,8 @@ class _Program:
 
     def __init__(self, grasp: gf.Grasp, weight: float, criterion: str, load: dict[str, Any]) -> None:
         maps, moving, self._right, self.center, self.extent = scaled(grasp, weight, load)
+        # Positions far from the origin are rounded, and so is their mean.
+        self.rounding = 1e-15 * np.abs(grasp.positions).max() / self.extent
         forces = np.zeros((len(grasp.extreme_forces), 4))
         forces[:, : grasp.force_dim] = grasp.extreme_forces / weight
         forces[:, 3] /= self.extent
@@ -166,7 +168,7 @@ def _verdict(
             ((vertices - program.center) / program.extent @ direction).max()
             for vertices in (region.inner, region.outer)
         )
-        rounding = RESOLUTION * (1 + abs(outer))
+        rounding = RESOLUTION * (1 + abs(outer)) + program.rounding
         if low > outer + rounding or inner > high + rounding:
             return "wrong"
         widths.append(low)

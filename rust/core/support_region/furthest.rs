@@ -218,7 +218,10 @@ impl<'a> Simplex<'a> {
 
     /// The direction of the multipliers y, they themselves, and the point of the set (or the origin) furthest along it.
     fn price(&self, direction: &Point, costs: &Rows) -> (Wrench<6>, Rows, Column, f64) {
-        let y = self.inverse.tr_mul(costs);
+        let mut y = self.inverse.tr_mul(costs);
+        // Columns that nearly coincide cost the inverse its digits.
+        let missed = Rows::from_fn(|at, _| costs[at] - self.columns[at].rows.dot(&y));
+        y += self.inverse.tr_mul(&missed);
         let multipliers: Vector4<f64> = y.fixed_rows::<4>(0).into_owned();
         let z = self.load.covector(direction, &multipliers);
         let support = self.set.support(&z);

@@ -101,9 +101,9 @@ impl Open {
         Self { places, directions, asked, corner, area }
     }
 
-    /// How much further than the edge the corner reaches along a direction.
-    fn gain(&self, direction: &Point) -> f64 {
-        self.places.iter().map(|place| direction.dot(&(self.corner - place))).fold(f64::INFINITY, f64::min)
+    /// How much further than the edge a point lies along a direction.
+    fn beyond(&self, direction: &Point, point: &Point) -> f64 {
+        self.places.iter().map(|place| direction.dot(&(point - place))).fold(f64::INFINITY, f64::min)
     }
 
     /// Outward across the edge; between both directions where the edge has none.
@@ -243,8 +243,7 @@ fn grow_once(
             Open::new(places, [axes[at], axes[next]], [at, next], corners[at])
         })
         .collect();
-    let rounded = ROUNDED_GAIN * size + 4.0 * oracle.simplex.rounding();
-    let least = rounded.max(2.0 * enough);
+    let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * oracle.simplex.rounding();
     if let Some(flat) = flat(oracle.simplex, &oracle.asked, size)? {
         return Ok(flat);
     }
@@ -262,7 +261,7 @@ fn grow_once(
             share *= 0.8;
         }
         // Triangles that are too flat to be asked stay between the polygons.
-        let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
+        let Some(direction) = triangle.across(size).filter(|across| triangle.beyond(across, &triangle.corner) > least) else {
             continue;
         };
         if oracle.asked.len() >= max_directions {
@@ -274,11 +273,14 @@ fn grow_once(
         inside += 0.5 * turn(&triangle.places[0], &next.place, &triangle.places[1]).abs();
         let halves = triangle.split(&direction, &next, at);
         between += halves[0].area + halves[1].area - triangle.area;
-        open.extend(halves);
+        // Where no place lies beyond, the edge is found, as sharp as its bound is.
+        if triangle.beyond(&direction, &next.place) > least {
+            open.extend(halves);
+        }
     }
     let mut grown = last.unwrap_or_else(|| polygons(&oracle.asked, &corners, converged, size));
-    // Rounding moves the boundary of a region, which is at most four extents long.
-    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP) || grown.gap * grown.width <= 4.0 * rounded;
+    // The boundary is at most four extents long, and known to the resolution.
+    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP) || grown.gap * grown.width <= 4.0 * RESOLUTION;
     Ok(grown)
 }
 
