@@ -92,7 +92,7 @@ class _Program:
         self._balance = np.column_stack([edges, moving, -moving])
         shares = (owner == np.arange(grasp.num_contacts)[:, None]).astype(float)
         if not load["limits"]:
-            # Forces in units of the weight, all of them together at most so many times it, or as many as needed.
+            # All forces together are at most so many times the weight, where they are limited.
             self._limits = np.linalg.norm(forces[:, :3], axis=1)[None] / UNLIMITED
         else:
             self._limits = shares if criterion == "max" else shares.sum(axis=0, keepdims=True)

@@ -250,15 +250,19 @@ def _planned(problem: SearchProblem, box: Array, sample: Array, seconds: float) 
         return source.feasible({"positions": positions, "normals": normals})
 
     size = float(np.ptp(box, axis=1).max())
-    found = plan_multistart(
-        problem.surface, box, 0.2 * size, 0.01 * size, options["criterion"],
-        starts=starts[ranked(problem, starts)[0][:_STARTS]], best=1, feasible=allowed,
-        time_limit=min(seconds, _SECONDS_OF_PLANS), external_wrench=options["external_wrench"],
-        metric=options["metric"], **source.options,
-    )  # fmt: skip
-    if found.stopped == "interrupted":
-        raise KeyboardInterrupt
-    return found.best.params[None]
+    deadline = deadline_after(min(seconds, _SECONDS_OF_PLANS))
+    starts = starts[ranked(problem, starts)[0][:_STARTS]]
+    # From many starts, and then closely from the best end.
+    for step, tolerance in ((0.2, 0.01), (0.01, 1e-4)):
+        found = plan_multistart(
+            problem.surface, box, step * size, tolerance * size, options["criterion"], starts=starts, best=1,
+            feasible=allowed, time_limit=max(0.0, deadline - time.monotonic()),
+            external_wrench=options["external_wrench"], metric=options["metric"], **source.options,
+        )  # fmt: skip
+        if found.stopped == "interrupted":
+            raise KeyboardInterrupt
+        starts = found.best.params[None]
+    return starts
 
 
 def _box_tree(

@@ -157,7 +157,7 @@ class FaceProducts:
         enough: Callable[[], float],
         left: Callable[[], float],
     ) -> None:
-        """Discard products whose bounds are enough, until none is left, no time is, or none can be divided."""
+        """Discard products whose bounds are enough, until none is left, no time is, or none can be cut."""
         attempt = incumbent.attempt
 
         def middles(rows: list[int]) -> None:

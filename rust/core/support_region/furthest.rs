@@ -184,6 +184,12 @@ impl<'a> Simplex<'a> {
 
     /// Takes from the shares what rounding of the pivots left unbalanced; false where that is too much.
     fn settle(&mut self) -> bool {
+        let nothing_artificial = |simplex: &mut Self| {
+            for (column, share) in simplex.columns.iter().zip(simplex.shares.iter_mut()) {
+                *share = if column.artificial { 0.0 } else { share.max(0.0) };
+            }
+        };
+        nothing_artificial(self);
         for _ in 0..MAX_REFINEMENTS {
             let unbalanced = self.right - self.mixture(|column| column.rows);
             if unbalanced.amax() <= ROUNDED_BALANCE {
@@ -192,9 +198,10 @@ impl<'a> Simplex<'a> {
             if let Some(inverse) = self.inverted() {
                 self.inverse = inverse;
             }
-            self.shares = (self.shares + self.inverse * unbalanced).map(|share| share.max(0.0));
+            self.shares += self.inverse * unbalanced;
+            nothing_artificial(self);
         }
-        (self.right - self.mixture(|column| column.rows)).amax() <= FEASIBILITY_TOLERANCE
+        (self.right - self.mixture(|column| column.rows)).amax() <= 0.1 * FEASIBILITY_TOLERANCE
     }
 
     /// Newton's method from the basis of the last direction asked for.

@@ -261,7 +261,9 @@ fn grow_once(
             share *= 0.8;
         }
         // Triangles that are too flat to be asked stay between the polygons.
-        let Some(direction) = triangle.across(size).filter(|across| triangle.beyond(across, &triangle.corner) > least) else {
+        let Some(direction) =
+            triangle.across(size).filter(|across| triangle.beyond(across, &triangle.corner) > least)
+        else {
             continue;
         };
         if oracle.asked.len() >= max_directions {
