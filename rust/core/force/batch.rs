@@ -10,7 +10,7 @@ use crate::force::workspace::ForceWorkspace;
 use crate::grasp::Wrench;
 use crate::grasp::contact::contact_force;
 use crate::interrupt;
-use crate::memory::{filled, room};
+use crate::memory::filled;
 use crate::status::Status;
 
 /// Rows that one workspace solves in a parallel batch: enough to outweigh its own cold starts.
@@ -88,62 +88,39 @@ impl<const D: usize> ForceDistributor<D> {
             forces: filled("forces", rows.saturating_mul(stride), 0.0)?,
             sigma_max: filled("sigma_max", rows, 0.0)?,
             sigma_sum: filled("sigma_sum", rows, 0.0)?,
-            residual: Vec::new(),
-            distance: Vec::new(),
-            balanced: Vec::new(),
+            residual: filled("residual", rows.saturating_mul(D), 0.0)?,
+            distance: filled("distance", rows, 0.0)?,
+            balanced: filled("balanced", rows, false)?,
             status: filled("status", rows, Status::Invalid)?,
         };
-        let chunk = if parallel { CHUNK } else { rows.max(1) };
-        let chunks = external_wrenches
-            .par_chunks(chunk)
-            .zip(batch.forces.par_chunks_mut(chunk * stride))
-            .zip(batch.sigma_max.par_chunks_mut(chunk).zip(batch.sigma_sum.par_chunks_mut(chunk)))
-            .zip(batch.status.par_chunks_mut(chunk));
         if parallel {
             let interrupt = interrupt::current();
-            chunks.try_for_each(|(((w, f), (max, sum)), s)| {
+            let chunks = external_wrenches.par_chunks(CHUNK).zip(batch.chunks(CHUNK, stride, D));
+            chunks.try_for_each(|(wrenches, rows)| {
                 let workspace = &mut self.workspace();
-                interrupt::inherit(interrupt.as_ref(), || {
-                    self.solve_rows(workspace, (w, nearest), f, max, sum, s)
-                })
+                interrupt::inherit(interrupt.as_ref(), || self.fill(workspace, wrenches, nearest, rows))
             })?;
         } else {
-            let (w, s) = (external_wrenches, &mut batch.status);
-            let (max, sum) = (&mut batch.sigma_max, &mut batch.sigma_sum);
-            self.solve_rows(workspace, (w, nearest), &mut batch.forces, max, sum, s)?;
-        }
-        batch.residual = room("residual", rows.saturating_mul(D))?;
-        (batch.distance, batch.balanced) = (room("distance", rows)?, room("balanced", rows)?);
-        let metric = nearest.copied().unwrap_or_default().metric_of(self.grasp());
-        let held = self.options().min_normal.iter().copied().fold(0.0, f64::max);
-        let checked =
-            nearest.is_some() || self.squares_options().is_some_and(|squares| squares.slack.is_some());
-        let components = self.grasp().force_components();
-        // NaN where the forces are.
-        for ((row, wrench), status) in
-            batch.forces.chunks(stride.max(1)).zip(external_wrenches).zip(&batch.status)
-        {
-            let forces = row.chunks(components.len()).map(|force| contact_force(force, components));
-            let residual = self.problem.residual_of(&-wrench, forces.clone());
-            batch.residual.extend_from_slice(residual.as_slice());
-            batch.distance.push(metric.to_euclidean(&residual).norm());
-            let solved = *status == Status::Solved;
-            batch.balanced.push(solved && (!checked || balances(self.grasp(), &-wrench, held, forces)));
+            self.fill(workspace, external_wrenches, nearest, batch.whole())?;
         }
         Ok(batch)
     }
 
-    fn solve_rows(
+    fn fill(
         &self,
         workspace: &mut ForceWorkspace<D>,
-        (wrenches, nearest): (&[Wrench<D>], Option<&NearestOptions<D>>),
-        forces: &mut [f64],
-        sigma_max: &mut [f64],
-        sigma_sum: &mut [f64],
-        status: &mut [Status],
+        wrenches: &[Wrench<D>],
+        nearest: Option<&NearestOptions<D>>,
+        rows: BatchRows<'_>,
     ) -> Result<()> {
-        let rows = forces.chunks_mut(self.grasp().num_contacts() * self.grasp().force_dim());
-        for ((wrench, row), k) in wrenches.iter().zip(rows).zip(0..) {
+        let metric = nearest.copied().unwrap_or_default().metric_of(self.grasp());
+        let checked =
+            nearest.is_some() || self.squares_options().is_some_and(|squares| squares.slack.is_some());
+        let components = self.grasp().force_components();
+        let stride = self.grasp().num_contacts() * components.len();
+        let forces = rows.forces.chunks_exact_mut(stride);
+        let rests = rows.residual.chunks_exact_mut(D);
+        for (((wrench, row), rest), k) in wrenches.iter().zip(forces).zip(rests).zip(0..) {
             interrupt::check()?;
             let solved = match nearest {
                 Some(options) => self.nearest_into(workspace, wrench, options, row).map(|_| {
@@ -154,16 +131,74 @@ impl<const D: usize> ForceDistributor<D> {
                     _ => workspace.last().totals(&-wrench),
                 }),
             };
-            status[k] = match &solved {
+            rows.status[k] = match &solved {
                 Ok(_) => Status::Solved,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => Status::of(error),
             };
             if solved.is_err() {
+                // The residual is NaN where the forces are.
                 row.fill(f64::NAN);
             }
-            (sigma_max[k], sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
+            (rows.sigma_max[k], rows.sigma_sum[k]) = solved.unwrap_or((f64::NAN, f64::NAN));
+            let residual = self.problem.residual_of_rows(&-wrench, row);
+            rest.copy_from_slice(residual.as_slice());
+            rows.distance[k] = metric.to_euclidean(&residual).norm();
+            let contacts = row.chunks_exact(components.len()).map(|force| contact_force(force, components));
+            let solved = rows.status[k] == Status::Solved;
+            rows.balanced[k] =
+                solved && (!checked || balances(self.grasp(), &-wrench, self.held(), contacts));
         }
         Ok(())
+    }
+}
+
+/// Some consecutive rows of a batch.
+struct BatchRows<'a> {
+    forces: &'a mut [f64],
+    sigma_max: &'a mut [f64],
+    sigma_sum: &'a mut [f64],
+    residual: &'a mut [f64],
+    distance: &'a mut [f64],
+    balanced: &'a mut [bool],
+    status: &'a mut [Status],
+}
+
+impl DistributionBatch {
+    /// The rows in chunks; a row has `stride` components of forces and `dim` of a wrench.
+    fn chunks(
+        &mut self,
+        rows: usize,
+        stride: usize,
+        dim: usize,
+    ) -> impl IndexedParallelIterator<Item = BatchRows<'_>> {
+        self.forces
+            .par_chunks_mut(rows * stride)
+            .zip(self.residual.par_chunks_mut(rows * dim))
+            .zip(self.sigma_max.par_chunks_mut(rows).zip(self.sigma_sum.par_chunks_mut(rows)))
+            .zip(self.distance.par_chunks_mut(rows).zip(self.balanced.par_chunks_mut(rows)))
+            .zip(self.status.par_chunks_mut(rows))
+            .map(|((((forces, residual), (sigma_max, sigma_sum)), (distance, balanced)), status)| BatchRows {
+                forces,
+                sigma_max,
+                sigma_sum,
+                residual,
+                distance,
+                balanced,
+                status,
+            })
+    }
+
+    /// All rows.
+    fn whole(&mut self) -> BatchRows<'_> {
+        BatchRows {
+            forces: &mut self.forces,
+            sigma_max: &mut self.sigma_max,
+            sigma_sum: &mut self.sigma_sum,
+            residual: &mut self.residual,
+            distance: &mut self.distance,
+            balanced: &mut self.balanced,
+            status: &mut self.status,
+        }
     }
 }

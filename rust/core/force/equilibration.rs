@@ -141,9 +141,9 @@ pub(crate) fn units<const D: usize>(grasp: &Grasp<D>) -> SVector<f64, D> {
     SVector::from_fn(|row, _| if row < split { force } else { torque })
 }
 
-/// The largest force that a lower bound of a normalised normal force asks for, in [`units`]; zero without.
-pub(crate) fn held_force<const D: usize>(grasp: &Grasp<D>, bounds: &[f64]) -> f64 {
+/// The largest force that a lower bound of a normalised normal force asks for, in these [`units`]; zero without.
+pub(crate) fn held_force<const D: usize>(grasp: &Grasp<D>, units: &SVector<f64, D>, bounds: &[f64]) -> f64 {
     let force =
         |(bound, contact): (&f64, &Contact)| bound * contact.max_normal_force * contact.friction.hypot(1.0);
-    units(grasp)[0] * bounds.iter().zip(grasp.contacts()).map(force).fold(0.0, f64::max)
+    units[0] * bounds.iter().zip(grasp.contacts()).map(force).fold(0.0, f64::max)
 }

@@ -11,7 +11,7 @@ use crate::force::share_program::ShareProgram;
 use crate::force::solution::{Distribution, DistributionOptions, check_options, check_wrench};
 use crate::force::squares::options::SquaresOptions;
 use crate::force::squares::program::SquaresProgram;
-use crate::grasp::contact::ContactForce;
+use crate::grasp::contact::{ContactForce, contact_force};
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, Wrench};
 use crate::interrupt;
@@ -164,18 +164,21 @@ impl<const D: usize> Problem<D> {
 
     /// What forces leave of `b`, with the sign of the external wrench: free of rounding where they are large.
     pub(crate) fn residual(&self, b: &Wrench<D>, forces: &[ContactForce]) -> Wrench<D> {
-        self.residual_of(b, forces.iter().copied())
+        let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force.amax()));
+        let contacts = self.grasp.maps().iter().zip(forces.iter().copied());
+        if largest > LARGE_FORCES * b.amax() { -exact_rest(b, contacts) } else { residual(b, contacts) }
     }
 
-    /// The same of forces that are read one by one.
-    pub(crate) fn residual_of(
-        &self,
-        b: &Wrench<D>,
-        forces: impl Iterator<Item = ContactForce> + Clone,
-    ) -> Wrench<D> {
-        let largest = forces.clone().fold(0.0_f64, |largest, force| largest.max(force.amax()));
-        let contacts = self.grasp.maps().iter().zip(forces);
-        if largest > LARGE_FORCES * b.amax() { -exact_rest(b, contacts) } else { residual(b, contacts) }
+    /// The same of rows of [`Grasp::force_components`].
+    pub(crate) fn residual_of_rows(&self, b: &Wrench<D>, rows: &[f64]) -> Wrench<D> {
+        let (maps, components) = (self.grasp.maps(), self.grasp.force_components());
+        let contacts = maps.iter().zip(rows.chunks_exact(components.len()));
+        let largest = rows.iter().fold(0.0, |largest, x| if x.abs() > largest { x.abs() } else { largest });
+        if largest > LARGE_FORCES * b.amax() {
+            return -exact_rest(b, contacts.map(|(map, row)| (map, contact_force(row, components))));
+        }
+        let columns = contacts.flat_map(|(map, row)| components.iter().map(|&k| map.column(k)).zip(row));
+        columns.fold(-b, |rest, (column, x)| rest + column * *x)
     }
 
     /// Whether the wrench is zero and no contact has a lower bound.

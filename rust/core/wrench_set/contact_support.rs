@@ -122,7 +122,7 @@ impl<const R: usize> ContactSupport<R> {
     pub(crate) fn wrench(&self, z: &SVector<f64, R>, at: usize) -> SVector<f64, R> {
         match self {
             Self::Finite { blocks, first, .. } => edge(blocks, at - first),
-            Self::Cone { map, mu, gamma, .. } => map * cone_support(&map.tr_mul(z), *mu, *gamma),
+            Self::Cone { map, mu, gamma, .. } => cone_wrench(map, z, *mu, *gamma),
         }
     }
 
@@ -149,4 +149,15 @@ impl<const R: usize> ContactSupport<R> {
             }
         }
     }
+}
+
+/// The wrench of a true cone along `z`. Of its own, so that the lookup of a listed wrench is inlined.
+#[inline(never)]
+fn cone_wrench<const R: usize>(
+    map: &SMatrix<f64, R, 4>,
+    z: &SVector<f64, R>,
+    mu: f64,
+    gamma: f64,
+) -> SVector<f64, R> {
+    map * cone_support(&map.tr_mul(z), mu, gamma)
 }

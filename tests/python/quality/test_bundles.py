@@ -61,10 +61,9 @@ def test_a_bundle_holds_all_weakest_facets_of_the_enumerated_hull(criterion, dim
         equations = ConvexHull(points).equations
         for direction in directions:
             assert np.abs(equations[:, :-1] - direction).max(axis=1).min() < 1e-6
-        for equation in equations:
+        for equation in equations[-equations[:, -1] < values[-1] - 1e-9]:
             normal, distance = equation[:-1], -equation[-1]
-            inside = (equations[:, :-1] @ (distance * normal) + equations[:, -1] < 1e-9).all()
-            if inside and distance < values[-1] - 1e-9:
+            if (equations[:, :-1] @ (distance * normal) + equations[:, -1] < 1e-9).all():
                 assert np.abs(directions - normal).max(axis=1).min() < 1e-6
 
 

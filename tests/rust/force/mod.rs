@@ -1,5 +1,6 @@
 //! Force distribution: laws, certificates, histories.
 
+mod allocations;
 mod certificates;
 mod cones;
 mod gradients;

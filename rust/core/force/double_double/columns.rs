@@ -4,10 +4,9 @@
 //! imbalance means the same in every row. With lower bounds `c_i`, scaled to a largest of one, the vertices (points of
 //! `sum_i [c_i, c_max] H_i`) are combined convexly in one more row, as in [`preload`](crate::force::preload).
 
-use crate::force::equilibration::units;
 use crate::force::simplex::pricing::Objective;
-use crate::grasp::Grasp;
 use crate::grasp::contact::ContactForce;
+use crate::grasp::{Grasp, Wrench};
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::{PUSHING, ROUNDED_SUPPORT};
 
@@ -91,14 +90,14 @@ impl DoubleDoubleColumns {
     /// `least` holds the lower bounds over the largest of them, or nothing.
     pub(crate) fn new<const D: usize>(
         grasp: &Grasp<D>,
+        scales: &Wrench<D>,
         objective: Objective,
         least: Vec<f64>,
         tolerance: f64,
     ) -> Self {
-        let scales = units(grasp);
         let scaled = |wrench: &[f64]| {
             let mut row = [0.0; 6];
-            row.iter_mut().zip(wrench).zip(&scales).for_each(|((x, w), unit)| *x = w * unit);
+            row.iter_mut().zip(wrench).zip(scales).for_each(|((x, w), unit)| *x = w * unit);
             row
         };
         let reach = |i: usize| {

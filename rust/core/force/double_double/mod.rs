@@ -57,17 +57,23 @@ pub(crate) struct DoubleDoubleProgram<const D: usize> {
 }
 
 impl<const D: usize> DoubleDoubleProgram<D> {
-    /// `bounds` are the lower bounds of normalised normal forces; none where empty.
-    pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, bounds: &[f64], tolerance: f64) -> Self {
+    /// `bounds` are the lower bounds of normalised normal forces; none where empty. `units` are those of the equilibration.
+    pub(crate) fn new(
+        grasp: &Grasp<D>,
+        units: &Wrench<D>,
+        objective: Objective,
+        bounds: &[f64],
+        tolerance: f64,
+    ) -> Self {
         let largest = bounds.iter().copied().fold(0.0, f64::max);
         let least: Vec<f64> = bounds.iter().map(|bound| bound / largest).collect();
         Self {
-            columns: DoubleDoubleColumns::new(grasp, objective, least.clone(), tolerance),
+            columns: DoubleDoubleColumns::new(grasp, units, objective, least.clone(), tolerance),
             components: grasp.force_components(),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),
             maps: grasp.maps().to_vec(),
             largest,
-            held: held_force(grasp, bounds),
+            held: held_force(grasp, units, bounds),
             least,
             tolerance,
         }

@@ -211,12 +211,15 @@ impl<const R: usize> CriticalRegion<R> {
     /// Whether some wrench of unit size takes forces or an objective of [`ILL_CONDITIONED`] size: rounding of positions then
     /// decides between optimal forces, and so would the wrenches that were solved before.
     pub(crate) fn is_ill_conditioned(&self) -> bool {
-        let most =
-            |row: &[f64; LANES], unit: f64| row.iter().fold(0.0_f64, |most, x| most.max((x / unit).abs()));
-        let force = self.units[0];
-        let steepest = self.forces.blocks.iter().flat_map(|block| block.0.iter().zip(self.units.iter()));
-        let steepest = steepest.fold(0.0_f64, |steepest, (row, unit)| steepest.max(most(row, *unit)));
-        steepest * force > ILL_CONDITIONED || self.dual.component_div(&self.units).amax() > ILL_CONDITIONED
+        let mut steepest = SVector::<f64, R>::zeros();
+        for block in &self.forces.blocks {
+            for (most, row) in steepest.iter_mut().zip(&block.0) {
+                *most = row.iter().fold(*most, |most, x| if x.abs() > most { x.abs() } else { most });
+            }
+        }
+        let steepest = steepest.component_div(&self.units).max();
+        steepest * self.units[0] > ILL_CONDITIONED
+            || self.dual.component_div(&self.units).amax() > ILL_CONDITIONED
     }
 
     /// Whether the region is one ray, whose multipliers prove nothing of other wrenches.
@@ -273,8 +276,8 @@ impl<const R: usize> CriticalRegion<R> {
         for (k, column) in columns.enumerate() {
             rest += column * self.forces.row(k).transpose();
         }
-        for (i, j) in (0..R).flat_map(|i| (0..R).map(move |j| (i, j))) {
-            rest[(i, j)] *= self.units[i] / self.units[j];
+        for (mut column, unit) in rest.column_iter_mut().zip(&self.units) {
+            column.component_mul_assign(&(self.units * unit.recip()));
         }
         // Wrenches of the region have nothing along its equations.
         let mut axes: [SVector<f64, R>; R] = [SVector::zeros(); R];

@@ -5,6 +5,8 @@
 //! itself are used (Eq. 31): they are least, too. The linear map of the forces is accepted only if its forces balance
 //! the wrench, push, and attain the objective that the multipliers prove.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::error::{Error, Result, Unmet};
@@ -31,7 +33,7 @@ const FAR_APART: f64 = 100.0;
 /// What turns the multipliers of a grasp into its contact forces.
 #[derive(Debug, Clone)]
 pub(crate) struct CriticalRegionBuilder<const D: usize> {
-    extreme_forces: Vec<ContactForce>,
+    extreme_forces: Arc<Vec<ContactForce>>,
     components: &'static [usize],
     interiors: Vec<Option<Interior>>,
     limits: Vec<f64>,
@@ -64,7 +66,7 @@ impl<const D: usize> CriticalRegionBuilder<D> {
     /// For a grasp with listed extreme forces.
     pub(crate) fn new(grasp: &Grasp<D>, tolerance: f64) -> Self {
         Self {
-            extreme_forces: grasp.finite_forces().to_vec(),
+            extreme_forces: Arc::clone(grasp.shared_forces()),
             components: grasp.force_components(),
             interiors: Interior::of_contacts(grasp),
             limits: grasp.contacts().iter().map(|contact| contact.max_normal_force).collect(),

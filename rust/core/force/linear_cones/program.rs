@@ -49,7 +49,7 @@ impl<const D: usize> LinearProgram<D> {
                 Some(Enumeration::new(grasp, objective, &equilibration, options.max_points)?)
             }
         };
-        let precise = DoubleDoubleProgram::new(grasp, objective, &[], options.rtol);
+        let precise = DoubleDoubleProgram::new(grasp, equilibration.units(), objective, &[], options.rtol);
         let reduced = match &enumeration {
             Some(enumeration) if options.method == Method::Reduced => {
                 let targets = sample_targets(&equilibration, &precise, &options.samples)?;

@@ -125,9 +125,9 @@ impl<const D: usize> PreloadProgram<D> {
             threshold: objective.unit() * if grasp.is_finite() { OPTIMAL_COST } else { 0.5 * tolerance },
         };
         let (least, maps) = (bounds.to_vec(), grasp.maps().to_vec());
-        let precise = DoubleDoubleProgram::new(grasp, objective, bounds, tolerance);
-        let unbounded = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
-        let held = held_force(grasp, bounds);
+        let precise = DoubleDoubleProgram::new(grasp, equilibration.units(), objective, bounds, tolerance);
+        let unbounded = DoubleDoubleProgram::new(grasp, equilibration.units(), objective, &[], tolerance);
+        let held = held_force(grasp, equilibration.units(), bounds);
         Self { equilibration, columns, least, largest, held, maps, tolerance, precise, unbounded }
     }
 

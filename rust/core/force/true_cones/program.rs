@@ -67,7 +67,7 @@ impl<const D: usize> ConeProgram<D> {
     pub(crate) fn new(grasp: &Grasp<D>, objective: Objective, tolerance: f64) -> Self {
         let equilibration = Equilibration::new(grasp, &spanning_wrenches(grasp));
         let columns = ImplicitColumns::new(objective, equilibrated_contacts(grasp, &equilibration));
-        let precise = DoubleDoubleProgram::new(grasp, objective, &[], tolerance);
+        let precise = DoubleDoubleProgram::new(grasp, equilibration.units(), objective, &[], tolerance);
         let coarse = START_GAPS.map(|gap| columns.with_tolerance(gap.max(tolerance)));
         let cones = (0..grasp.num_contacts())
             .map(|i| StandardCone::new(grasp, i, |wrench| equilibration.wrench(wrench)))
