@@ -242,6 +242,8 @@ def _planned(problem: SearchProblem, box: Array, sample: Array, seconds: float) 
     The starts are feasible, and one search that fails ends no other: what is raised is the caller's to know.
     """
     source, options = problem.source, problem.quality_options
+    # Places on faces are rounded.
+    sample = np.clip(sample, *box.T)
     starts = sample[source.feasible(source.contacts(sample))]
     if not len(starts):
         return starts
@@ -261,7 +263,7 @@ def _planned(problem: SearchProblem, box: Array, sample: Array, seconds: float) 
         )  # fmt: skip
         if found.stopped == "interrupted":
             raise KeyboardInterrupt
-        starts = found.best.params[None]
+        starts = np.clip(found.best.params[None], *box.T)
     return starts
 
 
