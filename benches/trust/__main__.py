@@ -7,6 +7,7 @@ from benches.trust import (
     cone_histories,
     control,
     degenerate_nearest,
+    degenerate_regions,
     feet_and_pinches,
     global_bounds,
     history_free,
@@ -48,6 +49,7 @@ FAMILIES = (
     built_in_surfaces,
     mesh_unions,
     support_regions,
+    degenerate_regions,
 )
 
 

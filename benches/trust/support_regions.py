@@ -81,7 +81,8 @@ def scaled(grasp: gf.Grasp, weight: float, load: dict[str, Any]) -> tuple[Any, .
     """
     positions, center = grasp.positions, grasp.positions.mean(axis=0)
     extent = max(np.linalg.norm(positions - center, axis=1).max(), np.max(grasp.torsion))
-    extent = extent if extent > 0 else 1.0
+    # Contacts in one place have none but for rounding.
+    extent = extent if extent > 1e-15 * np.abs(positions).max() else 1.0
     columns = []
     for place, frame in zip(positions, grasp.frames, strict=True):
         axes = np.asarray(frame)

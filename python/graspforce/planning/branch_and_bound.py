@@ -29,7 +29,7 @@ from .contact_wrenches import ContactWrenches
 from .face_products import FaceProducts, meshes_of
 from .global_optimum import GlobalOptimum
 from .incumbent import Incumbent
-from .multistart import plan_multistart
+from .multistart import plan_multistart, ranked
 from .problem import SearchProblem, deadline_after, read_only_copy
 from .progress import Report, reporting
 from .search_scales import force_ceiling, longest_wrench, parameter_rates
@@ -199,8 +199,7 @@ def plan_global(
             raise InvalidInputError("curvature: meshes with face normals have none")
         free = feasible is None and min_distance == 0
         search = FaceProducts(
-            wrenches, meshes, opening,
-            lambda seconds: _planned(surface, box, problem, seconds, feasible, min_distance, grasp_options),
+            wrenches, meshes, opening, lambda sample, seconds: _planned(problem, box, sample, seconds),
             ceiling=force_ceiling(first, problem.quality_options["metric"], criterion),
             adopt=free, limited=np.isfinite(deadline),
         )  # fmt: skip
@@ -237,30 +236,35 @@ def plan_global(
     return found
 
 
-def _planned(
-    surface: Surface,
-    box: Array,
-    problem: SearchProblem,
-    seconds: float,
-    feasible: Feasible | None,
-    min_distance: float,
-    grasp_options: GraspOptions,
-) -> Array:
-    """Return parameters (1, p) of the best plan from many starts; (0, p) if they met no feasible grasp."""
+def _planned(problem: SearchProblem, box: Array, sample: Array, seconds: float) -> Array:
+    """Return parameters (1, p) of the best plan from the best of a sample (B, p); (0, p) if none is feasible.
+
+    The starts are feasible, and one search that fails ends no other: what is raised is the caller's to know.
+    """
+    source, options = problem.source, problem.quality_options
+    # Places on faces are rounded.
+    sample = np.clip(sample, *box.T)
+    starts = sample[source.feasible(source.contacts(sample))]
+    if not len(starts):
+        return starts
+
+    def allowed(positions: Array, normals: Array) -> NDArray[np.bool_]:
+        return source.feasible({"positions": positions, "normals": normals})
+
     size = float(np.ptp(box, axis=1).max())
-    try:
+    deadline = deadline_after(min(seconds, _SECONDS_OF_PLANS))
+    starts = starts[ranked(problem, starts)[0][:_STARTS]]
+    # From many starts, and then closely from the best end.
+    for step, tolerance in ((0.2, 0.01), (0.01, 1e-4)):
         found = plan_multistart(
-            surface, box, 0.2 * size, 0.01 * size, problem.quality_options["criterion"],
-            starts=_STARTS, best=1, feasible=feasible, min_distance=min_distance,
-            time_limit=min(seconds, _SECONDS_OF_PLANS),
-            external_wrench=problem.quality_options["external_wrench"],
-            metric=problem.quality_options["metric"], **grasp_options,
+            problem.surface, box, step * size, tolerance * size, options["criterion"], starts=starts, best=1,
+            feasible=allowed, time_limit=max(0.0, deadline - time.monotonic()),
+            external_wrench=options["external_wrench"], metric=options["metric"], **source.options,
         )  # fmt: skip
-    except GraspForceError:
-        return np.zeros((0, len(box)))
-    if found.stopped == "interrupted":
-        raise KeyboardInterrupt
-    return found.best.params[None]
+        if found.stopped == "interrupted":
+            raise KeyboardInterrupt
+        starts = np.clip(found.best.params[None], *box.T)
+    return starts
 
 
 def _box_tree(

@@ -4,6 +4,9 @@ On one face the frame of a contact is constant, so that its wrenches are affine 
 of a contact along any direction is therefore largest at a corner of the face: no slack is left in between.
 Trees of faces discard most products by additions. Products that are left are bounded by mixtures of
 directions, and then their faces are divided.
+
+Bounds of three contacts and more stay wide. They are proven level by level, each nearer to the best grasp
+known, so that a time limit leaves the last of them.
 """
 
 from __future__ import annotations
@@ -47,6 +50,7 @@ _FIRST_DIRECTIONS = 400
 _SLICE = 8192  # products that are asked for between two looks at the clock
 _PART_OF_PLANS = 0.15  # of the time: for plans from many starts
 _TURN = 1.0  # s between two looks at grasps that the core has met
+_LEAST_STEP = 0.02  # of what is enough: levels nearer to it are left out
 
 
 def meshes_of(surface: Surface) -> tuple[MeshSurface, ...]:
@@ -71,7 +75,7 @@ class FaceProducts:
         wrenches: ContactWrenches,
         meshes: tuple[MeshSurface, ...],
         max_opening: float,
-        plans: Callable[[float], Array],
+        plans: Callable[[Array, float], Array],
         *,
         ceiling: float,
         adopt: bool,
@@ -88,6 +92,7 @@ class FaceProducts:
         alike = same and wrenches.tangents(np.arange(count)) is None
         self._bound.restrict(max_opening, alike and adopt)
         self._face_of: list[Indices] = []
+        self._level = 0.0
         self._max_opening = max_opening
         self._ceiling = self.proven = ceiling
         self.boxes = 0
@@ -107,7 +112,7 @@ class FaceProducts:
             return 0.0 if over else max(0.0, deadline - time.monotonic())
 
         def enough() -> float:
-            return max(incumbent.enough, incumbent.open)
+            return max(incumbent.enough, incumbent.open, self._level)
 
         try:
             self._search(incumbent, enough, left)
@@ -123,21 +128,41 @@ class FaceProducts:
 
     def _search(self, incumbent: Incumbent, enough: Callable[[], float], left: Callable[[], float]) -> None:
         attempt = incumbent.attempt
-
-        def middles(rows: list[int]) -> None:
-            attempt(self._middles(rows))
-
         random = np.random.default_rng(0)
         sample = self._sample(random)
         attempt(sample)
         if len(self._faces) > 2 and left():
             # Where bounds stay wide, all depends on the grasp that is known.
-            attempt(self._plans(_PART_OF_PLANS * left()))
+            attempt(self._plans(sample, _PART_OF_PLANS * left()))
         polish(self._whole, random, attempt, lambda: incumbent.best, left)
         for contact in range(len(self._faces)):
             self._plant(contact)
         first = sample[: _FIRST_DIRECTIONS if left() else 1]
         self._bound.learn(self._wrenches.critical_directions(first))
+        above = self._ceiling - enough() if len(self._faces) > 2 else 0.0
+        while True:
+            above = above / 2 if above > _LEAST_STEP * enough() else 0.0
+            self._level = enough() + above if above > 0 else 0.0
+            self._close(incumbent, random, enough, left)
+            self._ceiling = self.proven = self.top
+            if self._level == 0 or len(self._bound) or self._bound.pieces or not left():
+                return
+            self._level = 0.0
+            self._bound.restart()
+
+    def _close(
+        self,
+        incumbent: Incumbent,
+        random: np.random.Generator,
+        enough: Callable[[], float],
+        left: Callable[[], float],
+    ) -> None:
+        """Discard products whose bounds are enough, until none is left, no time is, or none can be cut."""
+        attempt = incumbent.attempt
+
+        def middles(rows: list[int]) -> None:
+            attempt(self._middles(rows))
+
         self._bound.descend(enough(), _MAX_PRODUCTS // 16, left())
         while True:
             ask_samples(self._bound, random, enough, left, middles, _MAX_PRODUCTS // 16)
@@ -146,15 +171,13 @@ class FaceProducts:
             self.proven = min(self.proven, self.top)
             if not left() or len(self._bound) <= before or len(self._bound) >= _MAX_PRODUCTS:
                 break
-        self._forget()
         self._ask_all(enough, middles, left)
         while (len(self._bound) or self._bound.pieces) and left():
             state = len(self._bound), self._bound.pieces, self.top
             known = incumbent.epsilon if incumbent.best is not None else 0.0
             began = time.monotonic()
-            _, places = self._bound.divide(
-                known, 1 + incumbent.gap, incumbent.open, self._adopt, min(_TURN, left())
-            )
+            least = max(incumbent.open, self._level)
+            _, places = self._bound.divide(known, 1 + incumbent.gap, least, self._adopt, min(_TURN, left()))
             if len(places):
                 attempt(places)
             self.proven = min(self.proven, self.top)
@@ -176,10 +199,6 @@ class FaceProducts:
             if shown := rows[: min(64, len(self._bound) - rows[0])]:
                 look(shown)
             self.proven = min(self.proven, self.top)
-
-    def _forget(self) -> None:
-        kept = self._bound.compact()
-        self._face_of = [faces[cells] for faces, cells in zip(self._face_of, kept, strict=True)]
 
     def _middles(self, rows: list[int]) -> Array:
         """Return the centroids of products of faces (B, p)."""

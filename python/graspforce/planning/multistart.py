@@ -223,7 +223,7 @@ def plan_multistart(
         criterion=criterion, rtol=rtol, external_wrench=external_wrench, metric=metric,
     )  # fmt: skip
     points = _feasible_starts(problem.source, bounds, starts, seed)
-    order, near = _ranked(problem, points)
+    order, near = ranked(problem, points)
     points = points[order]
     epsilon = np.full(len(points), np.nan)
     plans: list[Plan] = []
@@ -309,7 +309,7 @@ def _halton(size: int, seed: int) -> Any:
         return qmc.Halton(size, scramble=True, seed=generator)
 
 
-def _ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
+def ranked(problem: SearchProblem, points: Array) -> tuple[NDArray[np.intp], float]:
     """Return the order of the starts, and the distance in m up to which two grasps are the same."""
     contacts, failed = problem.source.answered(points)
     # Rows that are no grasp go last; their searches will say why.

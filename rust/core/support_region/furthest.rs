@@ -8,7 +8,7 @@
 //!
 //! and the mixture itself bounds it from below. The same basis is optimal, or nearly so, for the next direction.
 
-use nalgebra::{SMatrix, SVector, Vector2, Vector4};
+use nalgebra::{SMatrix, SVector, Vector4};
 
 use super::HorizontalPoint as Point;
 use super::load::Load;
@@ -27,6 +27,12 @@ const MAX_PIVOTS: usize = 400;
 
 /// Pivots between two inverses from nothing.
 const REFACTORISE: usize = 40;
+
+/// Balance that is off by this is rounded as well as it can be.
+const ROUNDED_BALANCE: f64 = 1e-13;
+
+/// Refinements of the shares, each with an inverse from nothing.
+const MAX_REFINEMENTS: usize = 3;
 
 /// Entries below this share of a column's largest are rounding, and no pivots.
 const LEAST_PIVOT: f64 = 1e-11;
@@ -70,6 +76,8 @@ pub(super) struct Simplex<'a> {
     shares: Rows,
     right: Rows,
     pivots: usize,
+    /// The last place whose forces balance.
+    place: Point,
     /// What a support is rounded by, in units of the weight.
     rounding: f64,
 }
@@ -96,7 +104,8 @@ impl<'a> Simplex<'a> {
         let rounding = ROUNDED_SUPPORT * (1.0 + set.longest());
         let identity = Square::from_fn(|row, at| if row == at { columns[at].rows[row] } else { 0.0 });
         let shares = right.abs();
-        let mut simplex = Self { set, load, columns, inverse: identity, shares, right, pivots: 0, rounding };
+        let (inverse, place) = (identity, Point::zeros());
+        let mut simplex = Self { set, load, columns, inverse, shares, right, pivots: 0, place, rounding };
         for _ in 0..MAX_PIVOTS {
             interrupt::check()?;
             let missing = simplex.missing();
@@ -127,6 +136,7 @@ impl<'a> Simplex<'a> {
                 *share = 0.0;
             }
         }
+        simplex.place = simplex.mixture(|column| column.place);
         Ok(Start::Feasible(Box::new(simplex)))
     }
 
@@ -150,20 +160,48 @@ impl<'a> Simplex<'a> {
                 interrupt::check()?;
             }
             let costs = Rows::from_fn(|at, _| direction.dot(&self.columns[at].place));
-            let (_, y, entering, reach) = self.price(direction, &costs);
+            let (z, y, entering, reach) = self.price(direction, &costs);
             let demanded = self.right.fixed_rows::<4>(0).dot(&y.fixed_rows::<4>(0));
             if reach + demanded < bound {
-                (bound, reached) = (reach + demanded, reach);
+                (bound, reached) = (reach + demanded, reach / z.amax().max(1.0));
             }
             if reach - y[4] <= enough || !self.exchange(&entering) {
                 break;
             }
         }
-        let mut place = Vector2::zeros();
-        for (column, share) in self.columns.iter().zip(self.shares.iter()) {
-            place += column.place * *share;
+        if self.settle() {
+            self.place = self.mixture(|column| column.place);
         }
+        let place = self.place;
         Ok(Furthest { place, bound: bound.max(direction.dot(&place)), reached })
+    }
+
+    /// Adds up columns by their shares.
+    fn mixture<const R: usize>(&self, of: impl Fn(&Column) -> SVector<f64, R>) -> SVector<f64, R> {
+        let each = self.columns.iter().zip(self.shares.iter());
+        each.fold(SVector::zeros(), |sum, (column, share)| sum + of(column) * *share)
+    }
+
+    /// Takes from the shares what rounding of the pivots left unbalanced; false where that is too much.
+    fn settle(&mut self) -> bool {
+        let nothing_artificial = |simplex: &mut Self| {
+            for (column, share) in simplex.columns.iter().zip(simplex.shares.iter_mut()) {
+                *share = if column.artificial { 0.0 } else { share.max(0.0) };
+            }
+        };
+        nothing_artificial(self);
+        for _ in 0..MAX_REFINEMENTS {
+            let unbalanced = self.right - self.mixture(|column| column.rows);
+            if unbalanced.amax() <= ROUNDED_BALANCE {
+                return true;
+            }
+            if let Some(inverse) = self.inverted() {
+                self.inverse = inverse;
+            }
+            self.shares += self.inverse * unbalanced;
+            nothing_artificial(self);
+        }
+        (self.right - self.mixture(|column| column.rows)).amax() <= 0.1 * FEASIBILITY_TOLERANCE
     }
 
     /// Newton's method from the basis of the last direction asked for.
@@ -187,7 +225,10 @@ impl<'a> Simplex<'a> {
 
     /// The direction of the multipliers y, they themselves, and the point of the set (or the origin) furthest along it.
     fn price(&self, direction: &Point, costs: &Rows) -> (Wrench<6>, Rows, Column, f64) {
-        let y = self.inverse.tr_mul(costs);
+        let mut y = self.inverse.tr_mul(costs);
+        // Columns that nearly coincide cost the inverse its digits.
+        let missed = Rows::from_fn(|at, _| costs[at] - self.columns[at].rows.dot(&y));
+        y += self.inverse.tr_mul(&missed);
         let multipliers: Vector4<f64> = y.fixed_rows::<4>(0).into_owned();
         let z = self.load.covector(direction, &multipliers);
         let support = self.set.support(&z);
@@ -248,10 +289,13 @@ impl<'a> Simplex<'a> {
         false
     }
 
+    fn inverted(&self) -> Option<Square> {
+        Square::from_fn(|row, at| self.columns[at].rows[row]).try_inverse()
+    }
+
     /// Inverts the basis afresh; false where rounding has made it singular.
     fn refactorise(&mut self) -> bool {
-        let basis = Square::from_fn(|row, at| self.columns[at].rows[row]);
-        let Some(inverse) = basis.try_inverse() else { return false };
+        let Some(inverse) = self.inverted() else { return false };
         let shares = inverse * self.right;
         if !shares.iter().all(|share| share.is_finite() && *share > -FEASIBILITY_TOLERANCE) {
             return false;

@@ -9,6 +9,9 @@ use super::polygon::{area, clipped, hull, turn};
 use super::{HorizontalPoint as Point, RESOLUTION, RegionShape, SupportOptions};
 use crate::error::Result;
 
+/// What bounds leave open along the boundary, as a share of the gap.
+const BOUNDARY: f64 = 1e-2;
+
 /// Areas below this, in units of the region's squared extent, are rounding.
 const ROUNDED_AREA: f64 = 1e-14;
 
@@ -40,6 +43,8 @@ pub(super) struct Grown {
     pub directions: usize,
     /// What the limits of the forces contribute to the bound along any direction.
     pub reached: f64,
+    /// The outer area beside the extent of the region.
+    width: f64,
 }
 
 /// What was asked for.
@@ -52,7 +57,7 @@ struct Asked {
 /// Asks for the furthest places: of true cones by Newton's method, where that fails by the simplex.
 struct Oracle<'s, 'a> {
     simplex: &'s mut Simplex<'a>,
-    newton: Option<Newton>,
+    newton: &'s mut Option<Newton>,
     asked: Vec<Asked>,
 }
 
@@ -96,9 +101,9 @@ impl Open {
         Self { places, directions, asked, corner, area }
     }
 
-    /// How much further than the edge the corner reaches along a direction.
-    fn gain(&self, direction: &Point) -> f64 {
-        self.places.iter().map(|place| direction.dot(&(self.corner - place))).fold(f64::INFINITY, f64::min)
+    /// How much further than the edge a point lies along a direction.
+    fn beyond(&self, direction: &Point, point: &Point) -> f64 {
+        self.places.iter().map(|place| direction.dot(&(point - place))).fold(f64::INFINITY, f64::min)
     }
 
     /// Outward across the edge; between both directions where the edge has none.
@@ -154,13 +159,14 @@ impl PartialEq for Open {
 impl Eq for Open {}
 
 /// The region where it is a point or a segment: where places span a line, and the bounds across it leave no width.
-fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> Result<Option<Grown>> {
+fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64) -> Result<Option<Grown>> {
+    let enough = (0.1 * RESOLUTION).max(simplex.rounding());
     let places: Vec<Point> = found.iter().map(|one| one.found.place).collect();
     let described = |shape, inner, outer, directions, more: f64| {
         let reached = most_reached(found).max(more);
-        Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions, reached })
+        Some(Grown { shape, inner, outer, gap: 0.0, converged: true, directions, reached, width: 0.0 })
     };
-    if size <= RESOLUTION {
+    if size <= RESOLUTION + 4.0 * simplex.rounding() {
         return Ok(described(
             RegionShape::Point,
             places[..1].to_vec(),
@@ -192,13 +198,36 @@ fn flat(simplex: &mut Simplex<'_>, found: &[Asked], size: f64, enough: f64) -> R
 /// Grows both polygons until the area between them is at most the share `gap` of the outer one's.
 pub(super) fn grow(
     simplex: &mut Simplex<'_>,
-    newton: Option<Newton>,
+    mut newton: Option<Newton>,
     options: &SupportOptions,
 ) -> Result<Grown> {
-    let SupportOptions { gap, max_directions, .. } = *options;
-    let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
     // What the bounds leave open along the boundary is a small part of the gap.
-    let enough = if options.limits { 1e-2 * gap } else { UNLIMITED_ENOUGH.min(1e-2 * gap) };
+    let mut enough = BOUNDARY * options.gap;
+    let (mut most, mut before) = (options.max_directions, 0);
+    loop {
+        let mut grown = grow_once(simplex, &mut newton, options, enough, most)?;
+        grown.directions += before;
+        // The area of a thin or small region is small beside its boundary.
+        let finer = (BOUNDARY * options.gap * grown.width).max(simplex.rounding());
+        most = options.max_directions - grown.directions.min(options.max_directions);
+        if grown.converged || enough < 2.0 * finer || most < 4 {
+            return Ok(grown);
+        }
+        (enough, before) = (finer, grown.directions);
+    }
+}
+
+/// The same with bounds that are as near as `enough` to their places.
+fn grow_once(
+    simplex: &mut Simplex<'_>,
+    newton: &mut Option<Newton>,
+    options: &SupportOptions,
+    enough: f64,
+    max_directions: usize,
+) -> Result<Grown> {
+    let gap = options.gap;
+    let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
+    let enough = if options.limits { enough } else { enough.min(UNLIMITED_ENOUGH) };
     let mut oracle = Oracle { simplex, newton, asked: Vec::with_capacity(64) };
     for axis in axes {
         oracle.ask(axis, None, enough)?;
@@ -207,8 +236,6 @@ pub(super) fn grow(
     let bounds = [(right, top), (-left, top), (-left, -bottom), (right, -bottom)];
     let corners = bounds.map(|(x, y)| Point::new(x, y));
     let size = (right + left).max(top + bottom);
-    // A small region has a small area.
-    let enough = enough * size.min(1.0);
     let mut open: BinaryHeap<Open> = (0..4)
         .map(|at| {
             let next = (at + 1) % 4;
@@ -217,7 +244,7 @@ pub(super) fn grow(
         })
         .collect();
     let least = (ROUNDED_GAIN * size).max(2.0 * enough) + 4.0 * oracle.simplex.rounding();
-    if let Some(flat) = flat(oracle.simplex, &oracle.asked, size, enough)? {
+    if let Some(flat) = flat(oracle.simplex, &oracle.asked, size)? {
         return Ok(flat);
     }
     let mut inside = area(&hull(oracle.asked.iter().map(|one| one.found.place).collect(), 0.0));
@@ -234,7 +261,9 @@ pub(super) fn grow(
             share *= 0.8;
         }
         // Triangles that are too flat to be asked stay between the polygons.
-        let Some(direction) = triangle.across(size).filter(|across| triangle.gain(across) > least) else {
+        let Some(direction) =
+            triangle.across(size).filter(|across| triangle.beyond(across, &triangle.corner) > least)
+        else {
             continue;
         };
         if oracle.asked.len() >= max_directions {
@@ -246,10 +275,14 @@ pub(super) fn grow(
         inside += 0.5 * turn(&triangle.places[0], &next.place, &triangle.places[1]).abs();
         let halves = triangle.split(&direction, &next, at);
         between += halves[0].area + halves[1].area - triangle.area;
-        open.extend(halves);
+        // Where no place lies beyond, the edge is found, as sharp as its bound is.
+        if triangle.beyond(&direction, &next.place) > least {
+            open.extend(halves);
+        }
     }
     let mut grown = last.unwrap_or_else(|| polygons(&oracle.asked, &corners, converged, size));
-    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP);
+    // The boundary is at most four extents long, and known to the resolution.
+    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP) || grown.gap * grown.width <= 4.0 * RESOLUTION;
     Ok(grown)
 }
 
@@ -261,7 +294,8 @@ fn polygons(found: &[Asked], corners: &[Point], converged: bool, size: f64) -> G
     let (directions, reached) = (found.len(), most_reached(found));
     let gap = if outside > 0.0 { ((outside - inside) / outside).max(0.0) } else { 0.0 };
     let outer = without_repetitions(outer, 0.1 * SAME_VERTEX * size);
-    Grown { shape: RegionShape::Polygon, inner, outer, gap, converged, directions, reached }
+    let width = outside / size;
+    Grown { shape: RegionShape::Polygon, inner, outer, gap, converged, directions, reached, width }
 }
 
 fn most_reached(found: &[Asked]) -> f64 {

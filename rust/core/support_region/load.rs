@@ -22,6 +22,9 @@ use crate::grasp::{ContactMap, Grasp, Wrench, unit};
 /// Below this share of the whole force, what presses down is rounding: the centre of mass could be anywhere.
 const NO_WEIGHT: f64 = 1e-9;
 
+/// Contacts nearer to each other than this share of their coordinates are in one place, but for rounding.
+const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+
 /// The load of a body in the scaled coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Load {
@@ -60,7 +63,8 @@ impl Load {
         let contacts = grasp.contacts();
         let center = contacts.iter().map(|c| c.position / contacts.len() as f64).sum::<Vector3<f64>>();
         let extent = contacts.iter().map(|c| (c.position - center).norm().max(c.torsion)).fold(0.0, f64::max);
-        let length = if extent > 0.0 { extent } else { 1.0 };
+        let rounded = ONE_PLACE * contacts.iter().map(|c| c.position.amax()).fold(0.0, f64::max);
+        let length = if extent > rounded { extent } else { 1.0 };
         let down = down / force;
         let origin = grasp.options().origin;
         let extra_force: Vector3<f64> = options.external_wrench.fixed_rows::<3>(0).into_owned();

@@ -209,6 +209,12 @@ impl PyProductBound {
         })
     }
 
+    /// Starts again with the whole product of the groups; the directions learnt stay.
+    fn restart(&self, py: Python<'_>) -> PyResult<()> {
+        by_dimension!(&mut *self.take(py)?, bound => bound.restart());
+        Ok(())
+    }
+
     /// Drops the cells that no product uses; the numbers of those kept, for each group.
     fn compact<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<i64>>>> {
         let kept = by_dimension!(&mut *self.take(py)?, bound => bound.compact());

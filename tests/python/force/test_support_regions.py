@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from benches.trust import degenerate_regions
 from benches.trust.support_regions import judged
 
 import graspforce as gf
@@ -24,6 +25,26 @@ def test_random_stances_agree_with_independent_programs(cones, tolerance, gap):
     ends = {seed: judged(seed, cones=cones, tolerance=tolerance, gap=gap) for seed in range(40)}
     assert not {seed: end for seed, end in ends.items() if end not in ("right", "undecided")}
     assert list(ends.values()).count("right") > 30
+
+
+def test_degenerate_regions_agree_with_rational_programs():
+    # Each kind four times, and those that rounding once got wrong.
+    seeds = [*range(44), 225, 269, 297, 335, 434, 1488]
+    ends = {seed: degenerate_regions.judged(seed) for seed in seeds}
+    assert not {seed: end for seed, end in ends.items() if end != "right"}
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-6])
+def test_a_region_smaller_than_the_gap_leaves_open_at_first_is_a_point_or_thin(gap):
+    places = [(-0.07, -0.08, 0.09), (-0.04, 0.19, -0.01)]
+    normals = [(-0.42, 0.17, 0.48), (-0.11, 0.23, 1.03)]
+    feet = gf.Grasp(places, normals, friction=0.6, max_normal_force=100.0, edges=None)
+    region = gf.support_region(feet, 100.0, gap=gap)
+    assert region.converged
+    thin = gf.Grasp([(0, 0, 0), (1, 0, 0), (1, 1e-6, 0), (0, 1e-6, 0)], [UP] * 4, max_normal_force=200.0)
+    region = gf.support_region(thin, 100.0, gap=gap)
+    assert (region.shape, region.converged) == ("polygon", True)
+    assert region.inner_area == pytest.approx(1e-6, rel=1e-2)
 
 
 def test_a_table_that_bears_enough_stands_between_its_legs():

@@ -96,21 +96,22 @@ impl<const D: usize> ProductBound<D> {
                 format!("{} groups of contacts, expected 1 to {MAX_GROUPS}, none empty", groups.len());
             return Err(Error::input("forces", reason));
         }
-        let count = groups.len();
-        Ok(Self {
+        let mut bound = Self {
             criterion,
             center,
             groups: groups.into_iter().map(Group::new).collect(),
             directions: Vec::new(),
             shifts: vec![0.0; POOL],
             merits: Vec::new(),
-            products: vec![0; count],
-            bounds: vec![f32::INFINITY],
+            products: Vec::new(),
+            bounds: Vec::new(),
             pieces: Vec::new(),
             discarded: f64::NEG_INFINITY,
             max_distance: f64::INFINITY,
             interchangeable: false,
-        })
+        };
+        bound.restart();
+        Ok(bound)
     }
 
     /// Leaves out products two of whose contacts are everywhere further apart than `max_distance`. If all groups have the
@@ -167,6 +168,14 @@ impl<const D: usize> ProductBound<D> {
         self.directions.extend_from_slice(&new);
         self.merits.resize(self.directions.len(), 1.0);
         Ok(new.len())
+    }
+
+    /// Starts again with the whole product of the groups. The directions learnt stay.
+    pub fn restart(&mut self) {
+        self.products = vec![0; self.groups.len()];
+        self.bounds = vec![f32::INFINITY];
+        self.pieces.clear();
+        self.discarded = f64::NEG_INFINITY;
     }
 
     /// Puts the directions that discard most first, and keeps at most `count`.
