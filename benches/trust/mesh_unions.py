@@ -133,7 +133,7 @@ def faults(drawn: Assembly, random: np.random.Generator, number: int = 200) -> s
     if ((inside > near) | (outside < -near)).sum() > 1:
         return "a wall inside the object, or a face that is turned round"
     for at, part in enumerate(drawn.parts):
-        on_part = part.sample(number, seed=0)
+        on_part = trimesh.sample.sample_surface(part, number, seed=0)[0]
         seen = on_part[drawn.depth(on_part, without=at) > 10 * near]
         if len(seen):
             found = surface.contacts(seen)[0]
