@@ -386,6 +386,24 @@ class ForceDistributor:
         *,
         return_gap: Literal[True],
     ) -> tuple[float, float]: ...
+    @overload
+    def nearest_into(
+        self,
+        external_wrench: ArrayLike,
+        forces: _Floats,
+        metric: ArrayLike | None,
+        limits: bool,
+        return_gap: Literal[True],
+    ) -> tuple[float, float]: ...
+    @overload
+    def nearest_into(
+        self,
+        external_wrench: ArrayLike,
+        forces: _Floats,
+        metric: ArrayLike | None = None,
+        limits: bool = True,
+        return_gap: bool = False,
+    ) -> float | tuple[float, float]: ...
     def set_limits(self, max_normal_force: ArrayLike) -> None: ...
     def set_reference(self, reference: ArrayLike | None) -> None: ...
     def solve_many(

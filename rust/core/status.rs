@@ -12,8 +12,8 @@ pub enum Status {
     Infeasible = 1,
     /// The row is no valid input: not finite, too large or too small to compute with, or not a grasp.
     Invalid = 2,
-    /// The tolerance was not met. Forces are NaN, but for nearest ones, whose `gap` is wider than asked for; so is the
-    /// bracket of a quality, which is valid.
+    /// The tolerance was not met. Forces are NaN, but for nearest ones, whose `gap` is wider than asked for. The bracket of
+    /// a quality is valid, and wider than asked for.
     NotConverged = 3,
 }
 

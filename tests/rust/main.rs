@@ -1,4 +1,4 @@
-//! All tests of the core, in one binary, by the rooms of `rust/core`.
+//! All tests of the core, in one binary, by the folders of `rust/core`.
 
 mod force;
 mod grasp;

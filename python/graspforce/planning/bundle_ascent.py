@@ -224,7 +224,9 @@ class _Ascent:
     def run(self, max_iterations: int, goal: float = np.inf, deadline: float = np.inf) -> Refinement:
         params = self._start
         quality = first = self._quality(params)
-        best, slope, stationary, iterations = (params, quality), 0.0, not len(self._free), 0
+        best, slope, iterations = (params, quality), 0.0, 0
+        # The grasp that was found stationary, if it is the best.
+        flattest = None if len(self._free) else quality
         pieces, failures, hops, idle, highest = None, 0, 0, 0, -np.inf
         # The quality of the start, above, is computed in any case.
         self._deadline = deadline
@@ -232,7 +234,7 @@ class _Ascent:
         def result(stopped: RefinementStopped) -> Refinement:
             end, reached = best
             return Refinement(
-                read_only_copy(end), reached, reached.grasp, reached.epsilon - first.epsilon, stationary,
+                read_only_copy(end), reached, reached.grasp, reached.epsilon - first.epsilon, reached is flattest,
                 slope, iterations, self.evaluations, reached.gradient.unique, stopped,
             )  # fmt: skip
 
@@ -249,7 +251,7 @@ class _Ascent:
                 uphill = float(np.linalg.norm(pieces.near(_NEAR).direction(1.0, *self._bounds_met(params))))
                 flat = uphill <= self._tolerance * max(abs(quality.epsilon), 1e-12)
                 if quality is best[1]:
-                    slope, stationary = uphill, flat
+                    slope, flattest = uphill, quality if flat else None
                 places = self._tried(pieces, around, params, uphill, failures)
                 better = self._better(places, params, quality, around.pieces)
                 if better is not None:
@@ -302,7 +304,7 @@ class _Ascent:
         order = order[reached[order] > enough]
         place, rho = params, quality.rho
         for some in (order[:_FIRST], order[_FIRST:]):
-            # Places that promise less than others gained are not worth a look.
+            # Places that promise much less than others gained are not worth a look.
             if not len(some) or quality.rho - rho > _ENOUGH * promised[some].max():
                 break
             self._count(len(some))

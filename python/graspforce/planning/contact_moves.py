@@ -68,7 +68,7 @@ class ContactMoves:
 
         def derivative(changes: list[Array], counted: list[NDArray[np.bool_]]) -> Array:
             span = counted[0] * lengths[0] + counted[1] * lengths[1]
-            first, second = (ok[..., None] * change for ok, change in zip(counted, changes, strict=True))
+            first, second = (np.where(ok[..., None], x, 0.0) for ok, x in zip(counted, changes, strict=True))
             return np.asarray((first - second) / np.where(span > 0, span, 1.0)[..., None])
 
         spins = None

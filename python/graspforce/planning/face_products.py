@@ -139,9 +139,11 @@ class FaceProducts:
             self._plant(contact)
         first = sample[: _FIRST_DIRECTIONS if left() else 1]
         self._bound.learn(self._wrenches.critical_directions(first))
-        above = self._ceiling - enough() if len(self._faces) > 2 else 0.0
+        above = math.inf if len(self._faces) > 2 else 0.0
         while True:
-            above = above / 2 if above > _LEAST_STEP * enough() else 0.0
+            # No level needs to lie above what is proven.
+            above = min(above, self._ceiling - enough()) / 2
+            above = above if above > _LEAST_STEP * enough() else 0.0
             self._level = enough() + above if above > 0 else 0.0
             self._close(incumbent, random, enough, left)
             self._ceiling = self.proven = self.top

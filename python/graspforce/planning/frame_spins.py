@@ -26,7 +26,8 @@ def frame_spins(new: Array, old: Array) -> Array:
     axis = cross(n_old, n_new)
     cosine = (n_old * n_new).sum(axis=-1, keepdims=True)
     along = (axis * o_old).sum(axis=-1, keepdims=True)
-    carried = o_old * cosine + cross(axis, o_old) + axis * along / (1 + cosine)
+    # Of two opposite normals no rotation is the smallest.
+    carried = o_old * cosine + cross(axis, o_old) + axis * along / np.maximum(1 + cosine, 1e-300)
     sine = (cross(carried, new[..., 1, :]) * n_new).sum(axis=-1)
     angles: Array = np.arctan2(sine, (carried * new[..., 1, :]).sum(axis=-1))
     return angles

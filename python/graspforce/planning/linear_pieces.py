@@ -91,7 +91,8 @@ class LinearPieces:
         columns = np.zeros((size + 2, count + len(outward)))
         columns[:size] = np.concatenate([self.slopes / scale, outward]).T
         columns[size + 1, :count] = _HEAVY
-        away = np.concatenate([gaps, met, slacks]) / scale
+        with np.errstate(over="ignore"):  # where nothing slopes
+            away = np.concatenate([gaps, met, slacks]) / scale
         target = np.zeros(size + 2)
         target[size:] = -_LIFT, _HEAVY
         found = np.zeros((len(times), size))

@@ -23,11 +23,9 @@ if TYPE_CHECKING:
 
 _TURN = 0.1  # rad: a normal that turns less is beyond no edge that matters
 _ROUNDING = 1e-12  # of the positions: on an edge, no plane has a side
-_ALONG, _CORRECTIONS = (
-    1e-3,
-    3,
-)  # a move that goes less against a plane, relative to its length, leads along it
-_SAME = 1e-6  # normals that differ by less are those of one face, and distances of parts of the range
+_ALONG = 1e-3  # a move that goes less against a plane, relative to its length, leads along it
+_CORRECTIONS = 3
+_SAME = 1e-6  # normals that differ by less are those of one face
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ const MAX_PIVOTS: usize = 400;
 const REFACTORISE: usize = 40;
 
 /// Balance that is off by this is rounded as well as it can be.
-const ROUNDED_BALANCE: f64 = 1e-13;
+const ROUNDED_SHARES: f64 = 1e-13;
 
 /// Refinements of the shares, each with an inverse from nothing.
 const MAX_REFINEMENTS: usize = 3;
@@ -163,7 +163,9 @@ impl<'a> Simplex<'a> {
             let (z, y, entering, reach) = self.price(direction, &costs);
             let demanded = self.right.fixed_rows::<4>(0).dot(&y.fixed_rows::<4>(0));
             if reach + demanded < bound {
-                (bound, reached) = (reach + demanded, reach / z.amax().max(1.0));
+                // Less what rounding of the set explains.
+                let unexplained = (reach - self.rounding * z.amax()).max(0.0);
+                (bound, reached) = (reach + demanded, unexplained);
             }
             if reach - y[4] <= enough || !self.exchange(&entering) {
                 break;
@@ -192,7 +194,7 @@ impl<'a> Simplex<'a> {
         nothing_artificial(self);
         for _ in 0..MAX_REFINEMENTS {
             let unbalanced = self.right - self.mixture(|column| column.rows);
-            if unbalanced.amax() <= ROUNDED_BALANCE {
+            if unbalanced.amax() <= ROUNDED_SHARES {
                 return true;
             }
             if let Some(inverse) = self.inverted() {

@@ -202,18 +202,23 @@ pub(super) fn grow(
     options: &SupportOptions,
 ) -> Result<Grown> {
     // What the bounds leave open along the boundary is a small part of the gap.
-    let mut enough = BOUNDARY * options.gap;
-    let (mut most, mut before) = (options.max_directions, 0);
+    let closest = if options.limits { f64::INFINITY } else { UNLIMITED_ENOUGH };
+    let mut enough = (BOUNDARY * options.gap).min(closest);
+    let mut grown = grow_once(simplex, &mut newton, options, enough, options.max_directions)?;
     loop {
-        let mut grown = grow_once(simplex, &mut newton, options, enough, most)?;
-        grown.directions += before;
         // The area of a thin or small region is small beside its boundary.
-        let finer = (BOUNDARY * options.gap * grown.width).max(simplex.rounding());
-        most = options.max_directions - grown.directions.min(options.max_directions);
-        if grown.converged || enough < 2.0 * finer || most < 4 {
+        let finer = (BOUNDARY * options.gap * grown.width).max(simplex.rounding()).min(closest);
+        let left = options.max_directions - grown.directions.min(options.max_directions);
+        if grown.converged || enough < 2.0 * finer || left < 4 {
             return Ok(grown);
         }
-        (enough, before) = (finer, grown.directions);
+        let next = grow_once(simplex, &mut newton, options, finer, left)?;
+        let directions = grown.directions + next.directions;
+        // With few directions left, the earlier polygons may be the nearer ones.
+        if next.converged || next.gap < grown.gap || grown.inner.len() < 3 {
+            grown = next;
+        }
+        (enough, grown.directions) = (finer, directions);
     }
 }
 
@@ -227,7 +232,6 @@ fn grow_once(
 ) -> Result<Grown> {
     let gap = options.gap;
     let axes = [Point::x(), Point::y(), -Point::x(), -Point::y()];
-    let enough = if options.limits { enough } else { enough.min(UNLIMITED_ENOUGH) };
     let mut oracle = Oracle { simplex, newton, asked: Vec::with_capacity(64) };
     for axis in axes {
         oracle.ask(axis, None, enough)?;
@@ -281,8 +285,10 @@ fn grow_once(
         }
     }
     let mut grown = last.unwrap_or_else(|| polygons(&oracle.asked, &corners, converged, size));
-    // The boundary is at most four extents long, and known to the resolution.
-    grown.converged &= grown.gap <= gap.max(ROUNDED_GAP) || grown.gap * grown.width <= 4.0 * RESOLUTION;
+    // The boundary is at most four extents long, and known to the resolution. Fewer vertices are no polygon: closer bounds
+    // tell what it is.
+    grown.converged &= grown.inner.len() >= 3
+        && (grown.gap <= gap.max(ROUNDED_GAP) || grown.gap * grown.width <= 4.0 * RESOLUTION);
     Ok(grown)
 }
 

@@ -124,7 +124,7 @@ impl PyForceBatch {
                 let (known, none) = (all().all(|x| x.is_finite()), all().all(|x| x.is_nan()));
                 // Nearest forces whose gap is too wide are there.
                 let whole = (known && matches!(end, 0 | 3)) || (none && end != 0);
-                expect(whole, "row", row, "numbers where the status is 0, NaN elsewhere")?;
+                expect(whole, "row", row, "numbers where the status is 0 or 3, NaN elsewhere")?;
                 expect(known || !held[row], "row", row, "balanced only where the status is 0")?;
             }
             Ok(())

@@ -112,3 +112,11 @@ def test_a_problem_too_large_says_what_it_would_take():
     ball = MeshSurface(trimesh.creation.icosphere(subdivisions=5, radius=0.04), normals="face")
     with pytest.raises(gf.TooLargeError, match=r"combinations of faces take some .* hours"):
         gf.plan_global(contacts_on(ball, ball, ball))
+
+
+def test_three_contacts_are_bounded_in_a_metric():
+    surface = contacts_on(*[box()] * 3)
+    metric = np.diag([1.0, 1.0, 1.0, 1e3, 1e3, 1e3])
+    found = gf.plan_global(surface, friction=0.5, metric=metric, gap=0.9, time_limit=20)
+    assert np.isfinite(found.epsilon_upper)
+    assert found.stopped == "tolerance"

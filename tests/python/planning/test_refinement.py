@@ -14,7 +14,7 @@ from graspforce.planning.bundle_ascent import _Ascent
 from graspforce.planning.frame_spins import contact_frames
 from graspforce.planning.problem import SearchProblem
 from graspforce.planning.walls import within
-from graspforce.surfaces import MeshSurface, contacts_on, ellipse
+from graspforce.surfaces import MeshSurface, contacts_on, ellipse, mirrored
 
 TILE_OPTIONS = {"friction": 0.68, "max_normal_force": 10.0}
 
@@ -295,3 +295,29 @@ def test_a_refinement_stops_at_its_target_and_at_its_iterations():
     assert ended.stopped == "target"
     assert half <= ended.quality.epsilon
     assert ended.iterations < whole.iterations
+
+
+@pytest.mark.parametrize("thickness", [0.02, 0.001])
+@pytest.mark.parametrize("torsion", [0.0, 0.005])
+def test_contacts_that_start_in_the_middle_of_a_mesh_turn_to_either_side(thickness, torsion):
+    mesh = MeshSurface(trimesh.creation.box((0.06, 0.04, thickness)), normals="face")
+    half = np.array([0.03, 0.02, thickness / 2])
+    rng = np.random.default_rng(2)
+    for start in (np.zeros(6), np.r_[np.zeros(3), half], rng.uniform(-1, 1, 6) * np.tile(half, 2)):
+        bounds = np.tile(np.column_stack([-half, half]), (2, 1))
+        options = {"torsion": torsion, "length_scale": 0.03, "max_iterations": 30}
+        found = gf.refine(contacts_on(mesh, mesh), start, bounds, friction=0.5, **options)
+        assert np.isfinite(found.quality.epsilon)
+        assert found.gain >= 0
+
+
+def test_a_grasp_is_called_stationary_only_where_it_was_measured():
+    disc = ellipse(1.0, 0.5)
+    four = mirrored(contacts_on(disc, disc, disc, disc), normal=(1, 0))
+    options = {"friction": 0.9, "max_normal_force": 1e-3}
+    for end in ({"max_iterations": 1}, {"target": 3.15e-3}):
+        found = gf.refine(four, [0] * 4, [(0, 3.14)] * 4, seed=216, **end, **options)
+        step = 1e-5 * 3.14 * np.array([0.7, 0, 0, 0.7])
+        (further,) = gf.quality_many(*four((found.params + step)[None]), **options).epsilon
+        assert further > found.quality.epsilon * (1 + 1e-6)
+        assert not found.stationary

@@ -74,6 +74,7 @@ NOT_RUN = {
     "python benches/force_sweep.py": LONG,
     "python benches/facets.py solids": LONG,
     "python benches/global_search.py": LONG,
+    "python benches/global_search.py --meshes": LONG,
     "cargo bench --bench control_latency": LONG,
     "python force_controller.py --plot force_controller.png": SIMULATED,
     "python fourth_foot.py": SIMULATED,

@@ -48,7 +48,7 @@ def results():
 
 
 RESULTS = list(results())
-MAY_RAISE = {"gradient", "extreme_forces", "primitive_wrenches"}
+OF_FINITE_SETS = {"extreme_forces", "primitive_wrenches"}
 
 
 def use(result):
@@ -58,9 +58,9 @@ def use(result):
             getattr(result, method)()
     values = {}
     for name in (name for name in dir(result) if not name.startswith("_")):
-        # The gradient is computed when it is asked for, and an external wrench may be too large for that. True cones have no
-        # finite set.
-        with contextlib.suppress(gf.GraspForceError if name in MAY_RAISE else ()):
+        # The gradient is computed when it is asked for, and an external wrench may be too large for that.
+        raises = name == "gradient" or (name in OF_FINITE_SETS and not result.num_edges.all())
+        with contextlib.suppress(gf.GraspForceError if raises else ()):
             values[name] = getattr(result, name)
     return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 

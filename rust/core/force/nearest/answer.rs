@@ -16,7 +16,7 @@ use crate::grasp::contact::write_components;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{REPRESENTABLE, Wrench};
 use crate::interrupt;
-use crate::tolerances::{AT_LIMIT, ILL_CONDITIONED, LOOSEST_GAP};
+use crate::tolerances::{AT_LIMIT, ILL_CONDITIONED, LOOSEST_GAP, ROUNDED_BALANCE};
 use crate::wrench_set::Criterion;
 
 /// Wrenches that are apart from what forces balance by less than this, relative to their norm, may be balanced within
@@ -294,15 +294,20 @@ impl<const D: usize> Query<'_, D> {
         let projection = &mut self.memory.projection;
         let nearest = projection.project(b, &mut self.workspace.forces);
         let mut exerted = b + nearest.residual;
-        if nearest.distance > AT_LIMIT * projection.metric.norm(b) {
+        let apart = nearest.distance / projection.metric.norm(b);
+        if apart > ROUNDED_BALANCE {
             let projected = self.workspace.forces.clone();
             // Steps towards a wrench within the limits may end before it; the least maximum decides.
-            if nearest.exact || self.least_by_tight_gap(0.0, b).is_err() || !self.is_within_limits() {
+            let far = apart > AT_LIMIT;
+            if !(far && nearest.exact) && self.least_by_tight_gap(0.0, b).is_ok() && self.is_within_limits() {
+                exerted = *b;
+            } else {
                 self.workspace.forces = projected;
-                self.memory.apart = Some(nearest);
-                return Err(beyond());
+                if far {
+                    self.memory.apart = Some(nearest);
+                    return Err(beyond());
+                }
             }
-            exerted = *b;
         }
         let (problem, found) = (self.problem, &mut self.workspace.forces);
         let mut lowered = None;

@@ -12,7 +12,7 @@
 use crate::force::certificate::{Certificate, ContactForces};
 use crate::force::nearest::answer::Found;
 use crate::force::nearest::limited_sum::{FIRST_STEP, is_linear_in_forces};
-use crate::force::nearest::vertices::{ShareCost, Vertices};
+use crate::force::nearest::vertices::{ShareCost, Vector, Vertices};
 use crate::force::nearest::wrench_projection::WrenchProjection;
 use crate::force::problem::Problem;
 use crate::force::program::Program;
@@ -26,8 +26,6 @@ use crate::linalg::double_double::DoubleDouble;
 use crate::linalg::real::{dot, values};
 use crate::tolerances::{CLOSE_GAP, NEAREST_DISTANCE};
 use crate::wrench_set::Criterion;
-
-use nalgebra::SVector;
 
 /// Weights of the objective beside the residual: the first, the factor between two, and their number.
 const HEAVIEST: f64 = 1e-3;
@@ -45,8 +43,6 @@ const MAX_STEPS_OF_WEIGHT: usize = 16;
 
 /// Newton's steps of one wrench: a hundred are usual.
 const MAX_STEPS_OF_SEARCH: usize = 2000;
-
-pub(crate) type Vector<const D: usize> = SVector<DoubleDouble, D>;
 
 /// The weight of the objective, the largest share, and the gap of the objective at which no further step is worth it.
 pub(super) struct Trial {
@@ -101,7 +97,7 @@ pub(crate) struct Pricing<'a, const D: usize> {
     pub(super) linear: bool,
     pub(crate) steps: usize,
     /// Of contacts without true cones, if shares are minimised.
-    vertices: Option<Vertices<D>>,
+    pub(super) vertices: Option<Vertices<D>>,
     /// What forces have to keep, where that ends the search instead of the distance.
     enough: Option<&'a dyn Fn(&ContactForces) -> bool>,
 }

@@ -5,8 +5,8 @@
 //! - [`on_faces`]: the least forces among those.
 //! - [`limited_sum`]: the least sum of shares where the least sum without limits would break them; [`sum_by_weights`]: the
 //!   same where shares are not linear in the forces.
-//! - [`by_price`], [`price_bounds`], [`price_caps`]: both at once in 32 digits, for grasps that are degenerate but for noise; exact over
-//!   finitely many extreme forces by [`vertices`].
+//! - [`by_price`], [`price_bounds`], [`price_caps`]: both at once in 32 digits, for grasps that are degenerate but for
+//!   noise; exact over finitely many extreme forces by [`vertices`].
 //! - [`answer`]: the least forces among those that reach the nearest wrench, with [`options`] and a [`workspace`].
 
 pub(crate) mod answer;

@@ -4,7 +4,8 @@
 //! multiplier miss of complementarity, contact by contact, and of their common residual.
 
 use crate::force::certificate::{ContactForces, exact_rest};
-use crate::force::nearest::by_price::{Cost, Point, Pricing, Vector};
+use crate::force::nearest::by_price::{Cost, Point, Pricing};
+use crate::force::nearest::vertices::Vector;
 use crate::force::squares::dual::DualContact;
 use crate::force::squares::projection::Force;
 use crate::linalg::double_double::DoubleDouble;

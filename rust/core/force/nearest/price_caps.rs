@@ -1,7 +1,8 @@
 //! The least maximum of shares over true cones beside a high price of the residual: the cap of all shares at which a larger
 //! cap costs as much as it saves.
 
-use crate::force::nearest::by_price::{Cost, Point, Pricing, Trial, Vector};
+use crate::force::nearest::by_price::{Cost, Point, Pricing, Trial};
+use crate::force::nearest::vertices::Vector;
 use crate::force::squares::dual::Dual;
 use crate::linalg::double_double::DoubleDouble;
 use crate::tolerances::CLOSE_GAP;
@@ -16,6 +17,10 @@ impl<const D: usize> Pricing<'_, D> {
     /// The least maximum: the cap of all shares that costs as much as it saves.
     pub(super) fn lower_cap(&mut self, weight: f64, point: Point<D>) -> Point<D> {
         let Cost::Shares { of_sum, max: true } = self.cost else { return point };
+        if self.vertices.is_some() {
+            // Vertices lower the maximum themselves.
+            return point;
+        }
         // What a larger cap costs more than it saves.
         let loss = |dual: &Dual<D>, y: &Vector<D>| {
             dual.contacts.iter().fold(DoubleDouble::from(weight), |left, contact| {

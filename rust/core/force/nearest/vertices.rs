@@ -5,10 +5,9 @@
 //! point (Mathematical Programming 11, 1976) with costs. For the residual `z = b - sum_k mu_k w_k` a vertex improves where
 //! its `w . z - c` is larger than that of the vertices in use. Without upper bounds shares grow along rays.
 
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
 use crate::force::certificate::ContactForces;
-use crate::force::nearest::by_price::Vector;
 use crate::force::squares::dual::{Dual, DualContact, ForceSet};
 use crate::force::squares::projection::Force;
 use crate::grasp::Wrench;
@@ -37,6 +36,9 @@ pub(super) struct ShareCost {
     pub(super) of_sum: f64,
     pub(super) max: bool,
 }
+
+/// A wrench or multiplier in 32 digits.
+pub(super) type Vector<const D: usize> = SVector<DoubleDouble, D>;
 
 /// A vertex, or a ray of shares without an upper bound.
 struct Member<const D: usize> {

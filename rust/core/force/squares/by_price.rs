@@ -10,18 +10,22 @@ use crate::force::squares::program::SquaresProgram;
 use crate::grasp::Wrench;
 use crate::grasp::wrench_norm::Metric;
 use crate::linalg::real::values;
-use crate::tolerances::FEASIBILITY_TOLERANCE;
 
 impl<const D: usize> SquaresProgram<D> {
-    /// Leaves the least forces at the first price at which they balance `b` within the tolerance; `None` if none does.
+    /// Leaves the least forces at the first price at which they balance `b` but for the part `left`; `None` if none does.
     #[cold]
-    pub(crate) fn solve_by_price(&self, b: &Wrench<D>, forces: &mut ContactForces) -> Option<Certificate<D>> {
+    pub(crate) fn solve_by_price(
+        &self,
+        b: &Wrench<D>,
+        left: f64,
+        forces: &mut ContactForces,
+    ) -> Option<Certificate<D>> {
         let lever = self.units[0] / self.units[if D == 3 { 2 } else { 3 }];
         let least = |i: usize| self.least.get(i).copied().unwrap_or(0.0);
         let bounds: Vec<_> = (0..self.grasp.num_contacts()).map(|i| (least(i), 1.0)).collect();
         let metric = Metric::from_length_scale(lever);
         let projection = WrenchProjection::new(&self.grasp, metric, self.limits, &bounds);
-        let balances = |forces: &ContactForces| self.missing(b, forces) <= FEASIBILITY_TOLERANCE;
+        let balances = |forces: &ContactForces| self.missing(b, forces) <= left;
         let cost = Cost::of_squares(&self.dual);
         let mut pricing = Pricing::new(&self.grasp, &projection, cost, b, Some(&balances));
         let (point, weight) = pricing.search()?;

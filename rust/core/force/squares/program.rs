@@ -17,7 +17,14 @@ use crate::grasp::contact::ContactForce;
 use crate::grasp::wrench_norm::Metric;
 use crate::grasp::{Grasp, REPRESENTABLE, Wrench};
 use crate::linalg::real::{Real, values};
-use crate::tolerances::{FEASIBILITY_TOLERANCE, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS};
+use crate::tolerances::{
+    FEASIBILITY_TOLERANCE, ILL_CONDITIONED, LOOSEST_GAP, ROUNDED_BALANCE, ROUNDED_TERMS,
+};
+
+const SOLVER: &str = "least squares";
+
+/// What forces by a price may leave where others balance the wrench.
+const BALANCED_BY_PRICE: f64 = 1e-3 * FEASIBILITY_TOLERANCE;
 
 /// The least squares of a grasp; it does not change while solving.
 #[derive(Debug, Clone)]
@@ -130,23 +137,24 @@ impl<const D: usize> SquaresProgram<D> {
         b: &Wrench<D>,
         forces: &mut ContactForces,
     ) -> Result<Certificate<D>> {
-        match self.solve_in_doubles(workspace, b, forces) {
+        let answer = match self.solve_in_doubles(workspace, b, forces) {
             // The wrench is at the limits, or nothing is known of it.
             Err(Unsolved { error, open: true }) if self.slack.is_none() => {
-                self.solve_by_price(b, forces).ok_or(error)
+                self.solve_by_price(b, FEASIBILITY_TOLERANCE, forces).ok_or(error)?
             }
-            Err(Unsolved { error, .. }) => Err(error),
+            Err(Unsolved { error, .. }) => return Err(error),
             // On the edge of what forces balance multipliers grow, and with them what rounding of the balance is worth.
             Ok(found) if found.gap > self.rtol && self.slack.is_none() => {
-                let kept = forces.clone();
-                let tighter = self.solve_by_price(b, forces).filter(|other| other.gap < found.gap);
-                Ok(tighter.unwrap_or_else(|| {
-                    *forces = kept;
-                    found
-                }))
+                self.or_by_price(found, (found.gap, FEASIBILITY_TOLERANCE), b, forces)
             }
-            Ok(found) => Ok(found),
+            Ok(found) => return Ok(found),
+        };
+        let allowed = LOOSEST_GAP.max(self.rtol);
+        if answer.gap > allowed {
+            let unmet = Unmet::Gap { found: answer.gap, allowed };
+            return Err(Error::NotConverged { solver: SOLVER, iterations: answer.pivots, unmet });
         }
+        Ok(answer)
     }
 
     /// The same without a price of the residual, which leaves some of the wrench.
@@ -158,7 +166,10 @@ impl<const D: usize> SquaresProgram<D> {
     ) -> std::result::Result<Certificate<D>, Unsolved> {
         match self.solve_once(workspace, b, forces) {
             Ok(answer) => Ok(answer),
-            Err(error @ Error::NotConverged { .. }) => self.solve_again(workspace, b, forces, error),
+            Err(error @ Error::NotConverged { .. }) => {
+                let answer = self.solve_again(workspace, b, forces, error)?;
+                Ok(self.steep_by_price(answer, b, forces))
+            }
             Err(error) => Err(Unsolved { error, open: false }),
         }
     }
@@ -194,7 +205,40 @@ impl<const D: usize> SquaresProgram<D> {
             answer => answer,
         };
         workspace.y = answer.as_ref().map_or_else(|_| Wrench::zeros(), |(_, y)| *y);
-        answer.map(|(answer, _)| answer)
+        answer.map(|(answer, _)| self.steep_by_price(answer, b, forces))
+    }
+
+    /// Another answer where multipliers are so large beside the forces that rounding of the wrench would decide between
+    /// them, and so would the wrenches before it.
+    #[inline]
+    fn steep_by_price(
+        &self,
+        answer: Certificate<D>,
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Certificate<D> {
+        let price = answer.dual.component_div(&self.units).norm() * b.component_mul(&self.units).norm();
+        if self.slack.is_some() || price <= ILL_CONDITIONED * self.objective(forces).1 {
+            return answer;
+        }
+        self.or_by_price(answer, (self.rtol.max(answer.gap), BALANCED_BY_PRICE), b, forces)
+    }
+
+    /// The answer by a price of the residual where its gap and what it leaves are at most these, or else the one found.
+    #[cold]
+    fn or_by_price(
+        &self,
+        found: Certificate<D>,
+        (gap, left): (f64, f64),
+        b: &Wrench<D>,
+        forces: &mut ContactForces,
+    ) -> Certificate<D> {
+        let kept = forces.clone();
+        let priced = self.solve_by_price(b, left, forces).filter(|priced| priced.gap <= gap);
+        priced.unwrap_or_else(|| {
+            *forces = kept;
+            found
+        })
     }
 
     /// `T b`; without slack only what the contacts can reach of it.
@@ -272,7 +316,7 @@ impl<const D: usize> SquaresProgram<D> {
             let certificate = Certificate { sigma, dual, gap, pivots: steps, fell_back: false };
             return Ok((certificate, y));
         };
-        Err(Error::NotConverged { solver: "least squares", iterations: steps, unmet })
+        Err(Error::NotConverged { solver: SOLVER, iterations: steps, unmet })
     }
 
     /// The objective of the forces, and the size of its terms.
@@ -288,7 +332,7 @@ impl<const D: usize> SquaresProgram<D> {
         })
     }
 
-    /// What the forces leave unbalanced, as a share of the wrench.
+    /// What the forces leave unbalanced, as a share of the wrench or, if they are larger, of the references.
     #[inline]
     pub(crate) fn missing(&self, b: &Wrench<D>, forces: &ContactForces) -> f64 {
         let held = self.least.iter().copied().fold(0.0, f64::max);
