@@ -234,8 +234,8 @@ class _Ascent:
         def result(stopped: RefinementStopped) -> Refinement:
             end, reached = best
             return Refinement(
-                read_only_copy(end), reached, reached.grasp, reached.epsilon - first.epsilon, reached is flattest,
-                slope, iterations, self.evaluations, reached.gradient.unique, stopped,
+                read_only_copy(end), reached, reached.grasp, reached.epsilon - first.epsilon,
+                reached is flattest, slope, iterations, self.evaluations, reached.gradient.unique, stopped,
             )  # fmt: skip
 
         try:

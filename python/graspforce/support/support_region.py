@@ -51,8 +51,8 @@ class SupportRegion(Record):
     area_gap : float
         ``(outer_area - inner_area) / outer_area``; zero if the shape is not a polygon.
     converged : bool
-        True if the gap is within the argument `gap`, as small as rounding allows, or thinner than the resolution
-        all along the boundary.
+        True if the gap is within the argument `gap`, as small as rounding allows, or thinner than the
+        resolution all along the boundary.
     directions : int
         Number of linear programs that were solved, one for each direction.
     resolution : float
